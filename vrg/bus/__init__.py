@@ -1,0 +1,1 @@
+"""The bus: what nodes say to each other, and who calls them when."""

@@ -1,0 +1,64 @@
+"""Messages to MessagePack and back.
+
+On the wire a message is a MessagePack array `[version, sequence, stamp, body]`; body is a map by field name.
+"""
+
+from dataclasses import dataclass
+from typing import Annotated, Generic, TypeVar
+
+import msgspec
+from msgspec import Meta, Raw
+
+from vrg.bus.messages import Message
+from vrg.errors import MessageError
+
+T = TypeVar("T", bound=Message)
+T_co = TypeVar("T_co", bound=Message, covariant=True)
+
+_encoder = msgspec.msgpack.Encoder()
+_header = msgspec.msgpack.Decoder(
+    tuple[int, Annotated[int, Meta(ge=0)], Annotated[float, Meta(ge=0.0, le=1e8)], Raw]
+)
+_bodies: dict[type[Message], msgspec.msgpack.Decoder[Message]] = {}
+
+
+@dataclass(frozen=True, slots=True)
+class Received(Generic[T_co]):
+    """A message with where it came on and when it was sent.
+
+    Args:
+        stamp: match time of the sender's tick, s.
+        sequence: counts the sender's messages on this key from 0.
+    """
+
+    key: str
+    stamp: float
+    sequence: int
+    body: T_co
+
+
+def encode(body: Message, stamp: float, sequence: int) -> bytes:
+    """Encode a message for the wire."""
+    return _encoder.encode((body.version, sequence, stamp, body))
+
+
+def decode(payload: bytes, message_type: type[T], key: str) -> Received[T]:
+    """Decode and validate a message.
+
+    Raises:
+        MessageError: truncated, of another version, an unknown or missing field, a value out of range or NaN.
+    """
+    decoder = _bodies.get(message_type)
+    if decoder is None:
+        decoder = _bodies[message_type] = msgspec.msgpack.Decoder(message_type)
+    try:
+        version, sequence, stamp, raw = _header.decode(payload)
+        if version != message_type.version:
+            raise MessageError(
+                f"{key}: expected version {message_type.version} of {message_type.__name__}, got {version}: "
+                "run the same release of vrg everywhere"
+            )
+        body = decoder.decode(raw)
+    except (msgspec.DecodeError, msgspec.ValidationError, UnicodeDecodeError) as error:
+        raise MessageError(f"{key}: expected {message_type.__name__}: {error}") from None
+    return Received(key, stamp, sequence, body)  # type: ignore[arg-type]

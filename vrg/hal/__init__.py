@@ -1,0 +1,1 @@
+"""The robot device: one interface to every robot, virtual or physical."""
