@@ -16,9 +16,7 @@ T = TypeVar("T", bound=Message)
 T_co = TypeVar("T_co", bound=Message, covariant=True)
 
 _encoder = msgspec.msgpack.Encoder()
-_header = msgspec.msgpack.Decoder(
-    tuple[int, Annotated[int, Meta(ge=0)], Annotated[float, Meta(ge=0.0, le=1e8)], Raw]
-)
+_header = msgspec.msgpack.Decoder(tuple[int, Annotated[int, Meta(ge=0)], Annotated[float, Meta(ge=0.0, le=1e8)], Raw])
 _bodies: dict[type[Message], msgspec.msgpack.Decoder[Message]] = {}
 
 

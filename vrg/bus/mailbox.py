@@ -110,7 +110,7 @@ class Mailbox:
         key = topic.key
         sequence = self._sequences.get(key, 0)
         self._sequences[key] = sequence + 1
-        self._out.append(Outgoing(topic, Received(key, self.now, sequence, body)))  # type: ignore[arg-type]
+        self._out.append(Outgoing(topic, Received(key, self.now, sequence, body)))
 
     def handover(self, now: float) -> None:
         """Executor only: begin a tick at match time `now`."""

@@ -211,6 +211,7 @@ class PlayerStatus(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
         role: the game's word, such as `shark`.
         state: the game's word, such as `active` or `inactive`.
         may_move: its robot may be driven now.
+        radius: of the circle around its body, m.
         pose: None where the world has not reported it, or where the game does not publish it.
         mark: where it is asked to line up, None = nowhere.
     """
@@ -220,6 +221,7 @@ class PlayerStatus(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
     role: Name
     state: Name
     may_move: bool
+    radius: Annotated[float, Meta(gt=0.0, le=100.0)]
     pose: Pose | None = None
     mark: Pose | None = None
 

@@ -47,7 +47,7 @@ class Node(ABC):
     def tick(self, tick: Tick) -> None:
         """Read the inlets, decide, publish."""
 
-    def stop(self) -> None:
+    def stop(self) -> None:  # noqa: B027 - a node without a robot has nothing to stop
         """Called once, when the node will not be ticked again: leave every robot stopped.
 
         What it publishes is still sent.

@@ -11,7 +11,7 @@ from typing import Generic, TypeVar
 from vrg.bus import messages as m
 from vrg.errors import ConfigError
 
-T = TypeVar("T", bound=m.Message)
+T_co = TypeVar("T_co", bound=m.Message, covariant=True)
 
 NAME_PATTERN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 
@@ -30,7 +30,7 @@ class Qos(enum.Enum):
 
 
 @dataclass(frozen=True)
-class Topic(Generic[T]):
+class Topic(Generic[T_co]):
     """A key expression with the type and the quality of service of what travels on it.
 
     Args:
@@ -38,7 +38,7 @@ class Topic(Generic[T]):
     """
 
     key: str
-    type: type[T]
+    type: type[T_co]
     qos: Qos
 
 

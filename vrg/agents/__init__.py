@@ -1,0 +1,1 @@
+"""The player: its runtime, hybrid automata, control laws and strategies."""

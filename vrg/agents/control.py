@@ -1,0 +1,70 @@
+"""Control laws: functions of numbers, in the map's frame, metres, seconds and radians."""
+
+import math
+from dataclasses import dataclass
+
+from vrg.bus.messages import Pose
+from vrg.geometry import Vector, wrap
+
+
+@dataclass(frozen=True, slots=True)
+class Twist:
+    """A body's velocity: v ahead in m/s, w counter-clockwise in rad/s."""
+
+    v: float
+    w: float
+
+
+STILL = Twist(0.0, 0.0)
+
+
+def offset_point(pose: Pose, d: float) -> Vector:
+    """The point a distance d ahead of the body's centre (thesis, eq. 2.2)."""
+    return pose.x + d * math.cos(pose.theta), pose.y + d * math.sin(pose.theta)
+
+
+def linearise(u: Vector, theta: float, d: float) -> Twist:
+    """The twist that moves the offset point with velocity u (eq. 2.3 to 2.5, solved for v and w).
+
+    Args:
+        u: m/s.
+        d: m, not 0. It is the offset point that follows u, not the body's centre.
+    """
+    c, s = math.cos(theta), math.sin(theta)
+    return Twist(u[0] * c + u[1] * s, (u[1] * c - u[0] * s) / d)
+
+
+def track(goal: Vector, goal_velocity: Vector, pose: Pose, d: float, gain: float) -> Vector:
+    """The velocity of the offset point that makes its tracking error decay at rate `gain` > 0 (eq. 2.6)."""
+    x, y = offset_point(pose, d)
+    return goal_velocity[0] + gain * (goal[0] - x), goal_velocity[1] + gain * (goal[1] - y)
+
+
+def limit(u: Vector, speed: float) -> Vector:
+    """The same direction, at most `speed` long."""
+    length = math.hypot(*u)
+    if length <= speed:
+        return u
+    return u[0] * speed / length, u[1] * speed / length
+
+
+def scaled(u: Vector, speed: float) -> Vector:
+    """The same direction, `speed` long; the zero vector stays zero."""
+    length = math.hypot(*u)
+    if length < 1e-9:
+        return 0.0, 0.0
+    return u[0] * speed / length, u[1] * speed / length
+
+
+def go_to(goal: Pose, pose: Pose, *, d: float, speed: float, reach: float) -> Twist:
+    """Drive to a place, then turn to its heading.
+
+    Args:
+        speed: m/s at most.
+        reach: m within which the place counts as reached; must exceed d, because the offset point converges on the goal
+            from ahead of the body's centre.
+    """
+    if math.hypot(goal.x - pose.x, goal.y - pose.y) < reach:
+        error = wrap(goal.theta - pose.theta)
+        return STILL if abs(error) < 0.05 else Twist(0.0, max(-1.0, min(1.0, 2.0 * error)))
+    return linearise(limit(track((goal.x, goal.y), (0.0, 0.0), pose, d, 1.0), speed), pose.theta, d)

@@ -1,0 +1,56 @@
+"""Where and when a pursuer can meet somebody who keeps its course (thesis, eq. 4.4)."""
+
+import math
+from dataclasses import dataclass
+
+from vrg.geometry import Vector
+
+
+@dataclass(frozen=True, slots=True)
+class Interception:
+    """A meeting: after `time` s at `point`."""
+
+    time: float
+    point: Vector
+
+
+def intercept(
+    pursuer: Vector, speed: float, target: Vector, velocity: Vector, *, reach: float = 0.0, k: float = 1.0
+) -> Interception | None:
+    """The earliest meeting of a pursuer that drives straight at `speed` with a target that keeps its velocity.
+
+    Solves |target + velocity t - pursuer| - reach = k speed t: with reach = 0, distance_pursuer / speed = k
+    distance_target / |velocity|, eq. 4.4.
+
+    Args:
+        reach: m; being this near is enough.
+        k: 0 < k <= 1; the pursuer arrives 1/k times sooner than the target.
+
+    Returns:
+        None where the target cannot be met.
+    """
+    dx, dy = target[0] - pursuer[0], target[1] - pursuer[1]
+    distance = math.hypot(dx, dy)
+    if distance <= reach:
+        return Interception(0.0, target)
+    s = k * speed
+    a = velocity[0] ** 2 + velocity[1] ** 2 - s**2
+    b = 2 * (dx * velocity[0] + dy * velocity[1] - reach * s)
+    c = distance**2 - reach**2
+    time = _smallest_positive_root(a, b, c)
+    if time is None:
+        return None
+    return Interception(time, (target[0] + velocity[0] * time, target[1] + velocity[1] * time))
+
+
+def _smallest_positive_root(a: float, b: float, c: float) -> float | None:
+    """Of a t^2 + b t + c = 0 with c > 0."""
+    if abs(a) < 1e-9:
+        return -c / b if b < -1e-12 else None
+    discriminant = b * b - 4 * a * c
+    if discriminant < 0:
+        return None
+    # The form that loses no digits where b is large.
+    q = -(b + math.copysign(math.sqrt(discriminant), b)) / 2
+    roots = [q / a] + ([c / q] if q else [])
+    return min((r for r in roots if r > 0), default=None)

@@ -1,0 +1,209 @@
+"""The process executor: one node in an operating-system process of its own, paced by the match clock over the bus."""
+
+import logging
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from types import FrameType
+
+from vrg.bus.mailbox import Inlet, Mailbox
+from vrg.bus.messages import Clock
+from vrg.bus.node import Node, Tick, due_index
+from vrg.bus.session import Session
+from vrg.bus.topics import Keys
+from vrg.errors import DuplicateNodeError
+
+log = logging.getLogger(__name__)
+
+STALL = 0.5
+"""s of real time without the world's clock after which a node is told that time has stopped."""
+STALLED_PERIOD = 0.1
+"""s of real time between a node's ticks while time has stopped."""
+TAKEOVER_PATIENCE = 3.0
+"""s of real time that a restarted node waits for the token of its crashed forerunner to go."""
+
+
+@dataclass
+class Statistics:
+    """How a node's process has fared.
+
+    Args:
+        ticks: ticks done. missed: ticks that were due and never came.
+        cpu: s of processor time. wall: s of real time since the executor began.
+        dropped: bad messages.
+    """
+
+    ticks: int = 0
+    missed: int = 0
+    cpu: float = 0.0
+    wall: float = 0.0
+    dropped: int = 0
+
+    @property
+    def as_dict(self) -> dict[str, float]:
+        """For a JSON file."""
+        return asdict(self)
+
+
+@contextmanager
+def stop_on_signals() -> Iterator[threading.Event]:
+    """An event that SIGINT and SIGTERM set; the handlers are put back at the end."""
+    stop = threading.Event()
+
+    def handle(number: int, _frame: FrameType | None) -> None:
+        log.info("stopping: %s", signal.Signals(number).name)
+        stop.set()
+
+    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield stop
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def claim(session: Session, keys: Keys, kind: str, name: str) -> None:
+    """Declare that this node is alive; only one of a kind and name may be.
+
+    Raises:
+        DuplicateNodeError: another process already is, and does not go away within TAKEOVER_PATIENCE.
+    """
+    key = keys.alive(kind, name)
+    deadline = time.monotonic() + TAKEOVER_PATIENCE
+    while session.alive(key):
+        if time.monotonic() >= deadline:
+            raise DuplicateNodeError(
+                f"match {keys.match!r} already has a {kind} named {name!r}: stop that process first, "
+                "or start this one under another match name"
+            )
+        time.sleep(0.1)
+    session.declare_alive(key)
+
+
+class _Pulse:
+    """The newest clock message, waited for by the executor's thread."""
+
+    def __init__(self) -> None:
+        self._condition = threading.Condition()
+        self._fresh = False
+
+    def set(self) -> None:
+        with self._condition:
+            self._fresh = True
+            self._condition.notify()
+
+    def wait(self, timeout: float) -> bool:
+        with self._condition:
+            arrived = self._condition.wait_for(lambda: self._fresh, timeout)
+            self._fresh = False
+            return arrived
+
+
+def run_node(node: Node, session: Session, keys: Keys, stop: threading.Event) -> Statistics:
+    """Tick a node by the match clock on the bus until `stop` is set or the node raises `SystemExit`.
+
+    An exception of the node stops its robot, and goes on to the caller.
+
+    Raises:
+        DuplicateNodeError: a node of this kind and name is alive already.
+    """
+    pulse = _Pulse()
+    clocks = Mailbox()
+    clock = clocks.subscribe(keys.clock)
+    session.attach(clocks, lambda _inlet: pulse.set())
+    session.attach(node.mailbox)
+    claim(session, keys, node.kind, node.name)
+    statistics, began = Statistics(), time.monotonic()
+    try:
+        _follow_clock(node, session, clocks, clock, pulse, stop, statistics)
+    finally:
+        _finish(node, session, statistics, began)
+    return statistics
+
+
+def _follow_clock(
+    node: Node,
+    session: Session,
+    clocks: Mailbox,
+    clock: Inlet[Clock],
+    pulse: _Pulse,
+    stop: threading.Event,
+    statistics: Statistics,
+) -> None:
+    last = -1
+    epoch = 0
+    now = 0.0
+    heard = time.monotonic()
+    stalled = False
+    while not stop.is_set():
+        if pulse.wait(STALLED_PERIOD):
+            session.receive()
+            clocks.handover(now)
+        newest = clock.take()
+        if newest:
+            heard, stalled = time.monotonic(), False
+            now, index = newest[-1].stamp, due_index(newest[-1].stamp, node.period)
+            if newest[-1].body.epoch != epoch:
+                epoch, last = newest[-1].body.epoch, -1
+            if index > last:
+                if last >= 0:
+                    statistics.missed += index - last - 1
+                last = index
+                _call(node, session, Tick(now), statistics)
+        elif time.monotonic() - heard > STALL:
+            if not stalled:
+                log.warning("the world's clock has stopped at %.2f s", now)
+            stalled = True
+            session.receive()
+            _call(node, session, Tick(now, live=False), statistics)
+
+
+def run_world(
+    node: Node, session: Session, keys: Keys, stop: threading.Event, first_tick: int, rate: float
+) -> Statistics:
+    """Tick the node that owns time, `rate` match seconds a real second, from tick number `first_tick`.
+
+    A world that is late is not hurried: match time falls behind real time instead, and the ticks that did not come in
+    their real time are counted as missed.
+    """
+    session.attach(node.mailbox)
+    claim(session, keys, node.kind, node.name)
+    statistics, began = Statistics(), time.monotonic()
+    step = node.period / rate
+    number, due = first_tick, time.monotonic()
+    try:
+        while not stop.is_set():
+            session.receive()
+            _call(node, session, Tick(number * node.period), statistics)
+            number += 1
+            due += step
+            pause = due - time.monotonic()
+            if pause > 0:
+                stop.wait(pause)
+            elif pause < -step:
+                statistics.missed += int(-pause / step)
+                due = time.monotonic()
+    finally:
+        _finish(node, session, statistics, began)
+    return statistics
+
+
+def _call(node: Node, session: Session, tick: Tick, statistics: Statistics) -> None:
+    node.mailbox.handover(tick.time)
+    node.tick(tick)
+    session.send(node.mailbox.collect())
+    statistics.ticks += 1
+
+
+def _finish(node: Node, session: Session, statistics: Statistics, began: float) -> None:
+    """Leave the robots stopped, whatever has happened."""
+    try:
+        node.stop()
+    finally:
+        session.send(node.mailbox.collect())
+        statistics.wall = time.monotonic() - began
+        statistics.cpu = time.process_time()
+        statistics.dropped = sum(inlet.dropped for inlet in node.mailbox.inlets)

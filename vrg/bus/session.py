@@ -1,0 +1,243 @@
+"""A node's way onto the bus: a zenoh client of one router.
+
+Each gotcha that this module works around was met in practice: a session that is not closed hangs the interpreter at
+exit, closing inside a callback never returns, advanced subscribers must be undeclared before the session closes,
+and a publication from inside a callback can hang. So callbacks here only enqueue, and closing happens in one place.
+"""
+
+import json
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import zenoh
+import zenoh.ext
+
+from vrg.bus.codec import encode
+from vrg.bus.mailbox import QUEUE_LIMIT, Inlet, Mailbox, Outgoing
+from vrg.bus.messages import Message
+from vrg.bus.topics import Qos
+from vrg.errors import BusError
+
+log = logging.getLogger(__name__)
+
+DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
+LEASE_MS = 1000
+"""A frozen process is seen after this long; the default of zenoh is ten times that."""
+EVENTS_KEPT = 64
+"""Events that a publisher keeps for subscribers that missed some while the router was away."""
+
+_Publisher = zenoh.Publisher | zenoh.ext.AdvancedPublisher
+_Subscriber = zenoh.Subscriber[None] | zenoh.ext.AdvancedSubscriber[None]
+
+
+def configure(mode: str, *, listen: str | None = None, connect: str | None = None) -> zenoh.Config:
+    """The zenoh configuration of every VRG process: explicit endpoints, no scouting, a short lease."""
+    config = zenoh.Config()
+    settings: dict[str, object] = {
+        "mode": mode,
+        "scouting/multicast/enabled": False,
+        "scouting/gossip/enabled": False,
+        "transport/link/tx/lease": LEASE_MS,
+        "transport/link/tx/keep_alive": 4,
+        "connect/retry": {"period_init_ms": 50, "period_max_ms": 200, "period_increase_factor": 1.5},
+    }
+    if listen:
+        settings["listen/endpoints"] = [listen]
+    if connect:
+        settings["connect/endpoints"] = [connect]
+    for path, value in settings.items():
+        config.insert_json5(path, json.dumps(value))
+    return config
+
+
+@contextmanager
+def open_session(endpoint: str = DEFAULT_ENDPOINT, *, patience: float = 10.0) -> Iterator["Session"]:
+    """Connect to the router at `endpoint`; try for `patience` seconds (real time).
+
+    Raises:
+        BusError: nobody answers there.
+    """
+    deadline = time.monotonic() + patience
+    while True:
+        try:
+            raw = zenoh.open(configure("client", connect=endpoint))
+            break
+        except zenoh.ZError as error:
+            if time.monotonic() >= deadline:
+                raise BusError(
+                    f"expected a router at {endpoint}, but none answered in {patience:g} s: "
+                    f"start one with `vrg router`, or name another with --router ({error})"
+                ) from None
+            time.sleep(0.1)
+    session = Session(raw)
+    try:
+        yield session
+    finally:
+        session.close()
+
+
+class Session:
+    """Publishes what mailboxes collect, and lets arrivals wait for their inlets' next handover."""
+
+    def __init__(self, raw: zenoh.Session) -> None:
+        self._raw = raw
+        self._publishers: dict[str, _Publisher] = {}
+        self._subscribers: list[_Subscriber] = []
+        self._tokens: list[zenoh.LivelinessToken] = []
+        self._queue: deque[tuple[Inlet[Message], str, bytes]] = deque(maxlen=QUEUE_LIMIT)
+        self._newest: dict[tuple[int, str], tuple[Inlet[Message], bytes]] = {}
+
+    @property
+    def connected(self) -> bool:
+        """Whether a router is linked right now."""
+        return bool(self._raw.info.routers_zid())
+
+    def attach(self, mailbox: Mailbox, on_arrival: Callable[[Inlet[Message]], None] | None = None) -> None:
+        """Subscribe to all that a mailbox declares. `on_arrival` is called on a thread of zenoh's."""
+        for inlet in mailbox.inlets:
+            self._subscribe(inlet, on_arrival)
+
+    def receive(self) -> None:
+        """Give what has arrived to the inlets; call `mailbox.handover` next."""
+        while self._queue:
+            inlet, key, payload = self._queue.popleft()
+            inlet.offer_bytes(key, payload)
+        for slot in list(self._newest):
+            inlet, payload = self._newest.pop(slot)
+            inlet.offer_bytes(slot[1], payload)
+
+    def send(self, outgoing: list[Outgoing]) -> None:
+        """Publish in order."""
+        for out in outgoing:
+            message = out.message
+            publisher = self._publishers.get(message.key)
+            if publisher is None:
+                publisher = self._publishers[message.key] = self._declare(message.key, out.topic.qos)
+            publisher.put(encode(message.body, message.stamp, message.sequence))
+
+    def wait_for_listener(self, key: str, qos: Qos, patience: float) -> bool:
+        """Wait until somebody subscribes to `key`; False if nobody does within `patience` seconds."""
+        if key not in self._publishers:
+            self._publishers[key] = self._declare(key, qos)
+        with self._raw.declare_publisher(key) as probe:
+            # The stub says bool, the library returns a MatchingStatus.
+            return _wait(lambda: bool(getattr(probe.matching_status, "matching", False)), patience)
+
+    def declare_alive(self, key: str) -> None:
+        """Hold a liveliness token until the session ends."""
+        self._tokens.append(self._raw.liveliness().declare_token(key))
+
+    def alive(self, expression: str) -> set[str]:
+        """Keys of the liveliness tokens that are held now."""
+        keys = set()
+        for reply in self._raw.liveliness().get(expression, timeout=1.0):
+            if reply.ok is not None:
+                keys.add(str(reply.ok.key_expr))
+        return keys
+
+    def watch_alive(self, expression: str, changed: Callable[[str, bool], None]) -> None:
+        """Call `changed(key, alive)` for each token now and whenever one comes or goes, on a thread of zenoh's."""
+
+        def on_sample(sample: zenoh.Sample) -> None:
+            changed(str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
+
+        self._subscribers.append(self._raw.liveliness().declare_subscriber(expression, on_sample, history=True))
+
+    def watch_raw(self, expression: str, arrived: Callable[[str, bytes], None]) -> None:
+        """Call `arrived(key, payload)` for whatever is published, decoded or not, on a thread of zenoh's."""
+
+        def on_sample(sample: zenoh.Sample) -> None:
+            arrived(str(sample.key_expr), sample.payload.to_bytes())
+
+        self._subscribers.append(
+            zenoh.ext.declare_advanced_subscriber(
+                self._raw,
+                expression,
+                on_sample,
+                history=zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=1),
+            )
+        )
+
+    def close(self) -> None:
+        """Undeclare everything and leave; bounded, idempotent."""
+        for item in [*self._subscribers, *self._publishers.values(), *self._tokens]:
+            try:
+                item.undeclare()  # type: ignore[no-untyped-call]
+            except zenoh.ZError as error:
+                log.debug("undeclare: %s", error)
+        self._subscribers, self._publishers, self._tokens = [], {}, []
+        if not self._raw.is_closed():
+            self._raw.close()  # type: ignore[no-untyped-call]
+
+    def _subscribe(self, inlet: Inlet[Message], on_arrival: Callable[[Inlet[Message]], None] | None) -> None:
+        qos = inlet.topic.qos
+        number = id(inlet)
+
+        def on_sample(sample: zenoh.Sample) -> None:
+            key, payload = str(sample.key_expr), sample.payload.to_bytes()
+            if qos is Qos.EVENT:
+                self._queue.append((inlet, key, payload))
+            else:
+                self._newest[(number, key)] = (inlet, payload)
+            if on_arrival is not None:
+                on_arrival(inlet)
+
+        if qos is Qos.LATEST:
+            self._subscribers.append(self._raw.declare_subscriber(inlet.topic.key, on_sample))
+            return
+        late = zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=1)
+        self._subscribers.append(
+            zenoh.ext.declare_advanced_subscriber(
+                self._raw,
+                inlet.topic.key,
+                on_sample,
+                history=late if qos is Qos.STATE else None,
+                recovery=zenoh.ext.RecoveryConfig(periodic_queries=None, heartbeat=True),
+            )
+        )
+
+    def _declare(self, key: str, qos: Qos) -> _Publisher:
+        if qos is Qos.LATEST:
+            return self._raw.declare_publisher(key, congestion_control=zenoh.CongestionControl.DROP)
+        return zenoh.ext.declare_advanced_publisher(
+            self._raw,
+            key,
+            congestion_control=zenoh.CongestionControl.BLOCK,
+            cache=zenoh.ext.CacheConfig(max_samples=1 if qos is Qos.STATE else EVENTS_KEPT),
+            sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=0.5, sporadic_heartbeat=None),
+            publisher_detection=True,
+        )
+
+
+def _wait(condition: Callable[[], bool], patience: float) -> bool:
+    deadline = time.monotonic() + patience
+    pause = threading.Event()
+    while not condition():
+        if time.monotonic() >= deadline:
+            return False
+        pause.wait(0.01)
+    return True
+
+
+@contextmanager
+def open_router(endpoint: str = DEFAULT_ENDPOINT) -> Iterator[None]:
+    """Serve as the router that every process of a match connects to, until the context ends.
+
+    Raises:
+        BusError: the endpoint is taken or cannot be listened on.
+    """
+    try:
+        raw = zenoh.open(configure("router", listen=endpoint))
+    except zenoh.ZError as error:
+        raise BusError(
+            f"cannot serve a router at {endpoint}: is another one running there? "
+            f"Choose another endpoint with --router ({error})"
+        ) from None
+    try:
+        yield
+    finally:
+        raw.close()  # type: ignore[no-untyped-call]

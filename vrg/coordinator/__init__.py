@@ -1,0 +1,1 @@
+"""The referee: the runtime that owns stages, clock and journal, and the rule books."""

@@ -1,0 +1,382 @@
+"""The rules of Sharks and Minnows (thesis 4.3, Algorithm 4.2).
+
+Minnows cross a rectangle from one end to the other; sharks tag them. A tagged minnow, and anyone out of bounds,
+stands still until the pass is over and is a shark in the next.
+"""
+
+from collections.abc import Iterable, Sequence
+from typing import Literal
+
+import numpy as np
+from msgspec import structs
+from pydantic import BaseModel, ConfigDict, model_validator
+from pydantic import Field as Setting
+
+from vrg.bus.messages import OfficialAction, PlayerStatus, Pose, Stage, Zone
+from vrg.coordinator.games.lineup import line_up
+from vrg.coordinator.games.tagging import first_tag
+from vrg.coordinator.rulebook import Contestant, Field, Finding, GameState, Verdict
+from vrg.errors import ConfigError
+from vrg.geometry import Rectangle, circumradius, interpolate
+
+SHARK, MINNOW = "shark", "minnow"
+ACTIVE, INACTIVE = "active", "inactive"
+SHARKS, MINNOWS = "sharks", "minnows"
+"""The teams; a player belongs to the team of its first role for the whole match."""
+
+MARK_REACH = 0.5
+"""m from its mark within which a player is lined up."""
+
+
+class Settings(BaseModel):
+    """The [rules] table of a match file. Lengths in m, times in s.
+
+    Args:
+        x, y: (low, high) borders of the field.
+        along: the axis along which minnows cross.
+        first_goal: the end the minnows cross to in the first pass, where the sharks line up.
+        zone_depth: of the end zones.
+        tag_distance: between the outlines of a shark and a minnow.
+        passes: more or fewer than the rule's floor((minnows - sharks) / 2) = an extension.
+        pass_limit: minnows still outside the end zone after this long become inactive = an extension.
+        slowest: each player's top speed is drawn between this fraction of its model's and the whole.
+        lineup_limit: virtual robots that are not on their marks after this long are put there.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    x: tuple[float, float]
+    y: tuple[float, float]
+    along: Literal["x", "y"] = "y"
+    first_goal: Literal["low", "high"] = "low"
+    zone_depth: float = Setting(3.0, gt=0, allow_inf_nan=False)
+    tag_distance: float = Setting(0.30, gt=0, allow_inf_nan=False)
+    passes: int | None = Setting(None, ge=1)
+    pass_limit: float | None = Setting(None, gt=0, allow_inf_nan=False)
+    slowest: float = Setting(0.6, gt=0, le=1)
+    lineup_limit: float = Setting(60.0, gt=0, allow_inf_nan=False)
+
+    @model_validator(mode="after")
+    def _playable(self) -> "Settings":
+        for name, (low, high) in (("x", self.x), ("y", self.y)):
+            if not low < high:
+                raise ValueError(f"{name}: expected the low border first, got [{low}, {high}]")
+        low, high = self.x if self.along == "x" else self.y
+        if high - low <= 2 * self.zone_depth:
+            raise ValueError(
+                f"zone_depth: two end zones of {self.zone_depth} m do not fit into a field {high - low:g} m long"
+            )
+        return self
+
+    @property
+    def field(self) -> Rectangle:
+        """The playing field."""
+        return Rectangle(self.x[0], self.y[0], self.x[1], self.y[1])
+
+    def end_zone(self, end: str) -> Rectangle:
+        """The zone at the `low` or `high` end."""
+        f, depth = self.field, self.zone_depth
+        if self.along == "x":
+            if end == "low":
+                return Rectangle(f.x_min, f.y_min, f.x_min + depth, f.y_max)
+            return Rectangle(f.x_max - depth, f.y_min, f.x_max, f.y_max)
+        if end == "low":
+            return Rectangle(f.x_min, f.y_min, f.x_max, f.y_min + depth)
+        return Rectangle(f.x_min, f.y_max - depth, f.x_max, f.y_max)
+
+
+class State(GameState, frozen=True, kw_only=True):
+    """Everything that the referee of this game remembers; a round is a pass.
+
+    Args:
+        roles, states: by player.
+        goal: the end that the minnows cross to in this pass.
+        marks: where each player is to line up.
+        caught: minnows taken out so far. crossed: safe crossings so far.
+    """
+
+    roles: dict[str, str]
+    states: dict[str, str]
+    goal: str
+    marks: dict[str, Pose]
+    caught: int = 0
+    crossed: int = 0
+
+    def with_state(self, names: Iterable[str], state: str) -> "State":
+        """The same with the players of these names in `state`."""
+        return structs.replace(self, states={**self.states, **dict.fromkeys(names, state)})
+
+    def active(self, role: str) -> list[str]:
+        """Names of the active players of a role."""
+        return [n for n, r in self.roles.items() if r == role and self.states[n] == ACTIVE]
+
+
+def opposite(end: str) -> str:
+    """The other end of the field."""
+    return "high" if end == "low" else "low"
+
+
+class SharksAndMinnows:
+    """The rule book.
+
+    Raises:
+        ConfigError: fewer than one pass, or a player that starts at the wrong place; every reason at once.
+    """
+
+    name = "sharks-and-minnows"
+    state_type = State
+
+    def __init__(self, settings: Settings, contestants: Sequence[Contestant]) -> None:
+        self.settings = settings
+        self.contestants = {c.name: c for c in contestants}
+        minnows = sum(c.role == MINNOW for c in contestants)
+        sharks = sum(c.role == SHARK for c in contestants)
+        problems = []
+        passes = (minnows - sharks) // 2
+        if passes < 1:
+            problems.append(
+                f"players: {minnows} minnows and {sharks} sharks make floor(({minnows} - {sharks}) / 2) = {passes} "
+                "passes; at least 1 is needed: add minnows"
+            )
+        if sharks < 1:
+            problems.append("players: expected at least one shark, got none")
+        for c in contestants:
+            problems += self._check_start(c)
+        if problems:
+            raise ConfigError(problems)
+        self.rounds = settings.passes or passes
+
+    def _check_start(self, c: Contestant) -> list[str]:
+        if not self.settings.field.contains(c.start.x, c.start.y):
+            return [f"players: {c.name} starts at ({c.start.x:g}, {c.start.y:g}), out of bounds"]
+        end = self.settings.first_goal if c.role == SHARK else opposite(self.settings.first_goal)
+        zone = self.settings.end_zone(end)
+        if zone.contains(c.start.x, c.start.y):
+            return []
+        return [
+            f"players: {c.name} is a {c.role} and starts in the zone x {zone.x_min:g} to {zone.x_max:g}, "
+            f"y {zone.y_min:g} to {zone.y_max:g}; ({c.start.x:g}, {c.start.y:g}) is outside it"
+        ]
+
+    def initial(self) -> State:
+        """Everybody active in the role and at the place of the match file."""
+        return State(
+            roles={c.name: c.role for c in self.contestants.values()},
+            states=dict.fromkeys(self.contestants, ACTIVE),
+            round=1,
+            goal=self.settings.first_goal,
+            marks={c.name: c.start for c in self.contestants.values()},
+        )
+
+    def obstacles_to_start(self, state: State, now: Field) -> list[str]:
+        """Everybody stands at its mark."""
+        reasons = []
+        for name, mark in state.marks.items():
+            pose = now.poses.get(name)
+            if pose is None:
+                reasons.append(f"{name} is not in the world")
+                continue
+            away = float(np.hypot(pose.x - mark.x, pose.y - mark.y))
+            if away > MARK_REACH:
+                reasons.append(f"{name} is {away:.1f} m from its mark")
+            elif name in now.moving:
+                reasons.append(f"{name} is moving")
+        return reasons
+
+    def judge(self, state: State, before: Field, now: Field, clock: float) -> Verdict[State]:
+        """Tags and borders over the whole way between two instants, then the end of the pass."""
+        findings: list[Finding] = []
+        out = self._exits(state, before, now)
+        for name in sorted(state.active(MINNOW)):
+            tag = self._first_tag(state, name, before, now, out)
+            if tag is not None:
+                findings.append(tag)
+                out.pop(name, None)
+        for name, fraction in sorted(out.items()):
+            pose = interpolate(before.poses[name], now.poses[name], fraction)
+            findings.append(
+                Finding(
+                    rule="out_of_bounds",
+                    text=f"{name} is out of bounds at ({pose.x:.2f}, {pose.y:.2f}) and inactive",
+                    players=(name,),
+                    poses=(pose,),
+                    foul=True,
+                )
+            )
+        findings += self._late(state, now, clock, {f.players[0] for f in findings})
+        hit = {f.players[0] for f in findings}
+        caught = state.caught + sum(state.roles[n] == MINNOW for n in hit)
+        state = structs.replace(state.with_state(hit, INACTIVE), caught=caught)
+        return self._end_of_pass(state, now, findings)
+
+    def _exits(self, state: State, before: Field, now: Field) -> dict[str, float]:
+        """When each active player left the field: fraction of the way between the two instants."""
+        exits = {}
+        for name, status in state.states.items():
+            if status != ACTIVE or name not in now.poses:
+                continue
+            a, b = before.poses.get(name, now.poses[name]), now.poses[name]
+            fraction = self.settings.field.exit_fraction((a.x, a.y), (b.x, b.y))
+            if fraction is not None:
+                exits[name] = fraction
+        return exits
+
+    def _first_tag(self, state: State, minnow: str, before: Field, now: Field, out: dict[str, float]) -> Finding | None:
+        """The first tag of a minnow, by whichever sharks come first; both must still be in bounds at that instant."""
+        if minnow not in before.poses or minnow not in now.poses:
+            return None
+        best, taggers = float("inf"), []
+        for shark in sorted(state.active(SHARK)):
+            if shark not in before.poses or shark not in now.poses:
+                continue
+            fraction = first_tag(
+                (before.poses[shark], now.poses[shark], self.contestants[shark].size),
+                (before.poses[minnow], now.poses[minnow], self.contestants[minnow].size),
+                self.settings.tag_distance,
+                self.settings.end_zone(state.goal),
+            )
+            if fraction is None or fraction > min(out.get(shark, 1.0), out.get(minnow, 1.0)):
+                continue
+            if fraction < best:
+                best, taggers = fraction, [shark]
+            elif fraction == best:
+                taggers.append(shark)
+        if not taggers:
+            return None
+        pair = [minnow, *taggers]
+        return Finding(
+            rule="tag",
+            text=f"{minnow} is tagged by {' and '.join(taggers)} and inactive",
+            players=tuple(pair),
+            poses=tuple(interpolate(before.poses[n], now.poses[n], best) for n in pair),
+        )
+
+    def _late(self, state: State, now: Field, clock: float, hit: set[str]) -> list[Finding]:
+        """Extension: minnows that are not home when the pass's time is up."""
+        if self.settings.pass_limit is None or clock < self.settings.pass_limit:
+            return []
+        zone = self.settings.end_zone(state.goal)
+        return [
+            Finding(
+                rule="pass_limit",
+                text=f"{name} is not in the end zone after {self.settings.pass_limit:g} s and inactive",
+                players=(name,),
+                poses=(now.poses[name],),
+            )
+            for name in sorted(set(state.active(MINNOW)) - hit)
+            if name in now.poses and not zone.contains(now.poses[name].x, now.poses[name].y)
+        ]
+
+    def _end_of_pass(self, state: State, now: Field, findings: list[Finding]) -> Verdict[State]:
+        zone = self.settings.end_zone(state.goal)
+        remaining = state.active(MINNOW)
+        home = [n for n in remaining if n in now.poses and zone.contains(now.poses[n].x, now.poses[n].y)]
+        if len(home) < len(remaining):
+            return Verdict(state, findings)
+        state = structs.replace(state, crossed=state.crossed + len(home))
+        left = f"{len(home)} minnow{'' if len(home) == 1 else 's'} left"
+        findings.append(
+            Finding(
+                rule="pass_over",
+                text=f"pass {state.round} of {self.rounds} is over, {left}",
+                players=tuple(home),
+                poses=tuple(now.poses[n] for n in home),
+            )
+        )
+        return Verdict(state, findings, round_over=True, winner=self._winner(state))
+
+    def _winner(self, state: State) -> str | None:
+        if not state.active(MINNOW):
+            return SHARKS
+        return MINNOWS if state.round >= self.rounds else None
+
+    def obstacles_to_resume(self, state: State, now: Field) -> list[str]:
+        """A foul here stops its player alone: play goes on at once."""
+        return []
+
+    def next_round(self, state: State, now: Field) -> Verdict[State]:
+        """Inactive players become sharks, and the sides swap ends."""
+        recruits = [n for n, s in state.states.items() if s == INACTIVE]
+        roles = {**state.roles, **dict.fromkeys(recruits, SHARK)}
+        goal = opposite(state.goal)
+        field, ends = self.settings.field, {SHARK: goal, MINNOW: state.goal}
+        marks: dict[str, Pose] = {}
+        for role, end in ends.items():
+            marks |= line_up(
+                {n: now.poses.get(n, state.marks[n]) for n, r in roles.items() if r == role},
+                self.settings.end_zone(end),
+                field,
+                max(max(c.size) for c in self.contestants.values()),
+            )
+        return Verdict(
+            structs.replace(
+                state,
+                roles=roles,
+                states=dict.fromkeys(state.states, ACTIVE),
+                round=state.round + 1,
+                goal=goal,
+                marks={n: marks[n] for n in state.marks},
+            ),
+            [
+                Finding(rule="new_shark", text=f"{n} becomes a shark", players=(n,), poses=(now.poses[n],))
+                for n in recruits
+                if n in now.poses
+            ],
+        )
+
+    def statuses(self, state: State, stage: Stage, now: Field) -> list[PlayerStatus]:
+        """Everybody knows all positions and roles; nobody is told the top speeds."""
+        lining_up = stage is Stage.INITIALIZE
+        return [
+            PlayerStatus(
+                name=name,
+                team=SHARKS if contestant.role == SHARK else MINNOWS,
+                role=state.roles[name],
+                state=state.states[name],
+                may_move=lining_up or (stage is Stage.PLAY_ROUND and state.states[name] == ACTIVE),
+                radius=circumradius(contestant.size),
+                pose=now.poses.get(name),
+                mark=state.marks[name] if lining_up else None,
+            )
+            for name, contestant in self.contestants.items()
+        ]
+
+    def zones(self, state: State) -> list[Zone]:
+        """The field, the end zone where minnows are safe, and the one they come from."""
+        named = (
+            ("field", "field", self.settings.field),
+            ("safe", "safe", self.settings.end_zone(state.goal)),
+            ("start", "start", self.settings.end_zone(opposite(state.goal))),
+        )
+        return [
+            Zone(name=name, kind=kind, x_min=r.x_min, y_min=r.y_min, x_max=r.x_max, y_max=r.y_max)
+            for name, kind, r in named
+        ]
+
+    def score(self, state: State) -> dict[str, int]:
+        """Sharks: minnows taken out. Minnows: safe crossings."""
+        return {SHARKS: state.caught, MINNOWS: state.crossed}
+
+    def speed_limits(self, seed: int) -> dict[str, float]:
+        """Seeded, independent of the order of the players in the match file."""
+        limits = {}
+        for name in sorted(self.contestants):
+            rng = np.random.default_rng([seed, *name.encode()])
+            limits[name] = self.contestants[name].v_max * float(rng.uniform(self.settings.slowest, 1.0))
+        return limits
+
+    def overrule(self, state: State, action: OfficialAction, subject: str, value: str) -> State:
+        """Set a team's score, or a player's role or state."""
+        if action is OfficialAction.SET_SCORE:
+            if subject not in (SHARKS, MINNOWS) or not value.isdigit():
+                raise ConfigError([f"set-score: expected sharks or minnows and a number, got {subject!r} {value!r}"])
+            points = int(value)
+            return structs.replace(state, **{"caught" if subject == SHARKS else "crossed": points})
+        if subject not in state.roles:
+            raise ConfigError([f"{action}: expected one of {', '.join(sorted(state.roles))}, got {subject!r}"])
+        known = (SHARK, MINNOW) if action is OfficialAction.SET_ROLE else (ACTIVE, INACTIVE)
+        if value not in known:
+            raise ConfigError([f"{action}: expected {' or '.join(known)}, got {value!r}"])
+        if action is OfficialAction.SET_ROLE:
+            return structs.replace(state, roles={**state.roles, subject: value})
+        return state.with_state([subject], value)

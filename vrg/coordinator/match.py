@@ -1,0 +1,260 @@
+"""The stages of a match (thesis, Algorithm 3.1), as a pure state machine around any rule book.
+
+    INITIALIZE -> PLAY_ROUND <-> FOUL -> ROUND_OVER -> INITIALIZE ... -> GAME_OVER
+
+HALT lies across all stages: the clock is stopped and robots stand; only an official ends it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import msgspec
+from msgspec import Struct, structs
+
+from vrg.bus.messages import Official, OfficialAction, RefereeState, Stage
+from vrg.coordinator.rulebook import Field, Finding, RuleBook
+from vrg.errors import ConfigError
+
+ROUND_PAUSE = 2.0
+"""s that ROUND_OVER lasts, so that everybody sees how the round ended."""
+PLACE_AGAIN = 10.0
+"""s after which players that could not be put on their marks are put there again."""
+NOBODY = "nobody"
+"""The winner of a match that an official ended."""
+
+
+class Standing(Struct, frozen=True, kw_only=True):
+    """All that has to survive a crash of the coordinator.
+
+    Args:
+        halted: why, None while play may go on.
+        clock: s of play in this round. total: s of play in the match.
+        in_stage: s in this stage, HALT not counted.
+        calls: number of calls so far.
+        game: the rule book's own state, as plain data.
+    """
+
+    stage: Stage
+    halted: str | None
+    clock: float
+    total: float
+    in_stage: float
+    calls: int
+    winner: str | None
+    game: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What one step changed: empty when nothing is to be journalled or called.
+
+    Args:
+        findings: calls to announce, in order.
+        stages: stages entered, in order.
+        place: players that are to be put on their marks.
+    """
+
+    findings: Sequence[Finding] = field(default_factory=tuple)
+    stages: Sequence[Stage] = field(default_factory=tuple)
+    place: Sequence[str] = field(default_factory=tuple)
+
+    def __bool__(self) -> bool:
+        return bool(self.findings or self.stages or self.place)
+
+
+class Match:
+    """One match under one rule book.
+
+    Args:
+        book: the rules.
+        lineup_limit: s in INITIALIZE after which players that are not on their marks are put there.
+        standing: to go on from; a match taken up again begins in HALT.
+    """
+
+    def __init__(self, book: RuleBook[Any], lineup_limit: float, standing: Standing | None = None) -> None:
+        self._book = book
+        self._lineup_limit = lineup_limit
+        self.waiting: list[str] = []
+        self.stage = Stage.INITIALIZE
+        self.halted: str | None = None
+        self.clock = self.total = self.in_stage = 0.0
+        self.calls = 0
+        self.winner: str | None = None
+        self.game = book.initial()
+        self._before: Field | None = None
+        self._place_at = lineup_limit
+        if standing is not None:
+            self.stage, self.winner = standing.stage, standing.winner
+            self.clock, self.total, self.in_stage = standing.clock, standing.total, standing.in_stage
+            self.calls = standing.calls
+            self.game = msgspec.convert(standing.game, book.state_type)
+            if self.stage is not Stage.GAME_OVER:
+                self.halted = standing.halted or "the coordinator was restarted"
+
+    @property
+    def over(self) -> bool:
+        """Whether the game has ended."""
+        return self.stage is Stage.GAME_OVER
+
+    def standing(self) -> Standing:
+        """What to journal."""
+        return Standing(
+            stage=self.stage,
+            halted=self.halted,
+            clock=round(self.clock, 6),
+            total=round(self.total, 6),
+            in_stage=round(self.in_stage, 6),
+            calls=self.calls,
+            winner=self.winner,
+            game=msgspec.to_builtins(self.game),
+        )
+
+    def state(self, now: Field, estop: bool) -> RefereeState:
+        """What to publish."""
+        players = self._book.statuses(self.game, self.stage, now)
+        if self.halted is not None or estop:
+            players = [structs.replace(p, may_move=False) for p in players]
+        return RefereeState(
+            game=self._book.name,
+            stage=self.stage,
+            halted=self.halted,
+            waiting=self.waiting,
+            clock=self.clock,
+            total=self.total,
+            round=self.game.round,
+            rounds=self._book.rounds,
+            score=self._book.score(self.game),
+            players=players,
+            zones=self._book.zones(self.game),
+            winner=self.winner,
+            estop=estop,
+        )
+
+    def step(self, dt: float, now: Field, absent: Sequence[str]) -> Outcome:
+        """Advance by `dt` seconds of match time to the field `now`.
+
+        Args:
+            absent: why the match cannot go on for reasons outside the rules: players that do not answer, say.
+        """
+        if self.halted is not None or self.over:
+            self._before = None
+            self.waiting = list(absent)
+            return Outcome()
+        self.in_stage += dt
+        if self.stage is Stage.INITIALIZE:
+            return self._initialize(now, absent)
+        if self.stage is Stage.PLAY_ROUND:
+            return self._play(dt, now)
+        if self.stage is Stage.FOUL:
+            return self._foul(now)
+        return self._round_over(now)
+
+    def halt(self, reason: str) -> Outcome:
+        """Stop clock and robots. A second reason is added to the first."""
+        if self.over or (self.halted is not None and reason in self.halted):
+            return Outcome()
+        self.halted = reason if self.halted is None else f"{self.halted}; {reason}"
+        return Outcome([Finding(rule="halt", text=f"halt: {reason}", players=(), poses=())])
+
+    def decide(self, official: Official, now: Field, absent: Sequence[str]) -> Outcome:
+        """Apply an official's decision; an impossible one is answered by a call that says why."""
+        action, by = official.action, official.by
+        why = f" ({official.reason})" if official.reason else ""
+        if action is OfficialAction.HALT and not self.over:
+            return self.halt(f"called by {by}{why}")
+        refusal = self._refusal(action, absent)
+        if refusal:
+            return _announce("refused", f"{by} asks for {action}: {refusal}")
+        if action is OfficialAction.RESUME:
+            self.halted = None
+            return _announce("resume", f"resumed by {by}{why}")
+        if action is OfficialAction.END:
+            self.halted = None
+            self.winner = self.winner or NOBODY
+            return Outcome(_announce("ended", f"ended by {by}{why}").findings, [self._enter(Stage.GAME_OVER)])
+        try:
+            self.game = self._book.overrule(self.game, action, official.subject or "", official.value or "")
+        except ConfigError as error:
+            return _announce("refused", f"{by} asks for {action}: {error}")
+        return _announce("overruled", f"{by}: {action} {official.subject} {official.value}{why}")
+
+    def _refusal(self, action: OfficialAction, absent: Sequence[str]) -> str | None:
+        """Why an official cannot do this now."""
+        if self.over:
+            return "the game is over"
+        if action is not OfficialAction.RESUME:
+            return None
+        if self.halted is None:
+            return "play is not halted"
+        return "; ".join(absent) or None
+
+    def _enter(self, stage: Stage) -> Stage:
+        self.stage = stage
+        self.in_stage = 0.0
+        self.waiting = []
+        self._before = None
+        self._place_at = self._lineup_limit
+        return stage
+
+    def _initialize(self, now: Field, absent: Sequence[str]) -> Outcome:
+        self.waiting = [*absent, *self._book.obstacles_to_start(self.game, now)]
+        if not self.waiting:
+            self.clock = 0.0
+            self._enter(Stage.PLAY_ROUND)
+            self._before = now
+            begins = f"round {self.game.round} of {self._book.rounds} begins"
+            return Outcome([Finding(rule="begin", text=begins, players=(), poses=())], [Stage.PLAY_ROUND])
+        if absent or self.in_stage < self._place_at:
+            return Outcome()
+        self._place_at = self.in_stage + PLACE_AGAIN
+        stragglers = [
+            p.name
+            for p in self._book.statuses(self.game, self.stage, now)
+            if p.mark is not None and any(p.name in reason.split() for reason in self.waiting)
+        ]
+        text = f"put on their marks after {self.in_stage:.0f} s: {', '.join(stragglers)}"
+        return Outcome([Finding(rule="placed", text=text, players=(), poses=())], place=stragglers)
+
+    def _play(self, dt: float, now: Field) -> Outcome:
+        self.clock += dt
+        self.total += dt
+        verdict = self._book.judge(self.game, self._before or now, now, self.clock)
+        self._before = now
+        self.game = verdict.state
+        stages: list[Stage] = []
+        if any(f.foul for f in verdict.findings) and not verdict.round_over:
+            stages.append(self._enter(Stage.FOUL))
+            # The foul's own algorithm is part of the verdict; play goes on at once where the rules allow it.
+            if not self._book.obstacles_to_resume(self.game, now):
+                stages.append(self._enter(Stage.PLAY_ROUND))
+                self._before = now
+        if verdict.round_over:
+            self.winner = verdict.winner
+            stages.append(self._enter(Stage.ROUND_OVER))
+        return Outcome(verdict.findings, stages)
+
+    def _foul(self, now: Field) -> Outcome:
+        self.waiting = self._book.obstacles_to_resume(self.game, now)
+        if self.waiting:
+            return Outcome()
+        self._enter(Stage.PLAY_ROUND)
+        self._before = now
+        return Outcome(stages=[Stage.PLAY_ROUND])
+
+    def _round_over(self, now: Field) -> Outcome:
+        if self.winner is not None:
+            text = f"game over: {self.winner} win"
+            game_over = Finding(rule="game_over", text=text, players=(), poses=())
+            return Outcome([game_over], [self._enter(Stage.GAME_OVER)])
+        if self.in_stage < ROUND_PAUSE:
+            return Outcome()
+        verdict = self._book.next_round(self.game, now)
+        self.game, self.winner = verdict.state, verdict.winner
+        if self.winner is not None:
+            return Outcome(verdict.findings)
+        return Outcome(verdict.findings, [self._enter(Stage.INITIALIZE)])
+
+
+def _announce(rule: str, text: str) -> Outcome:
+    return Outcome([Finding(rule=rule, text=text, players=(), poses=())])

@@ -1,0 +1,174 @@
+"""The coordinator as a node: it gathers what the world and the players say, and publishes what the referee decides."""
+
+import logging
+from collections.abc import Sequence
+from typing import Any
+
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import Body, Call, RequestKind, SpeedLimit, Stage, WorldRequest
+from vrg.bus.node import Node, Tick
+from vrg.bus.topics import Keys
+from vrg.coordinator.journal import Journal
+from vrg.coordinator.match import Match, Outcome
+from vrg.coordinator.rulebook import Field, RuleBook
+from vrg.errors import JournalError
+
+log = logging.getLogger(__name__)
+
+PERIOD = 0.1
+"""s between looks at the field."""
+SILENCE = 1.0
+"""s of match time without a report after which a player counts as absent."""
+PATIENCE = 5.0
+"""s of absence after which a match in play is halted."""
+AT_REST = 0.05
+"""m/s and rad/s below which a body counts as at rest."""
+
+
+class Coordinator(Node):
+    """Runs one match. It drives no robot; it may stop all of them.
+
+    Args:
+        book: the rules.
+        journal: already open; its standing, if any, is gone on from, in HALT.
+        seed: of the match.
+        lineup_limit: see `Match`.
+    """
+
+    kind = "coordinator"
+
+    def __init__(
+        self,
+        mailbox: Mailbox,
+        keys: Keys,
+        book: RuleBook[Any],
+        journal: Journal,
+        *,
+        seed: int,
+        lineup_limit: float = 60.0,
+        period: float = PERIOD,
+    ) -> None:
+        super().__init__("referee", mailbox, period)
+        self._keys = keys
+        self._journal = journal
+        self.match = Match(book, lineup_limit, journal.standing)
+        self._limits = book.speed_limits(seed)
+        self._names = [p.name for p in book.statuses(self.match.game, self.match.stage, Field({}))]
+        self._poses = mailbox.subscribe(keys.poses)
+        self._clock = mailbox.subscribe(keys.clock)
+        self._reports = mailbox.subscribe(keys.report())
+        self._officials = mailbox.subscribe(keys.official)
+        self._estops = mailbox.subscribe(keys.estop)
+        self._estop = False
+        self._last_time: float | None = None
+        self._field = Field({})
+        self._unsaved: list[Outcome] = []
+        self._announced_limits = False
+
+    def tick(self, tick: Tick) -> None:
+        """One look at the field, one judgement, one state published."""
+        if not self._announced_limits:
+            self._announced_limits = True
+            for name, v_max in self._limits.items():
+                self.mailbox.publish(self._keys.speed_limit(name), SpeedLimit(v_max=v_max))
+        self._look()
+        absent = self._absent(tick)
+        outcomes = [*self._listen(absent), self._guard(tick)]
+        dt = 0.0 if self._last_time is None or not tick.live else max(0.0, tick.time - self._last_time)
+        self._last_time = tick.time
+        outcomes.append(self.match.step(dt, self._field, absent))
+        self._record(tick.time, [o for o in outcomes if o])
+        self.mailbox.publish(self._keys.referee_state, self.match.state(self._field, self._estop))
+
+    def _look(self) -> None:
+        for received in self._poses.take():
+            bodies = {b.name: b for b in received.body.bodies if b.name in self._names}
+            moving = frozenset(name for name, body in bodies.items() if _moves(body))
+            self._field = Field({name: body.pose for name, body in bodies.items()}, moving)
+
+    def _listen(self, absent: Sequence[str]) -> list[Outcome]:
+        outcomes = []
+        for estop in self._estops.take():
+            self._estop = estop.body.engaged
+            why = f": {estop.body.reason}" if estop.body.reason else ""
+            if self._estop:
+                outcomes.append(self.match.halt(f"emergency stop by {estop.body.by}{why}"))
+        clock = self._clock.latest
+        if clock is not None and clock.body.estop and not self._estop and not self._estops.by_key:
+            # The world latched a stop that was pressed while this process was away.
+            self._estop = True
+            outcomes.append(self.match.halt("emergency stop, latched in the world"))
+        outcomes += [self.match.decide(o.body, self._field, absent) for o in self._officials.take()]
+        return outcomes
+
+    def _absent(self, tick: Tick) -> list[str]:
+        reasons = [] if tick.live else ["the world's clock has stopped"]
+        if self._estop:
+            reasons.append("the emergency stop is engaged: release it with `vrg estop --release`")
+        for name in self._names:
+            report = self._reports.by_key.get(self._keys.report(name).key)
+            if report is None or tick.time - report.stamp > SILENCE:
+                reasons.append(f"{name} does not report")
+            elif report.body.fault:
+                reasons.append(f"{name}: {report.body.fault}")
+        return reasons
+
+    def _guard(self, tick: Tick) -> Outcome:
+        """Halt for what no rule book knows of."""
+        if not tick.live and self._last_time is not None:
+            return self.match.halt("the world's clock has stopped")
+        if self.match.stage is Stage.PLAY_ROUND and self.match.halted is None:
+            for name in self._names:
+                report = self._reports.by_key.get(self._keys.report(name).key)
+                if report is not None and tick.time - report.stamp > PATIENCE:
+                    return self.match.halt(f"{name} has not reported for {PATIENCE:g} s")
+        return Outcome()
+
+    def _record(self, time: float, outcomes: list[Outcome]) -> None:
+        """Journal first, then announce. What cannot be written halts the match and is tried again each tick."""
+        self._unsaved += outcomes
+        standing = self.match.standing()
+        if self._unsaved:
+            calls, number = [], self.match.calls
+            for finding in (f for outcome in self._unsaved for f in outcome.findings):
+                number += 1
+                calls.append(
+                    Call(
+                        number=number,
+                        rule=finding.rule,
+                        text=finding.text,
+                        players=list(finding.players),
+                        poses=list(finding.poses),
+                        clock=standing.clock,
+                    )
+                )
+            self.match.calls = number
+            stages = [stage for outcome in self._unsaved for stage in outcome.stages]
+            try:
+                self._journal.append(time, stages, calls, self.match.standing())
+            except JournalError as error:
+                self.match.calls = number - len(calls)
+                halted = self.match.halt(str(error))
+                if halted:
+                    log.error("%s", error)
+                    self._unsaved.append(halted)
+                return
+            for outcome in self._unsaved:
+                self._put_on_marks(outcome.place)
+            self._unsaved = []
+            for call in calls:
+                log.info("%s: %s", call.rule, call.text)
+                self.mailbox.publish(self._keys.referee_event, call)
+        self._journal.mark(standing)
+
+    def _put_on_marks(self, names: Sequence[str]) -> None:
+        for status in self.match.state(self._field, self._estop).players:
+            if status.name in names and status.mark is not None:
+                self.mailbox.publish(
+                    self._keys.world_request,
+                    WorldRequest(kind=RequestKind.PLACE, robot=status.name, pose=status.mark),
+                )
+
+
+def _moves(body: Body) -> bool:
+    return abs(body.v) > AT_REST or abs(body.w) > AT_REST
