@@ -1,0 +1,103 @@
+"""The recorded 3-D scene: each robot a box with an arrow and its name, coloured by role; each zone an outline."""
+
+import math
+import zlib
+from dataclasses import dataclass
+from typing import Final
+
+from vrg.bus import foxglove as fg
+from vrg.bus import messages as m
+
+Rgb = tuple[int, int, int]
+"""Each 0 to 255."""
+
+# Okabe and Ito (2008), "Color Universal Design": told apart with every common kind of colour blindness.
+VERMILLION: Final[Rgb] = (213, 94, 0)
+SKY_BLUE: Final[Rgb] = (86, 180, 233)
+ORANGE: Final[Rgb] = (230, 159, 0)
+GREEN: Final[Rgb] = (0, 158, 115)
+YELLOW: Final[Rgb] = (240, 228, 66)
+BLUE: Final[Rgb] = (0, 114, 178)
+PURPLE: Final[Rgb] = (204, 121, 167)
+GREY: Final[Rgb] = (142, 149, 160)
+
+OUT_OF_PLAY: Final = frozenset({"inactive", "tagged", "captured", "escaped"})
+"""States in which a player is only an obstacle."""
+ROLE_COLOURS: Final[dict[str, Rgb]] = {
+    "shark": VERMILLION,
+    "minnow": SKY_BLUE,
+    "pursuer": ORANGE,
+    "intruder": PURPLE,
+    "attacker": ORANGE,
+    "defender": BLUE,
+    "robot": GREEN,
+}
+
+
+def role_colour(role: str, state: str = "") -> Rgb:
+    """The colour of a player: grey out of play; a role that has none of its own gets one by its name."""
+    if state in OUT_OF_PLAY:
+        return GREY
+    known = ROLE_COLOURS.get(role)
+    if known is not None:
+        return known
+    rest = (GREEN, YELLOW, BLUE, PURPLE)
+    return rest[zlib.crc32(role.encode()) % len(rest)]
+
+
+@dataclass(frozen=True)
+class Shape:
+    """How large a robot is, and where its laser is.
+
+    Args:
+        length, width, height: m. laser_x: m ahead of the body's centre.
+    """
+
+    length: float = 0.5
+    width: float = 0.4
+    height: float = 0.25
+    laser_x: float = 0.0
+
+    def laser_pose(self, body: m.Pose) -> fg.Pose:
+        """Where the laser is when the body is at `body`."""
+        x = body.x + self.laser_x * math.cos(body.theta)
+        y = body.y + self.laser_x * math.sin(body.theta)
+        return fg.pose_of(x, y, body.theta)
+
+
+def robot_entity(name: str, pose: fg.Pose, shape: Shape, role: str, state: str, at: fg.Time) -> fg.SceneEntity:
+    """A robot in the scene; `pose` is on the ground."""
+    x, y, turned = pose.position.x, pose.position.y, pose.orientation
+    middle = fg.Pose(fg.Vector3(x, y, shape.height / 2), turned)
+    top = fg.Pose(fg.Vector3(x, y, shape.height + 0.02), turned)
+    above = fg.Pose(fg.Vector3(x, y, shape.height + 0.3), turned)
+    size = fg.Vector3(shape.length, shape.width, shape.height)
+    box = fg.CubePrimitive(middle, size, _color(role_colour(role, state)))
+    arrow = fg.ArrowPrimitive(top, shape.length * 0.5, 0.06, 0.18, 0.16, _WHITE)
+    text = fg.TextPrimitive(above, True, 0.25, False, _WHITE, f"{name} ({state or role})")
+    return fg.SceneEntity(at, fg.FRAME, name, _FOREVER, False, [arrow], [box], [], [text])
+
+
+def zone_entity(zone: m.Zone, at: fg.Time) -> fg.SceneEntity:
+    """A zone's outline; the safe one is green."""
+    corners = [
+        fg.Vector3(x, y, 0.01)
+        for x, y in (
+            (zone.x_min, zone.y_min),
+            (zone.x_max, zone.y_min),
+            (zone.x_max, zone.y_max),
+            (zone.x_min, zone.y_max),
+        )
+    ]
+    colour = _color(GREEN if zone.kind == "safe" else GREY)
+    line = fg.LinePrimitive(1, _ORIGIN, 0.06, False, corners, colour)
+    return fg.SceneEntity(at, fg.FRAME, f"zone:{zone.name}", _FOREVER, False, [], [], [line], [])
+
+
+def _color(rgb: Rgb) -> fg.Color:
+    return fg.Color(rgb[0] / 255, rgb[1] / 255, rgb[2] / 255, 1.0)
+
+
+_WHITE: Final = _color((255, 255, 255))
+_ORIGIN: Final = fg.pose_of(0.0, 0.0, 0.0)
+_FOREVER: Final = fg.Time(0, 0)

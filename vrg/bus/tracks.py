@@ -1,0 +1,132 @@
+"""Reading a recording back: where each robot was, what the referee called. A truncated file is read as far as it goes."""
+
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final, TypeVar
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+from mcap.exceptions import EndOfFile, InvalidMagic, McapError
+from mcap.reader import NonSeekingReader
+from zstandard import ZstdError
+
+from vrg.bus import foxglove as fg
+from vrg.bus import messages as m
+from vrg.errors import MessageError
+
+R = TypeVar("R", bound=msgspec.Struct)
+
+_TORN: Final = (EndOfFile, struct.error, ZstdError)
+"""What mcap's reader raises where a file ends within a record."""
+
+
+@dataclass(frozen=True)
+class Track:
+    """Where one robot was.
+
+    Args:
+        times: match time, s, rising. x, y: m. theta: rad, -pi to pi. All of shape (n,).
+        roles, states: the referee's words at each time; empty before it spoke. rounds: the round, 0 before.
+        physical: a robot of flesh and steel, not a virtual one.
+    """
+
+    name: str
+    physical: bool
+    times: npt.NDArray[np.float64]
+    x: npt.NDArray[np.float64]
+    y: npt.NDArray[np.float64]
+    theta: npt.NDArray[np.float64]
+    roles: list[str]
+    states: list[str]
+    rounds: npt.NDArray[np.int64]
+
+
+@dataclass
+class _Samples:
+    physical: bool
+    poses: list[tuple[float, float, float, float]] = field(default_factory=list)
+    words: list[tuple[str, str, int]] = field(default_factory=list)
+
+    def add(self, time: float, record: fg.PoseInFrame, words: tuple[str, str, int]) -> None:
+        # After a restart from a snapshot time steps back: what was recorded beyond it did not happen.
+        while self.poses and self.poses[-1][0] >= time:
+            self.poses.pop()
+            self.words.pop()
+        position = record.pose.position
+        self.poses.append((time, position.x, position.y, fg.heading_of(record.pose.orientation)))
+        self.words.append(words)
+
+
+def read_tracks(path: Path) -> dict[str, Track]:
+    """Each robot's track, by name; of a truncated file, as far as it goes.
+
+    Raises:
+        OSError: the file cannot be read.
+        MessageError: it is not a recording of this program.
+    """
+    samples: dict[str, _Samples] = {}
+    roles: dict[str, tuple[str, str]] = {}
+    playing = 0
+    for topic, metadata, stamp, data in _records(path):
+        if topic == "/referee/state":
+            state = _decode(data, fg.StateRecord, topic)
+            roles = {p.name: (p.role, p.state) for p in state.players}
+            playing = state.round
+        elif topic.startswith("/robot/") and topic.endswith("/pose"):
+            name = topic.split("/")[2]
+            if name not in samples:
+                samples[name] = _Samples(metadata.get("physical") == "true")
+            samples[name].add(stamp, _decode(data, fg.PoseInFrame, topic), (*roles.get(name, ("", "")), playing))
+    return {name: _track(name, of) for name, of in samples.items()}
+
+
+def read_calls(path: Path) -> list[fg.CallRecord]:
+    """The referee's calls in the order of their numbers. Raises as `read_tracks`."""
+    topic = "/referee/event"
+    calls = [_decode(data, fg.CallRecord, topic) for at, _, _, data in _records(path) if at == topic]
+    return sorted(calls, key=lambda call: call.number)
+
+
+def read_zones(path: Path) -> list[m.Zone]:
+    """The zones of the first round. Raises as `read_tracks`."""
+    for topic, _, _, data in _records(path):
+        if topic == "/referee/state":
+            return _decode(data, fg.StateRecord, topic).zones
+    return []
+
+
+def _track(name: str, samples: _Samples) -> Track:
+    poses = np.array(samples.poses, dtype=np.float64).reshape(-1, 4)
+    return Track(
+        name=name,
+        physical=samples.physical,
+        times=poses[:, 0],
+        x=poses[:, 1],
+        y=poses[:, 2],
+        theta=poses[:, 3],
+        roles=[role for role, _, _ in samples.words],
+        states=[state for _, state, _ in samples.words],
+        rounds=np.array([number for _, _, number in samples.words], dtype=np.int64),
+    )
+
+
+def _records(path: Path) -> Iterator[tuple[str, dict[str, str], float, bytes]]:
+    """(topic, channel's metadata, match time in s, JSON) in the order of the file, up to where it is torn."""
+    with path.open("rb") as stream:
+        try:
+            for _, channel, message in NonSeekingReader(stream).iter_messages(log_time_order=False):
+                yield channel.topic, channel.metadata, message.log_time / 1e9, message.data
+        except _TORN:
+            return
+        except (InvalidMagic, McapError) as error:
+            raise MessageError(f"{path}: expected an MCAP recording: {error}") from None
+
+
+def _decode(data: bytes, record: type[R], topic: str) -> R:
+    try:
+        return msgspec.json.decode(data, type=record)
+    except msgspec.DecodeError as error:
+        raise MessageError(f"{topic}: expected {fg.SCHEMA_NAMES[record]}: {error}") from None

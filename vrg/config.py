@@ -1,0 +1,342 @@
+"""Match files: one TOML file describes a match, and everything wrong with it is said at once."""
+
+import importlib
+import importlib.util
+import math
+import re
+import sys
+import tomllib
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+
+from vrg.agents.players import default_strategy
+from vrg.agents.strategy import Strategy
+from vrg.bus.messages import Pose
+from vrg.bus.topics import NAME_PATTERN, Keys
+from vrg.coordinator.games import GAMES, make_rulebook
+from vrg.coordinator.rulebook import Contestant, RuleBook
+from vrg.errors import ConfigError
+from vrg.hal.backends import backend_names
+from vrg.hal.models import MODELS, robot_model
+from vrg.hal.sim.config import RobotSetup, WorldConfig, check_setup
+from vrg.toml_lines import line_of, lines_of, syntax_error_line
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+def _check_name(value: str) -> str:
+    if not NAME_PATTERN.fullmatch(value):
+        raise ValueError("expected 1 to 64 of A-Z a-z 0-9 _ - beginning with a letter or digit")
+    return value
+
+
+def _one_of(value: str, known: list[str]) -> str:
+    if value not in known:
+        raise ValueError(f"expected one of {', '.join(known)}, got {value!r}")
+    return value
+
+
+class PlayerEntry(_Table):
+    """One [[players]] table.
+
+    Args:
+        role: at the start. model: of its robot. backend: what its robot is.
+        x, y: m. heading: degrees counter-clockwise from +x.
+        strategy: `module:Class` or `file.py:Class` of a player of one's own; the game's own if missing.
+    """
+
+    name: str
+    role: str
+    model: str = "P2AT"
+    backend: str = "sim"
+    x: float
+    y: float
+    heading: float = 0.0
+    strategy: str | None = None
+
+    @field_validator("name")
+    @classmethod
+    def _name(cls, value: str) -> str:
+        return _check_name(value)
+
+    @field_validator("model")
+    @classmethod
+    def _model(cls, value: str) -> str:
+        return _one_of(value, sorted(MODELS))
+
+    @field_validator("backend")
+    @classmethod
+    def _backend(cls, value: str) -> str:
+        return _one_of(value, backend_names())
+
+    @property
+    def pose(self) -> Pose:
+        """Its place at the start."""
+        return Pose(self.x, self.y, math.radians(self.heading))
+
+
+class MatchFile(_Table):
+    """A match file as it is written.
+
+    Args:
+        name: of the match: part of every key on the bus.
+        seed: of every random number in the match.
+        rate: match seconds per real second.
+        lasers: False saves the scans where no player looks at them. noise: False = perfect sensors.
+        rules: the game's own settings.
+    """
+
+    name: str
+    game: str
+    map: str
+    engine: str = "pybullet"
+    seed: int = Field(0, ge=0)
+    rate: float = Field(1.0, ge=0.1, le=100)
+    lasers: bool = True
+    noise: bool = True
+    rules: dict[str, Any]
+    players: list[PlayerEntry] = Field(min_length=1)
+
+    @field_validator("name")
+    @classmethod
+    def _name(cls, value: str) -> str:
+        return _check_name(value)
+
+    @field_validator("game")
+    @classmethod
+    def _game(cls, value: str) -> str:
+        return _one_of(value, sorted(GAMES))
+
+
+@dataclass(frozen=True)
+class MatchSetup:
+    """A match that has been checked: everything that its processes are made from.
+
+    Args:
+        text: of the match file, with the overrides. base: folder that its relative paths start from.
+    """
+
+    file: MatchFile
+    text: str
+    base: Path
+    settings: BaseModel
+    world: WorldConfig
+
+    @property
+    def keys(self) -> Keys:
+        """The key map of this match."""
+        return Keys(self.file.name)
+
+    def player(self, name: str) -> PlayerEntry:
+        """The player of this name.
+
+        Raises:
+            ConfigError: there is none.
+        """
+        for player in self.file.players:
+            if player.name == name:
+                return player
+        known = ", ".join(p.name for p in self.file.players)
+        raise ConfigError([f"expected the name of a player of this match ({known}), got {name!r}"])
+
+    def rulebook(self) -> RuleBook[Any]:
+        """A fresh rule book."""
+        return make_rulebook(self.file.game, self.settings, _contestants(self.file))
+
+    def strategy(self, name: str) -> Strategy:
+        """The strategy of a player, imported now.
+
+        Raises:
+            ConfigError: it cannot be imported, or is no Strategy.
+        """
+        player = self.player(name)
+        target = player.strategy or default_strategy(self.file.game)
+        kind = _import(target, self.base)
+        if not (isinstance(kind, type) and issubclass(kind, Strategy)):
+            raise ConfigError([f"{target}: expected a subclass of vrg.agents.strategy.Strategy, got {kind!r}"])
+        return kind(name, robot_model(player.model))
+
+
+def match_path(game_or_path: str) -> Path:
+    """The match file of a game by its name, or the path itself.
+
+    Raises:
+        ConfigError: neither.
+    """
+    path = Path(game_or_path)
+    if path.suffix == ".toml" or path.is_file():
+        if not path.is_file():
+            raise ConfigError([f"{path}: no such file"])
+        return path
+    if game_or_path in GAMES:
+        return Path(str(files("vrg.coordinator.games"))) / f"{game_or_path.replace('-', '_')}.toml"
+    raise ConfigError([f"expected a match file (*.toml) or a game ({', '.join(sorted(GAMES))}), got {game_or_path!r}"])
+
+
+def load_match(path: Path, *, base: Path | None = None, **overrides: str | int | float | bool | None) -> MatchSetup:
+    """Read and check a match file.
+
+    Args:
+        base: folder that relative paths in it start from; its own if missing.
+        overrides: values for top-level fields that stand above the file's; None = none.
+
+    Raises:
+        ConfigError: with every problem as `file:line: field: what is wrong`.
+    """
+    text = _override(path.read_text(encoding="utf-8"), {k: v for k, v in overrides.items() if v is not None})
+    base = base or path.resolve().parent
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError([f"{path}:{syntax_error_line(error)}: not TOML: {error}"]) from None
+    lines = lines_of(text)
+    try:
+        file = MatchFile.model_validate(data)
+    except ValidationError as error:
+        problems = _explain(error, path, lines, ())
+        game = GAMES.get(str(data.get("game")))
+        if game and isinstance(data.get("rules"), dict):
+            problems += _rule_problems(game.settings, data["rules"], path, lines)
+        raise ConfigError(sorted(set(problems), key=_line_number)) from None
+    return _check(file, text, path, base, lines)
+
+
+def _check(file: MatchFile, text: str, path: Path, base: Path, lines: dict[tuple[str | int, ...], int]) -> MatchSetup:
+    game = GAMES[file.game]
+    world = WorldConfig(
+        map=file.map if "/" not in file.map and not file.map.endswith(".toml") else str(base / file.map),
+        engine=file.engine,
+        seed=file.seed,
+        rate=file.rate,
+        lasers=file.lasers,
+        noise=file.noise,
+        robots=tuple(RobotSetup(name=p.name, model=p.model, pose=p.pose) for p in file.players if p.backend == "sim"),
+    )
+    problems = _rule_problems(game.settings, file.rules, path, lines)
+    for i, player in enumerate(file.players):
+        if player.role not in game.roles:
+            line = line_of(lines, ("players", i, "role"))
+            known = ", ".join(game.roles)
+            problems.append(f"{path}:{line}: players.{i}.role: expected one of {known}, got {player.role!r}")
+        target = player.strategy or default_strategy(file.game)
+        try:
+            _import(target, base)
+        except ConfigError as error:
+            line = line_of(lines, ("players", i, "strategy"))
+            problems += [f"{path}:{line}: players.{i}.strategy: {p}" for p in error.problems]
+    problems += [_locate(p, file, path, lines) for p in check_setup(world)]
+    if not problems:
+        settings = game.settings.model_validate(file.rules)
+        try:
+            make_rulebook(file.game, settings, _contestants(file))
+        except ConfigError as error:
+            problems += [_locate(p, file, path, lines) for p in error.problems]
+    if problems:
+        raise ConfigError(sorted(problems, key=_line_number))
+    return MatchSetup(file, text, base, settings, world)
+
+
+def _contestants(file: MatchFile) -> list[Contestant]:
+    contestants = []
+    for player in file.players:
+        model = robot_model(player.model)
+        contestants.append(
+            Contestant(
+                name=player.name,
+                role=player.role,
+                start=player.pose,
+                size=(model.length, model.width),
+                v_max=model.v_max,
+            )
+        )
+    return contestants
+
+
+def _rule_problems(
+    settings: type[BaseModel], rules: dict[str, Any], path: Path, lines: dict[tuple[str | int, ...], int]
+) -> list[str]:
+    try:
+        settings.model_validate(rules)
+    except ValidationError as error:
+        return _explain(error, path, lines, ("rules",))
+    return []
+
+
+def _explain(
+    error: ValidationError, path: Path, lines: dict[tuple[str | int, ...], int], prefix: tuple[str, ...]
+) -> list[str]:
+    problems = []
+    for detail in error.errors():
+        where = (*prefix, *detail["loc"])
+        message = detail["msg"].removeprefix("Value error, ")
+        if detail["type"] == "extra_forbidden":
+            message = "unknown field"
+        elif detail["type"] == "missing":
+            message = "missing"
+        problems.append(f"{path}:{line_of(lines, where)}: {'.'.join(map(str, where)) or 'match'}: {message}")
+    return problems
+
+
+def _locate(problem: str, file: MatchFile, path: Path, lines: dict[tuple[str | int, ...], int]) -> str:
+    """Put file and line before a problem that names a player or a top-level field."""
+    for i, player in enumerate(file.players):
+        if re.search(rf"\b{re.escape(player.name)}\b(?!-)", problem):
+            return f"{path}:{line_of(lines, ('players', i))}: {problem}"
+    return f"{path}:{line_of(lines, (problem.split(':', maxsplit=1)[0],))}: {problem}"
+
+
+def _line_number(problem: str) -> tuple[int, str]:
+    match = re.match(r".*?:(\d+): ", problem)
+    return (int(match[1]) if match else 0, problem)
+
+
+def _override(text: str, values: dict[str, str | int | float | bool]) -> str:
+    """The same file with other values of top-level fields."""
+    lines = text.splitlines()
+    known = lines_of(text)
+    fresh = []
+    for key, value in values.items():
+        written = f"{key} = {_toml(value)}"
+        if (key,) in known:
+            lines[known[(key,)] - 1] = written
+        else:
+            fresh.append(written)
+    return "\n".join([*fresh, *lines]) + "\n"
+
+
+def _toml(value: str | float | bool) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return f'"{value}"' if isinstance(value, str) else repr(value)
+
+
+def _import(target: str, base: Path) -> object:
+    """`module:Class`, or `file.py:Class` with the file relative to `base`."""
+    module_name, _, name = target.rpartition(":")
+    if not module_name or not name:
+        raise ConfigError([f"expected `module:Class` or `file.py:Class`, got {target!r}"])
+    try:
+        if module_name.endswith(".py"):
+            module = _import_file((base / module_name).resolve())
+        else:
+            module = importlib.import_module(module_name)
+        found: object = getattr(module, name)
+    except Exception as error:
+        raise ConfigError([f"{target}: cannot be imported: {type(error).__name__}: {error}"]) from error
+    return found
+
+
+def _import_file(path: Path) -> Any:
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"{path} is no Python file")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[path.stem] = module
+    spec.loader.exec_module(module)
+    return module

@@ -1,0 +1,1 @@
+"""Starting a match: in one process, or as supervised processes."""

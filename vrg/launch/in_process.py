@@ -1,0 +1,65 @@
+"""A whole virtual match in this process, in lockstep."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from vrg.bus.lockstep import Lockstep
+from vrg.bus.messages import RefereeState
+from vrg.bus.node import Node
+from vrg.config import MatchSetup
+from vrg.coordinator.journal import Journal
+from vrg.coordinator.rulebook import Field
+from vrg.errors import ConfigError
+from vrg.launch.nodes import coordinator_node, player_node, world_node
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How a match ended.
+
+    Args:
+        state: the referee's last.
+        time: match time at the end, s.
+    """
+
+    state: RefereeState
+    time: float
+
+
+def play(
+    setup: MatchSetup,
+    journal: Journal,
+    *,
+    watchers: Sequence[Node] = (),
+    limit: float = 3600.0,
+    pace: Callable[[float], bool] | None = None,
+) -> Ending:
+    """Play a match to its end.
+
+    Args:
+        watchers: nodes that watch: a recorder, a table, a window.
+        limit: s of match time after which the match is broken off.
+        pace: called after each tick with the match time; may wait; False breaks the match off.
+
+    Raises:
+        ConfigError: a player is not virtual.
+    """
+    physical = [p.name for p in setup.file.players if p.backend != "sim"]
+    if physical:
+        raise ConfigError([f"{', '.join(physical)}: only robots of backend 'sim' can be played in one process"])
+    coordinator = coordinator_node(setup, journal)
+    players = [player_node(setup, p.name) for p in setup.file.players]
+    world = world_node(setup)
+    executor = Lockstep(world, [coordinator, *players, *watchers])
+    linger = 0.0
+    try:
+        # A second more, so that everybody hears how it ended.
+        while linger < 1.0 and executor.time < limit:
+            executor.step()
+            if pace is not None and not pace(executor.time):
+                break
+            if coordinator.match.over:
+                linger += world.period
+    finally:
+        executor.stop()
+    return Ending(coordinator.match.state(Field({}), estop=False), executor.time)

@@ -1,0 +1,91 @@
+"""What a run leaves behind: one folder with everything."""
+
+import json
+import os
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+
+@dataclass(frozen=True)
+class RunFolder:
+    """The files of one run, by name."""
+
+    path: Path
+
+    @classmethod
+    def create(cls, parent: Path, match: str, now: datetime, text: str) -> "RunFolder":
+        """Make a folder that no other run has, with the match file in it.
+
+        Args:
+            now: local real time, for the folder's name.
+            text: of the match file as it is played, overrides included.
+        """
+        stem = f"{match}-{now:%Y%m%d-%H%M%S}"
+        for attempt in range(1, 1000):
+            path = parent / (stem if attempt == 1 else f"{stem}-{attempt}")
+            try:
+                path.mkdir(parents=True)
+            except FileExistsError:
+                continue
+            folder = cls(path)
+            folder.logs.mkdir()
+            folder.match_file.write_text(text, encoding="utf-8")
+            return folder
+        raise FileExistsError(f"{parent / stem}: a thousand runs in one second")
+
+    @property
+    def match_file(self) -> Path:
+        """As it was played."""
+        return self.path / "match.toml"
+
+    @property
+    def journal(self) -> Path:
+        """The referee's."""
+        return self.path / "journal.jsonl"
+
+    @property
+    def recording(self) -> Path:
+        """For Foxglove."""
+        return self.path / "recording.mcap"
+
+    @property
+    def snapshot(self) -> Path:
+        """The world's, from which a restarted world goes on."""
+        return self.path / "world.snapshot"
+
+    @property
+    def logs(self) -> Path:
+        """One log a process."""
+        return self.path / "logs"
+
+    @property
+    def result(self) -> Path:
+        """Who won."""
+        return self.path / "result.json"
+
+    @property
+    def plot(self) -> Path:
+        """The trajectories."""
+        return self.path / "trajectories.png"
+
+
+def write_whole(path: Path, data: bytes) -> None:
+    """Replace a file so that a reader sees the old or the new content, never a part.
+
+    Raises:
+        OSError: it cannot be written; the old content is still there.
+    """
+    partial = path.with_name(f".{path.name}.partial")
+    try:
+        partial.write_bytes(data)
+        os.replace(partial, path)
+    except OSError:
+        partial.unlink(missing_ok=True)
+        raise
+
+
+def write_json(path: Path, content: dict[str, Any]) -> None:
+    """Write a JSON file for people and scripts."""
+    write_whole(path, (json.dumps(content, indent=2) + "\n").encode())
