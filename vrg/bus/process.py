@@ -4,13 +4,13 @@ import logging
 import signal
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from types import FrameType
 
 from vrg.bus.mailbox import Inlet, Mailbox
-from vrg.bus.messages import Clock
+from vrg.bus.messages import Message
 from vrg.bus.node import Node, Tick, due_index
 from vrg.bus.session import Session
 from vrg.bus.topics import Keys
@@ -41,11 +41,6 @@ class Statistics:
     cpu: float = 0.0
     wall: float = 0.0
     dropped: int = 0
-
-    @property
-    def as_dict(self) -> dict[str, float]:
-        """For a JSON file."""
-        return asdict(self)
 
 
 @contextmanager
@@ -102,72 +97,111 @@ class _Pulse:
             return arrived
 
 
-def run_node(node: Node, session: Session, keys: Keys, stop: threading.Event) -> Statistics:
-    """Tick a node by the match clock on the bus until `stop` is set or the node raises `SystemExit`.
+def run_node(
+    node: Node,
+    session: Session,
+    keys: Keys,
+    stop: threading.Event,
+    *,
+    finished: Callable[[], bool] = lambda: False,
+) -> Statistics:
+    """Tick a node by the match clock on the bus until `stop` is set or it has `finished`.
 
     An exception of the node stops its robot, and goes on to the caller.
 
     Raises:
         DuplicateNodeError: a node of this kind and name is alive already.
     """
-    pulse = _Pulse()
-    clocks = Mailbox()
-    clock = clocks.subscribe(keys.clock)
-    session.attach(clocks, lambda _inlet: pulse.set())
+    clock = _HeardClock(session, keys)
     session.attach(node.mailbox)
     claim(session, keys, node.kind, node.name)
     statistics, began = Statistics(), time.monotonic()
+    last = -1
     try:
-        _follow_clock(node, session, clocks, clock, pulse, stop, statistics)
+        while not stop.is_set() and not finished():
+            restarted = clock.wait(STALLED_PERIOD)
+            if restarted:
+                last = -1
+            session.receive()
+            index = due_index(clock.now, node.period)
+            if clock.stalled:
+                _call(node, session, Tick(clock.now, live=False), statistics)
+            elif clock.heard and index > last:
+                statistics.missed += index - last - 1 if last >= 0 else 0
+                last = index
+                _call(node, session, Tick(clock.now), statistics)
     finally:
         _finish(node, session, statistics, began)
     return statistics
 
 
-def _follow_clock(
-    node: Node,
-    session: Session,
-    clocks: Mailbox,
-    clock: Inlet[Clock],
-    pulse: _Pulse,
-    stop: threading.Event,
-    statistics: Statistics,
-) -> None:
-    last = -1
-    epoch = 0
-    now = 0.0
-    heard = time.monotonic()
-    stalled = False
-    while not stop.is_set():
-        if pulse.wait(STALLED_PERIOD):
-            session.receive()
-            clocks.handover(now)
-        newest = clock.take()
-        if newest:
-            heard, stalled = time.monotonic(), False
-            now, index = newest[-1].stamp, due_index(newest[-1].stamp, node.period)
-            if newest[-1].body.epoch != epoch:
-                epoch, last = newest[-1].body.epoch, -1
-            if index > last:
-                if last >= 0:
-                    statistics.missed += index - last - 1
-                last = index
-                _call(node, session, Tick(now), statistics)
-        elif time.monotonic() - heard > STALL:
-            if not stalled:
-                log.warning("the world's clock has stopped at %.2f s", now)
-            stalled = True
-            session.receive()
-            _call(node, session, Tick(now, live=False), statistics)
+class _HeardClock:
+    """The world's clock as it is heard on the bus.
+
+    Attributes:
+        now: match time of the newest clock message, s.
+        heard: there has been one.
+        stalled: none has come for STALL seconds of real time.
+    """
+
+    def __init__(self, session: Session, keys: Keys) -> None:
+        self._session = session
+        self._mailbox = Mailbox()
+        self._inlet = self._mailbox.subscribe(keys.clock)
+        self._arrived = threading.Condition()
+        self._fresh = False
+        self._epoch = 0
+        self._heard_at = time.monotonic()
+        self.now = 0.0
+        self.heard = False
+        self.stalled = False
+        session.attach(self._mailbox, self._wake)
+
+    def _wake(self, _inlet: Inlet[Message]) -> None:
+        with self._arrived:
+            self._fresh = True
+            self._arrived.notify()
+
+    def wait(self, timeout: float) -> bool:
+        """Wait for the next message, `timeout` seconds at most; True if the world was restarted since the last."""
+        with self._arrived:
+            self._arrived.wait_for(lambda: self._fresh, timeout)
+            self._fresh = False
+        self._session.receive()
+        self._mailbox.handover(self.now)
+        restarted = False
+        for message in self._inlet.take():
+            self.now, self._heard_at = message.stamp, time.monotonic()
+            self.heard, self.stalled = True, False
+            restarted = message.body.epoch != self._epoch
+            self._epoch = message.body.epoch
+        if not self.stalled and time.monotonic() - self._heard_at > STALL:
+            self.stalled = True
+            log.warning("the world's clock has stopped at %.2f s", self.now)
+        return restarted
 
 
 def run_world(
-    node: Node, session: Session, keys: Keys, stop: threading.Event, first_tick: int, rate: float
+    node: Node,
+    session: Session,
+    keys: Keys,
+    stop: threading.Event,
+    *,
+    first_tick: int,
+    rate: float,
+    after_tick: Callable[[int], None],
 ) -> Statistics:
-    """Tick the node that owns time, `rate` match seconds a real second, from tick number `first_tick`.
+    """Tick the node that owns time, `rate` match seconds a real second.
 
     A world that is late is not hurried: match time falls behind real time instead, and the ticks that did not come in
     their real time are counted as missed.
+
+    Args:
+        first_tick: number of the first tick.
+        after_tick: called with each tick's number when it is over.
+
+    Raises:
+        DuplicateNodeError: the match has a world already.
     """
     session.attach(node.mailbox)
     claim(session, keys, node.kind, node.name)
@@ -178,6 +212,7 @@ def run_world(
         while not stop.is_set():
             session.receive()
             _call(node, session, Tick(number * node.period), statistics)
+            after_tick(number)
             number += 1
             due += step
             pause = due - time.monotonic()

@@ -1,4 +1,4 @@
-"""Reading a recording back: where each robot was, what the referee called. A truncated file is read as far as it goes."""
+"""Reading a recording back: where each robot was, what the referee called; of a torn file, as far as it goes."""
 
 import struct
 from collections.abc import Iterator
@@ -30,6 +30,7 @@ class Track:
     Args:
         times: match time, s, rising. x, y: m. theta: rad, -pi to pi. All of shape (n,).
         roles, states: the referee's words at each time; empty before it spoke. rounds: the round, 0 before.
+        playing: a round was being played, not prepared or over.
         physical: a robot of flesh and steel, not a virtual one.
     """
 
@@ -42,22 +43,27 @@ class Track:
     roles: list[str]
     states: list[str]
     rounds: npt.NDArray[np.int64]
+    playing: npt.NDArray[np.bool_]
+
+
+_Referee = tuple[str, str, int, bool]
+"""What the referee last said of a player: role, state, round, whether it is being played."""
 
 
 @dataclass
 class _Samples:
     physical: bool
     poses: list[tuple[float, float, float, float]] = field(default_factory=list)
-    words: list[tuple[str, str, int]] = field(default_factory=list)
+    referee: list[_Referee] = field(default_factory=list)
 
-    def add(self, time: float, record: fg.PoseInFrame, words: tuple[str, str, int]) -> None:
+    def add(self, time: float, record: fg.PoseInFrame, said: _Referee) -> None:
         # After a restart from a snapshot time steps back: what was recorded beyond it did not happen.
         while self.poses and self.poses[-1][0] >= time:
             self.poses.pop()
-            self.words.pop()
+            self.referee.pop()
         position = record.pose.position
         self.poses.append((time, position.x, position.y, fg.heading_of(record.pose.orientation)))
-        self.words.append(words)
+        self.referee.append(said)
 
 
 def read_tracks(path: Path) -> dict[str, Track]:
@@ -69,17 +75,17 @@ def read_tracks(path: Path) -> dict[str, Track]:
     """
     samples: dict[str, _Samples] = {}
     roles: dict[str, tuple[str, str]] = {}
-    playing = 0
+    match = (0, False)
     for topic, metadata, stamp, data in _records(path):
         if topic == "/referee/state":
             state = _decode(data, fg.StateRecord, topic)
             roles = {p.name: (p.role, p.state) for p in state.players}
-            playing = state.round
+            match = (state.round, state.stage == m.Stage.PLAY_ROUND)
         elif topic.startswith("/robot/") and topic.endswith("/pose"):
             name = topic.split("/")[2]
             if name not in samples:
                 samples[name] = _Samples(metadata.get("physical") == "true")
-            samples[name].add(stamp, _decode(data, fg.PoseInFrame, topic), (*roles.get(name, ("", "")), playing))
+            samples[name].add(stamp, _decode(data, fg.PoseInFrame, topic), (*roles.get(name, ("", "")), *match))
     return {name: _track(name, of) for name, of in samples.items()}
 
 
@@ -90,12 +96,15 @@ def read_calls(path: Path) -> list[fg.CallRecord]:
     return sorted(calls, key=lambda call: call.number)
 
 
-def read_zones(path: Path) -> list[m.Zone]:
-    """The zones of the first round. Raises as `read_tracks`."""
+def read_zones(path: Path) -> dict[int, list[m.Zone]]:
+    """The zones of each round that was begun, as they were while it was played. Raises as `read_tracks`."""
+    zones: dict[int, list[m.Zone]] = {}
     for topic, _, _, data in _records(path):
         if topic == "/referee/state":
-            return _decode(data, fg.StateRecord, topic).zones
-    return []
+            state = _decode(data, fg.StateRecord, topic)
+            if state.stage == m.Stage.PLAY_ROUND or state.round not in zones:
+                zones[state.round] = state.zones
+    return zones
 
 
 def _track(name: str, samples: _Samples) -> Track:
@@ -107,9 +116,10 @@ def _track(name: str, samples: _Samples) -> Track:
         x=poses[:, 1],
         y=poses[:, 2],
         theta=poses[:, 3],
-        roles=[role for role, _, _ in samples.words],
-        states=[state for _, state, _ in samples.words],
-        rounds=np.array([number for _, _, number in samples.words], dtype=np.int64),
+        roles=[role for role, _, _, _ in samples.referee],
+        states=[state for _, state, _, _ in samples.referee],
+        rounds=np.array([number for _, _, number, _ in samples.referee], dtype=np.int64),
+        playing=np.array([playing for _, _, _, playing in samples.referee], dtype=np.bool_),
     )
 
 

@@ -1,0 +1,5 @@
+"""`python -m vrg` is the `vrg` command."""
+
+from vrg.cli import main
+
+main()

@@ -1,0 +1,1 @@
+"""The subcommands of `vrg`, one module a topic."""

@@ -1,0 +1,87 @@
+"""`vrg doctor`: whether this machine has what VRG needs."""
+
+import importlib
+import json
+import os
+import platform
+import sys
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from importlib.metadata import PackageNotFoundError, version
+from typing import Annotated
+
+import typer
+
+from vrg.bus.session import DEFAULT_ENDPOINT, open_router, open_session
+from vrg.errors import VrgError
+from vrg.launch.local import free_endpoint
+from vrg.launch.registry import running
+
+PACKAGES = ("eclipse-zenoh", "msgspec", "numpy", "pybullet", "pygame", "pydantic", "matplotlib", "mcap")
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that was looked at. `good` None = not needed, but good to know."""
+
+    what: str
+    good: bool | None
+    text: str
+
+
+def _python() -> Finding:
+    good = sys.version_info[:2] == (3, 11)
+    advice = "" if good else "; PyBullet has wheels for 3.11 and no later: make the environment with python3.11"
+    return Finding("python", good, platform.python_version() + advice)
+
+
+def _package(name: str) -> Finding:
+    try:
+        return Finding(name, True, version(name))
+    except PackageNotFoundError:
+        return Finding(name, False, "missing: run `make setup`")
+
+
+def _bus() -> Finding:
+    try:
+        endpoint = free_endpoint()
+        with open_router(endpoint), open_session(endpoint, patience=3.0) as session:
+            good = session.connected
+    except (VrgError, OSError) as error:
+        return Finding("bus", False, str(error))
+    where = "" if endpoint == DEFAULT_ENDPOINT else f" (the default {DEFAULT_ENDPOINT} is taken, another port is used)"
+    return Finding("bus", good, f"a router and a client talk at {endpoint}{where}")
+
+
+def _physics() -> Finding:
+    try:
+        bullet = importlib.import_module("pybullet")
+        client = bullet.connect(bullet.DIRECT)
+        bullet.disconnect(physicsClientId=client)
+    except (ImportError, RuntimeError) as error:
+        return Finding("physics", False, str(error))
+    return Finding("physics", True, "PyBullet starts")
+
+
+def _display() -> Finding:
+    shown = os.environ.get("WAYLAND_DISPLAY") or os.environ.get("DISPLAY")
+    return Finding("display", None, shown or "none: matches are shown as a table in the terminal")
+
+
+def _matches() -> Finding:
+    found = running()
+    return Finding("matches", None, ", ".join(f"{m.match} at {m.router}" for m in found) or "none runs here")
+
+
+def doctor(as_json: Annotated[bool, typer.Option("--json", help="For scripts.")] = False) -> None:
+    """Check this machine: Python, packages, bus, physics, display. Status 1 if something needed is missing."""
+    checks: list[Callable[[], Finding]] = [_python, _bus, _physics, _display, _matches]
+    findings = [*[_package(name) for name in PACKAGES], *[check() for check in checks]]
+    if as_json:
+        typer.echo(json.dumps([asdict(f) for f in findings]))
+    else:
+        marks = {True: "ok  ", False: "BAD ", None: "info"}
+        for finding in findings:
+            typer.echo(f"{marks[finding.good]}  {finding.what:<14} {finding.text}")
+    if any(f.good is False for f in findings):
+        raise typer.Exit(1)

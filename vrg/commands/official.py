@@ -1,0 +1,149 @@
+"""`vrg official ...` and `vrg estop`: what people decide, with the referee's answer."""
+
+import getpass
+import time
+from typing import Annotated
+
+import typer
+
+from vrg.bus.mailbox import Inlet, Mailbox
+from vrg.bus.messages import Call, Estop, Official, OfficialAction, RefereeState
+from vrg.bus.session import Session, open_session
+from vrg.bus.topics import NAME_PATTERN, Keys
+from vrg.commands.options import EndpointOption, NameOption, which_match
+from vrg.errors import BusError
+
+app = typer.Typer(no_args_is_help=True, help="Decide as an official: halt, resume, end, overrule.")
+
+ANSWER_PATIENCE = 3.0
+"""s of real time to wait for the referee's answer."""
+
+ReasonOption = Annotated[str, typer.Option("--reason", help="Why, for the journal.")]
+
+
+def _me() -> str:
+    try:
+        name = getpass.getuser()
+    except (KeyError, OSError):
+        return "official"
+    return name if NAME_PATTERN.fullmatch(name) else "official"
+
+
+class _Referee:
+    """A line to the referee of a running match."""
+
+    def __init__(self, session: Session, keys: Keys) -> None:
+        self._session = session
+        self.keys = keys
+        self.mailbox = Mailbox()
+        self.state: Inlet[RefereeState] = self.mailbox.subscribe(keys.referee_state)
+        self.calls: Inlet[Call] = self.mailbox.subscribe(keys.referee_event)
+        session.attach(self.mailbox)
+
+    def receive(self) -> None:
+        self._session.receive()
+        self.mailbox.handover(0.0)
+
+    def send(self) -> None:
+        out = self.mailbox.collect()
+        for item in out:
+            if not self._session.wait_for_listener(item.message.key, item.topic.qos, ANSWER_PATIENCE):
+                raise BusError(f"nobody in match {self.keys.match!r} listens to {item.message.key}: is it running?")
+        self._session.send(out)
+
+    def answer(self, rules: tuple[str, ...]) -> Call:
+        """The referee's next call under one of these rules."""
+        deadline = time.monotonic() + ANSWER_PATIENCE
+        while time.monotonic() < deadline:
+            self.receive()
+            for received in self.calls.take():
+                if received.body.rule in rules:
+                    return received.body
+            time.sleep(0.02)
+        raise BusError(f"the referee of match {self.keys.match!r} did not answer within {ANSWER_PATIENCE:g} s")
+
+
+def _decide(
+    action: OfficialAction,
+    match: str | None,
+    router: str | None,
+    reason: str,
+    subject: str | None = None,
+    value: str | None = None,
+) -> None:
+    name, endpoint = which_match(match, router)
+    with open_session(endpoint, patience=ANSWER_PATIENCE) as session:
+        referee = _Referee(session, Keys(name))
+        decision = Official(action=action, by=_me(), reason=reason, subject=subject, value=value)
+        referee.mailbox.publish(referee.keys.official, decision)
+        referee.send()
+        call = referee.answer(("halt", "resume", "ended", "overruled", "refused"))
+    typer.echo(call.text)
+    if call.rule == "refused":
+        raise typer.Exit(1)
+
+
+@app.command()
+def halt(match: NameOption = None, router: EndpointOption = None, reason: ReasonOption = "") -> None:
+    """Stop the clock and the robots."""
+    _decide(OfficialAction.HALT, match, router, reason)
+
+
+@app.command()
+def resume(match: NameOption = None, router: EndpointOption = None, reason: ReasonOption = "") -> None:
+    """Go on after a halt."""
+    _decide(OfficialAction.RESUME, match, router, reason)
+
+
+@app.command()
+def end(match: NameOption = None, router: EndpointOption = None, reason: ReasonOption = "") -> None:
+    """End the match now."""
+    _decide(OfficialAction.END, match, router, reason)
+
+
+@app.command("set-score")
+def set_score(
+    team: str, points: int, match: NameOption = None, router: EndpointOption = None, reason: ReasonOption = ""
+) -> None:
+    """Overrule: the score of a team."""
+    _decide(OfficialAction.SET_SCORE, match, router, reason, team, str(points))
+
+
+@app.command("set-role")
+def set_role(
+    player: str, role: str, match: NameOption = None, router: EndpointOption = None, reason: ReasonOption = ""
+) -> None:
+    """Overrule: the role of a player."""
+    _decide(OfficialAction.SET_ROLE, match, router, reason, player, role)
+
+
+@app.command("set-state")
+def set_state(
+    player: str, state: str, match: NameOption = None, router: EndpointOption = None, reason: ReasonOption = ""
+) -> None:
+    """Overrule: the state of a player."""
+    _decide(OfficialAction.SET_STATE, match, router, reason, player, state)
+
+
+def estop(
+    release: Annotated[bool, typer.Option("--release", help="Release it; robots stay disarmed until resume.")] = False,
+    match: NameOption = None,
+    router: EndpointOption = None,
+    reason: ReasonOption = "",
+) -> None:
+    """Stop every robot of a match at once. It stays so until it is released and an official resumes play."""
+    name, endpoint = which_match(match, router)
+    with open_session(endpoint, patience=ANSWER_PATIENCE) as session:
+        referee = _Referee(session, Keys(name))
+        order = Estop(engaged=not release, by=_me(), reason=reason)
+        referee.mailbox.publish(referee.keys.estop, order)
+        referee.send()
+        deadline = time.monotonic() + ANSWER_PATIENCE
+        while time.monotonic() < deadline:
+            referee.receive()
+            latest = referee.state.latest
+            if latest is not None and latest.body.estop == order.engaged:
+                typer.echo("released: go on with `vrg official resume`" if release else "emergency stop engaged")
+                return
+            time.sleep(0.02)
+    raise BusError("sent, but the referee has not confirmed it: is the coordinator running?")

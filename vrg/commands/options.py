@@ -1,0 +1,32 @@
+"""Options that several subcommands share."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vrg.bus.session import DEFAULT_ENDPOINT
+from vrg.errors import ConfigError
+from vrg.launch import registry
+
+MatchArgument = Annotated[
+    str, typer.Argument(metavar="GAME|match.toml", help="A match file, or a game's name for its default match.")
+]
+RouterOption = Annotated[str, typer.Option("--router", help="Endpoint of the router, such as tcp/192.168.1.5:7447.")]
+RunOption = Annotated[Path | None, typer.Option("--run", help="Run folder to write to.")]
+BaseOption = Annotated[Path | None, typer.Option("--base", hidden=True)]
+LeashOption = Annotated[bool, typer.Option("--leash", hidden=True)]
+NameOption = Annotated[str | None, typer.Option("--match", help="Name of the match, if several run.")]
+EndpointOption = Annotated[str | None, typer.Option("--router", help="Endpoint of its router, if several run.")]
+
+
+def which_match(match: str | None, router: str | None) -> tuple[str, str]:
+    """The (match, endpoint) that a command on a running match means.
+
+    Raises:
+        typer.BadParameter: it is not clear which.
+    """
+    try:
+        return registry.find(match, router, DEFAULT_ENDPOINT)
+    except ConfigError as error:
+        raise typer.BadParameter(str(error)) from None

@@ -1,0 +1,136 @@
+"""`vrg topic list | echo | hz`: what goes over the bus of a running match."""
+
+import json
+import queue
+import sys
+import time
+from collections import Counter, deque
+from itertools import pairwise
+from typing import Annotated, Any
+
+import msgspec
+import typer
+
+from vrg.bus.codec import decode
+from vrg.bus.process import stop_on_signals
+from vrg.bus.session import open_session
+from vrg.bus.topics import Keys, key_matches
+from vrg.commands.options import EndpointOption, NameOption, which_match
+from vrg.errors import MessageError
+
+app = typer.Typer(no_args_is_help=True, help="Look at what goes over the bus of a running match.")
+
+KeyArgument = Annotated[str, typer.Argument(help="Key below vrg/<match>/, such as clock or robot/*/state.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="One JSON object a line.")]
+CountOption = Annotated[int | None, typer.Option("--count", "-n", min=1, help="Stop after so many.")]
+
+
+def _full_key(keys: Keys, key: str) -> str:
+    return key if key.startswith(f"{keys.root}/") else f"{keys.root}/{key}"
+
+
+def _plain(keys: Keys, key: str, payload: bytes) -> dict[str, Any]:
+    """A message as plain data; one that does not fit its key is told as such, with what it holds."""
+    topic = keys.topic_of(key)
+    try:
+        if topic is None:
+            raise MessageError(f"{key}: the key map has no such key")
+        received = decode(payload, topic.type, key)
+    except MessageError as error:
+        return {"key": key, "error": str(error), "bytes": len(payload)}
+    body = msgspec.to_builtins(received.body)
+    return {"key": key, "stamp": received.stamp, "sequence": received.sequence, **body}
+
+
+@app.command("list")
+def list_topics(
+    match: NameOption = None,
+    router: EndpointOption = None,
+    seconds: Annotated[float, typer.Option(min=0.1, max=60, help="How long to listen, real time.")] = 2.0,
+    as_json: JsonOption = False,
+) -> None:
+    """List the keys that carry messages now, with their type, rate and size, and the nodes that are alive."""
+    name, endpoint = which_match(match, router)
+    keys = Keys(name)
+    counts: Counter[str] = Counter()
+    sizes: Counter[str] = Counter()
+
+    def arrived(key: str, payload: bytes) -> None:
+        counts[key] += 1
+        sizes[key] += len(payload)
+
+    with stop_on_signals() as stop, open_session(endpoint, patience=3.0) as session:
+        session.watch_raw(f"{keys.root}/**", arrived)
+        stop.wait(seconds)
+        nodes = sorted(key.removeprefix(f"{keys.root}/alive/") for key in session.alive(f"{keys.root}/alive/**"))
+    rows = []
+    for key in sorted(counts):
+        topic = keys.topic_of(key)
+        kind = topic.type.__name__ if topic else "unknown"
+        rows.append({"key": key, "type": kind, "hz": counts[key] / seconds, "bytes": sizes[key] // counts[key]})
+    if as_json:
+        typer.echo(json.dumps({"topics": rows, "nodes": nodes}))
+        return
+    for row in rows:
+        typer.echo(f"{row['key']:<44} {row['type']:<14} {row['hz']:7.1f} Hz {row['bytes']:6d} B")
+    typer.echo(f"nodes: {', '.join(nodes) or 'none'}")
+
+
+@app.command()
+def echo(
+    key: KeyArgument,
+    match: NameOption = None,
+    router: EndpointOption = None,
+    count: CountOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Print messages as they come."""
+    name, endpoint = which_match(match, router)
+    keys = Keys(name)
+    arrivals: queue.Queue[tuple[str, bytes]] = queue.Queue(1000)
+
+    def arrived(key: str, payload: bytes) -> None:
+        if not arrivals.full():
+            arrivals.put_nowait((key, payload))
+
+    shown = 0
+    with stop_on_signals() as stop, open_session(endpoint, patience=3.0) as session:
+        session.watch_raw(_full_key(keys, key), arrived)
+        while not stop.is_set() and (count is None or shown < count):
+            try:
+                message = _plain(keys, *arrivals.get(timeout=0.1))
+            except queue.Empty:
+                continue
+            shown += 1
+            text = json.dumps(message)
+            typer.echo(text if as_json or not sys.stdout.isatty() else json.dumps(message, indent=1))
+
+
+@app.command()
+def hz(
+    key: KeyArgument,
+    match: NameOption = None,
+    router: EndpointOption = None,
+    count: CountOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Measure how often messages come, in real time, each second."""
+    name, endpoint = which_match(match, router)
+    keys = Keys(name)
+    expression = _full_key(keys, key)
+    times: deque[float] = deque(maxlen=10_000)
+
+    def arrived(key: str, _payload: bytes) -> None:
+        if key_matches(expression, key):
+            times.append(time.monotonic())
+
+    reports = 0
+    with stop_on_signals() as stop, open_session(endpoint, patience=3.0) as session:
+        session.watch_raw(expression, arrived)
+        while not stop.wait(1.0) and (count is None or reports < count):
+            since = time.monotonic() - 1.0
+            recent = [t for t in list(times) if t > since]
+            gaps = [b - a for a, b in pairwise(recent)]
+            row = {"hz": len(recent), "gap_max_ms": round(max(gaps, default=0.0) * 1e3, 2)}
+            typer.echo(json.dumps(row) if as_json else f"{row['hz']} Hz, longest gap {row['gap_max_ms']} ms")
+            reports += 1

@@ -1,0 +1,1 @@
+"""The maps that come with VRG, one TOML file each."""

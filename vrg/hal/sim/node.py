@@ -1,0 +1,113 @@
+"""The world as a node: it owns match time, listens to drivers and the referee, and says where everybody is."""
+
+import logging
+
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import Clock, Laser, RobotState, WorldRequest
+from vrg.bus.node import Node, Tick
+from vrg.bus.topics import Keys, Topic, name_in
+from vrg.errors import WorldError
+from vrg.hal.sim.config import WorldConfig
+from vrg.hal.sim.snapshot import decode_snapshot, encode_snapshot
+from vrg.hal.sim.world import World
+
+log = logging.getLogger(__name__)
+
+
+class WorldNode(Node):
+    """The world process' node; its period is the world's tick.
+
+    Its first tick, at `start_tick`, only reports; every later one steps the world first. The time of a tick is the
+    executor's; it must be (start_tick + number of ticks so far) * period.
+
+    Args:
+        config: what is in the world.
+
+    Raises:
+        ConfigError: the set-up has problems; all of them.
+    """
+
+    kind = "world"
+
+    def __init__(self, config: WorldConfig, mailbox: Mailbox, keys: Keys) -> None:
+        super().__init__("world", mailbox, config.tick)
+        self.world = World(config)
+        self._keys = keys
+        self._started = False
+        self._drives = mailbox.subscribe(keys.drive())
+        self._limits = mailbox.subscribe(keys.speed_limit())
+        self._requests = mailbox.subscribe(keys.world_request)
+        self._referee = mailbox.subscribe(keys.referee_state)
+        self._estops = mailbox.subscribe(keys.estop)
+        self._poses = keys.poses
+        self._clock = keys.clock
+        self._states: list[Topic[RobotState]] = []
+        self._lasers: dict[str, Topic[Laser]] = {}
+        self._name_topics()
+
+    @property
+    def start_tick(self) -> int:
+        """The number of the first tick: 0, or the snapshot's after `restore`."""
+        return self.world.tick
+
+    def restore(self, data: bytes) -> None:
+        """Go on from a snapshot, before the first tick: one epoch later, every robot at rest.
+
+        Raises:
+            WorldError: it is damaged or of another release. ConfigError: it names an unknown robot model.
+        """
+        self.world.restore(decode_snapshot(data))
+        self._name_topics()
+
+    def snapshot(self) -> bytes:
+        """What `restore` needs."""
+        return encode_snapshot(self.world.snapshot())
+
+    def tick(self, tick: Tick) -> None:
+        """Hear, step, report; the clock last, so that who hears it has already been told the rest."""
+        self._listen()
+        if self._started:
+            self.world.step()
+        self._started = True
+        publish = self.mailbox.publish
+        world = self.world
+        for topic, state in zip(self._states, world.states(), strict=True):
+            publish(topic, state)
+        if world.config.lasers:
+            for name, scan in world.scans():
+                publish(self._lasers[name], scan)
+        publish(self._poses, world.poses())
+        publish(
+            self._clock,
+            Clock(time=tick.time, tick=world.tick, epoch=world.epoch, rate=world.config.rate, estop=world.estop),
+        )
+
+    def stop(self) -> None:
+        """Let go of the engine."""
+        self.world.close()
+
+    def _listen(self) -> None:
+        world = self.world
+        for stop in self._estops.take():
+            world.engage(stop.body.engaged)
+        for state in self._referee.take():
+            world.referee(state.body)
+        for request in self._requests.take():
+            self._request(request.body)
+        for limit in self._limits.take():
+            world.limit(name_in(limit.key), limit.body.v_max)
+        for drive in self._drives.take():
+            world.drive(name_in(drive.key), drive.body.left, drive.body.right, drive.body.armed)
+
+    def _request(self, request: WorldRequest) -> None:
+        try:
+            self.world.request(request)
+        except WorldError as error:
+            log.warning("refused a request to the world: %s", error)
+        else:
+            self._name_topics()
+
+    def _name_topics(self) -> None:
+        """Topics are made once for a list of robots, not once a tick."""
+        self._states = [self._keys.robot_state(name) for name in self.world.names]
+        self._lasers = {name: self._keys.laser(name) for name in self.world.names}

@@ -1,0 +1,157 @@
+"""Planar ray casting against the outlines of boxes and against circles, vectorised. Pure.
+
+A range finder's beams are evenly spaced, so an edge is met by one run of beams. The run of each edge follows from the
+bearings of its two ends; only those (beam, edge) pairs are intersected, a few per beam however many edges there are.
+Edges are counter-clockwise around solid bodies and seen from outside only: the far side of a body is never nearer
+than its near side, so half of the edges drop out by the sign of one cross product.
+"""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+
+_EPS = 1e-9
+
+
+class Edges:
+    """Outlines with what every scan needs of them.
+
+    Args:
+        segments: shape (n, 4): x0 y0 x1 y1 in m, counter-clockwise around each body.
+    """
+
+    __slots__ = ("ends", "normals", "offsets")
+
+    def __init__(self, segments: Floats) -> None:
+        self.ends: Floats = np.ascontiguousarray(segments.T)
+        """Shape (4, n)."""
+        dx, dy = self.ends[2] - self.ends[0], self.ends[3] - self.ends[1]
+        length = np.hypot(dx, dy)
+        self.normals: Floats = np.array((dy / length, -dx / length))
+        """Outward, shape (2, n)."""
+        self.offsets: Floats = self.normals[0] * self.ends[0] + self.normals[1] * self.ends[1]
+        """Of each edge's line from the origin, along its normal, shape (n,)."""
+
+    def join(self, others: "Edges") -> "Edges":
+        """These edges and others."""
+        joined = Edges.__new__(Edges)
+        joined.ends = np.concatenate((self.ends, others.ends), axis=1)
+        joined.normals = np.concatenate((self.normals, others.normals), axis=1)
+        joined.offsets = np.concatenate((self.offsets, others.offsets))
+        return joined
+
+
+@dataclass(frozen=True)
+class Fan:
+    """Evenly spaced beams, within -pi..pi of straight ahead.
+
+    Args:
+        first: angle of the first beam in the sensor's frame, rad. step: angle between beams, rad.
+        count: number of beams.
+        angles: shape (count,), rad; derived. directions: shape (2, count), their cosines and sines; derived.
+    """
+
+    first: float
+    step: float
+    count: int
+    angles: Floats = field(init=False, repr=False, compare=False)
+    directions: Floats = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        angles = self.first + self.step * np.arange(self.count)
+        object.__setattr__(self, "angles", angles)
+        object.__setattr__(self, "directions", np.array((np.cos(angles), np.sin(angles))))
+
+    @classmethod
+    def of(cls, beams: int, fov: float) -> "Fan":
+        """Beams that cover `fov` (rad) symmetrically about straight ahead, both ends included."""
+        return cls(-fov / 2, fov / (beams - 1), beams)
+
+
+def cast(x: float, y: float, heading: float, fan: Fan, range_max: float, edges: Edges, discs: Floats) -> Floats:
+    """Distance along each beam to the nearest body.
+
+    Args:
+        x, y, heading: the sensor in the map's frame, m and rad.
+        range_max: m; what a beam reads that meets nothing nearer.
+        edges: outlines of bodies. One whose inside holds the sensor is not seen, so a robot never sees itself.
+        discs: shape (n, 3): x, y, radius of round bodies, m.
+
+    Returns:
+        shape (fan.count,), m.
+    """
+    c, s = math.cos(heading), math.sin(heading)
+    # Beams are compared by 1 / range, which is linear in a beam's direction: no division for each pair.
+    inverse = np.full(fan.count, 1.0 / range_max)
+    height = edges.normals[0] * x
+    height += edges.normals[1] * y
+    height -= edges.offsets
+    seen = ((height > _EPS) & (height < range_max)).nonzero()[0]
+    if len(seen):
+        turn = np.array(((c, s), (-s, c)))
+        _cast_edges(inverse, np.array(((x,), (y,))), turn, fan, edges, seen, height[seen])
+    ranges: Floats = 1.0 / inverse
+    if len(discs):
+        _cast_discs(ranges, x, y, c, s, fan, discs)
+    return ranges
+
+
+def _cast_edges(
+    inverse: Floats,
+    sensor: Floats,
+    turn: Floats,
+    fan: Fan,
+    edges: Edges,
+    seen: npt.NDArray[np.intp],
+    height: Floats,
+) -> None:
+    """Raise `inverse` where a seen edge is nearer. `turn` takes the map's frame to the sensor's."""
+    ends = edges.ends.take(seen, axis=1)
+    start, end = turn @ (ends[:2] - sensor), turn @ (ends[2:] - sensor)
+    slopes = turn @ edges.normals.take(seen, axis=1)
+    slopes /= -height
+    # An outline is counter-clockwise, so from outside an edge runs from its greater bearing to its smaller one.
+    high, low = np.arctan2(start[1], start[0]), np.arctan2(end[1], end[0])
+    behind = (high < low).nonzero()[0]
+    if len(behind):  # these edges cross the line straight behind, where bearings jump: two runs each
+        slopes = np.concatenate((slopes, slopes[:, behind]), axis=1)
+        low = np.concatenate((low, np.full(len(behind), -math.pi)))
+        high = np.concatenate((high, high[behind]))
+        high[behind] = math.pi
+    first = np.ceil((low - fan.first) / fan.step - _EPS).astype(np.intp)
+    last = np.floor((high - fan.first) / fan.step + _EPS).astype(np.intp)
+    np.maximum(first, 0, out=first)
+    np.minimum(last, fan.count - 1, out=last)
+    counts = last - first
+    counts += 1
+    np.maximum(counts, 0, out=counts)
+    stops = counts.cumsum()
+    beams = np.arange(stops[-1])
+    beams += (first - stops + counts).repeat(counts)
+    pairs = slopes.repeat(counts, axis=1)
+    pairs *= fan.directions.take(beams, axis=1)
+    np.maximum.at(inverse, beams, pairs[0] + pairs[1])
+
+
+def _cast_discs(ranges: Floats, x: float, y: float, c: float, s: float, fan: Fan, discs: Floats) -> None:
+    """Lower `ranges` where a circle is nearer."""
+    range_max = ranges.max()
+    for cx, cy, radius in discs.tolist():
+        dx, dy = cx - x, cy - y
+        square = dx * dx + dy * dy
+        if square > (range_max + radius) ** 2 or square <= radius * radius:
+            continue
+        u, v = dx * c + dy * s, dy * c - dx * s
+        bearing, half = math.atan2(v, u), math.asin(radius / math.sqrt(square))
+        for turn in (0.0, 2 * math.pi, -2 * math.pi):
+            first = max(0, math.ceil((bearing - half + turn - fan.first) / fan.step))
+            last = min(fan.count - 1, math.floor((bearing + half + turn - fan.first) / fan.step))
+            if first <= last:
+                run = slice(first, last + 1)
+                along = u * fan.directions[0, run] + v * fan.directions[1, run]
+                depth = np.maximum(along * along + (radius * radius - square), 0.0)
+                np.minimum(ranges[run], along - np.sqrt(depth), out=ranges[run])

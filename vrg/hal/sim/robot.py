@@ -1,0 +1,130 @@
+"""The backend of a robot in the world: its HAL speaks to the world process over the bus."""
+
+import math
+
+import numpy as np
+
+from vrg.bus.codec import Received
+from vrg.bus.messages import Drive, Laser
+from vrg.errors import RobotError, StaleDataError
+from vrg.hal.backends import RobotContext
+from vrg.hal.robot import Readings, Robot, Scan, Wheels, limit_wheels
+
+
+class SimRobot(Robot):
+    """See the module. The world applies the watchdog, the referee's limits and the emergency stop."""
+
+    def __init__(self, context: RobotContext) -> None:
+        super().__init__(context.name, context.model)
+        self._mailbox = context.mailbox
+        self._drive_topic = context.keys.drive(context.name)
+        self._states = context.mailbox.subscribe(context.keys.robot_state(context.name))
+        self._lasers = context.mailbox.subscribe(context.keys.laser(context.name))
+        self._connected = False
+        self._armed = False
+
+    def connect(self) -> None:
+        """Begin to listen. Idempotent."""
+        self._connected = True
+
+    def arm(self) -> None:
+        """Let the motors accept commands.
+
+        Raises:
+            RobotError: not connected, or the emergency stop is engaged.
+        """
+        if not self._connected:
+            raise RobotError(f"{self.name}: expected a connected robot to arm: call connect() first")
+        if self._stopped():
+            raise RobotError(f"{self.name}: the emergency stop is engaged: release it, then arm")
+        self._armed = True
+        self._send(0.0, 0.0)
+
+    def drive(self, left: float, right: float) -> Wheels:
+        """Command wheel speeds, rad/s.
+
+        Returns:
+            what was sent, after the model's limit.
+
+        Raises:
+            RobotError: not armed, stopped by the emergency stop, or a speed that is not finite.
+        """
+        if not (math.isfinite(left) and math.isfinite(right)):
+            raise RobotError(f"{self.name}: expected finite wheel speeds, got {left} and {right}")
+        if self._stopped():
+            raise RobotError(f"{self.name}: the emergency stop is engaged: release it, then arm again")
+        if not self._armed:
+            raise RobotError(f"{self.name}: expected an armed robot to drive: call arm() first")
+        wheels = limit_wheels(left, right, self.features.wheel_speed_max)
+        self._send(wheels.left, wheels.right)
+        return wheels
+
+    def read(self) -> Readings:
+        """The newest readings.
+
+        Raises:
+            StaleDataError: none has come yet.
+        """
+        received = self._states.latest
+        if not self._connected:
+            raise StaleDataError(f"{self.name}: expected a connected robot to read: call connect() first")
+        if received is None:
+            raise StaleDataError(f"{self.name}: expected a reading, but none has come yet: is the world running?")
+        self._stopped()
+        state = received.body
+        return Readings(
+            stamp=received.stamp,
+            age=max(0.0, self._mailbox.now - received.stamp),
+            ins=state.ins,
+            odometry=state.odometry,
+            v=state.v,
+            w=state.w,
+            encoders=state.encoders,
+            touch=tuple(state.touch),
+            battery=state.battery,
+            armed=self._armed and state.armed,
+            estop=state.estop,
+            fault=state.fault,
+            laser=self._scan(self._lasers.latest),
+        )
+
+    def stop(self) -> None:
+        """Command zero speed; stays armed."""
+        if self._connected:
+            self._send(0.0, 0.0)
+
+    def disarm(self) -> None:
+        """Stop, and let the motors accept no command until armed again. Idempotent."""
+        self._armed = False
+        if self._connected:
+            self._send(0.0, 0.0)
+
+    def close(self) -> None:
+        """Disarm and let go. Idempotent."""
+        self.disarm()
+        self._connected = False
+
+    def _stopped(self) -> bool:
+        """Whether the world reports the emergency stop. It disarms this side too, and tells the world at once:
+        the world arms nobody again who has not been seen disarmed."""
+        received = self._states.latest
+        stopped = received is not None and received.body.estop
+        if stopped and self._armed:
+            self.disarm()
+        return stopped
+
+    def _send(self, left: float, right: float) -> None:
+        self._mailbox.publish(self._drive_topic, Drive(left=left, right=right, armed=self._armed))
+
+    def _scan(self, received: Received[Laser] | None) -> Scan | None:
+        if received is None:
+            return None
+        laser = received.body
+        ranges = laser.ranges
+        return Scan(
+            stamp=received.stamp,
+            age=max(0.0, self._mailbox.now - received.stamp),
+            angles=laser.angle_min + laser.angle_step * np.arange(len(ranges), dtype=np.float64),
+            ranges=ranges,
+            range_max=laser.range_max,
+        )

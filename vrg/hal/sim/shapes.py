@@ -1,0 +1,148 @@
+"""Oriented boxes and circles in the plane: outlines, overlap and how far apart they are. Pure."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vrg.bus.messages import Pose
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A rectangle: centre (m), heading of its length (rad), length and width (m)."""
+
+    x: float
+    y: float
+    heading: float
+    length: float
+    width: float
+
+
+@dataclass(frozen=True, slots=True)
+class Circle:
+    """Centre and radius, m."""
+
+    x: float
+    y: float
+    radius: float
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """How a box lies to another shape.
+
+    Args:
+        distance: m between the two along the normal; negative = they overlap by as much. For boxes that are apart
+            corner to corner it is a lower bound.
+        nx, ny: unit normal from the other shape towards the box: moving the box by -distance along it frees it.
+        x, y: the point of the box that is deepest in, or nearest to, the other shape.
+    """
+
+    distance: float
+    nx: float
+    ny: float
+    x: float
+    y: float
+
+
+def box_edges(boxes: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Outlines of boxes.
+
+    Args:
+        boxes: shape (n, 5): x, y, heading, length, width.
+
+    Returns:
+        shape (4 n, 4): x0 y0 x1 y1, counter-clockwise around each box.
+    """
+    cos, sin = np.cos(boxes[:, 2]), np.sin(boxes[:, 2])
+    ax, ay = cos * boxes[:, 3] / 2, sin * boxes[:, 3] / 2
+    bx, by = -sin * boxes[:, 4] / 2, cos * boxes[:, 4] / 2
+    along, across = _CORNERS[:, 0], _CORNERS[:, 1]
+    corners = np.empty((len(boxes), 4, 2))
+    corners[:, :, 0] = boxes[:, 0, None] + ax[:, None] * along + bx[:, None] * across
+    corners[:, :, 1] = boxes[:, 1, None] + ay[:, None] * along + by[:, None] * across
+    edges = np.empty((len(boxes), 4, 4))
+    edges[:, :, :2] = corners
+    edges[:, :, 2:] = corners[:, _NEXT]
+    return edges.reshape(-1, 4)
+
+
+_CORNERS = np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)])
+_NEXT = np.array([1, 2, 3, 0])
+
+
+def box_gap(a: Box, b: Box) -> Gap:
+    """How box `a` lies to box `b`, by the separating-axis theorem."""
+    dx, dy = a.x - b.x, a.y - b.y
+    ca, sa, cb, sb = math.cos(a.heading), math.sin(a.heading), math.cos(b.heading), math.sin(b.heading)
+    cos, sin = abs(ca * cb + sa * sb), abs(sa * cb - ca * sb)
+    la, wa, lb, wb = a.length / 2, a.width / 2, b.length / 2, b.width / 2
+    best = (-math.inf, 0.0, 0.0)
+    for ux, uy, reach in (
+        (ca, sa, la + lb * cos + wb * sin),
+        (-sa, ca, wa + lb * sin + wb * cos),
+        (cb, sb, lb + la * cos + wa * sin),
+        (-sb, cb, wb + la * sin + wa * cos),
+    ):
+        along = dx * ux + dy * uy
+        distance = abs(along) - reach
+        if distance > best[0]:
+            sign = 1.0 if along >= 0 else -1.0
+            best = (distance, sign * ux, sign * uy)
+    distance, nx, ny = best
+    x, y = _support(a, ca, sa, -nx, -ny)
+    if not _inside(b, cb, sb, x, y, 0.02):
+        # It is a corner of b that is in a's side.
+        x, y = _support(b, cb, sb, nx, ny)
+    return Gap(distance, nx, ny, x, y)
+
+
+def circle_gap(box: Box, circle: Circle) -> Gap:
+    """How a box lies to a circle."""
+    c, s = math.cos(box.heading), math.sin(box.heading)
+    dx, dy = circle.x - box.x, circle.y - box.y
+    u, v = dx * c + dy * s, -dx * s + dy * c
+    hl, hw = box.length / 2, box.width / 2
+    pu, pv = min(max(u, -hl), hl), min(max(v, -hw), hw)
+    if (pu, pv) != (u, v):
+        distance = math.hypot(u - pu, v - pv)
+        nu, nv = (pu - u) / distance, (pv - v) / distance
+        distance -= circle.radius
+    # Otherwise the centre is inside the box: out through the nearest side.
+    elif hl - abs(u) < hw - abs(v):
+        nu, nv, distance = (-1.0 if u >= 0 else 1.0), 0.0, abs(u) - hl - circle.radius
+        pu = -nu * hl
+    else:
+        nu, nv, distance = 0.0, (-1.0 if v >= 0 else 1.0), abs(v) - hw - circle.radius
+        pv = -nv * hw
+    return Gap(distance, nu * c - nv * s, nu * s + nv * c, box.x + pu * c - pv * s, box.y + pu * s + pv * c)
+
+
+def boxes_touch(a: Box, b: Box) -> bool:
+    """Whether two boxes overlap."""
+    return box_gap(a, b).distance < 0.0
+
+
+def circle_touches(box: Box, circle: Circle) -> bool:
+    """Whether a box and a circle overlap."""
+    return circle_gap(box, circle).distance < 0.0
+
+
+def body_box(pose: Pose, length: float, width: float) -> Box:
+    """The footprint of a body of this size (m) at a pose."""
+    return Box(pose.x, pose.y, pose.theta, length, width)
+
+
+def _support(box: Box, c: float, s: float, ux: float, uy: float) -> tuple[float, float]:
+    """The corner that is farthest in a direction; the middle of the side where two are about equally far."""
+    along, across = ux * c + uy * s, -ux * s + uy * c
+    u = math.copysign(box.length / 2, along) if abs(along) > 0.02 else 0.0
+    v = math.copysign(box.width / 2, across) if abs(across) > 0.02 else 0.0
+    return box.x + u * c - v * s, box.y + u * s + v * c
+
+
+def _inside(box: Box, c: float, s: float, x: float, y: float, margin: float) -> bool:
+    dx, dy = x - box.x, y - box.y
+    return abs(dx * c + dy * s) <= box.length / 2 + margin and abs(-dx * s + dy * c) <= box.width / 2 + margin

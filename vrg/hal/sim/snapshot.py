@@ -1,0 +1,59 @@
+"""What is kept of a world so that a restarted one goes on. Noise needs nothing: see vrg.hal.sim.sensors."""
+
+import msgspec
+from msgspec import Struct
+
+from vrg.bus.messages import Count, Name, Pose
+from vrg.errors import WorldError
+
+_VERSION = 1
+
+
+class RobotSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One robot.
+
+    Args:
+        start: where a reset puts it. pose: where it is. wheels: angles turned, rad.
+        energy_used: J since its battery was full. wheel_limit: rad/s.
+        locked: it was stopped by the emergency stop and has not been disarmed since.
+    """
+
+    name: Name
+    model: Name
+    start: Pose
+    pose: Pose
+    wheels: tuple[float, float]
+    odometry: Pose
+    energy_used: float
+    wheel_limit: float
+    locked: bool
+
+
+class WorldSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A world at a tick."""
+
+    tick: Count
+    epoch: Count
+    estop: bool
+    robots: list[RobotSnapshot]
+    version: int = _VERSION
+
+
+def encode_snapshot(snapshot: WorldSnapshot) -> bytes:
+    """A snapshot as MessagePack."""
+    return msgspec.msgpack.encode(snapshot)
+
+
+def decode_snapshot(data: bytes) -> WorldSnapshot:
+    """A snapshot from MessagePack.
+
+    Raises:
+        WorldError: it is damaged, or of another release of vrg.
+    """
+    try:
+        snapshot = msgspec.msgpack.decode(data, type=WorldSnapshot)
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise WorldError(f"snapshot: expected a world's snapshot, got damaged bytes: {error}") from None
+    if snapshot.version != _VERSION:
+        raise WorldError(f"snapshot: expected version {_VERSION}, got {snapshot.version}: start the match anew")
+    return snapshot

@@ -1,0 +1,101 @@
+"""What the spectator's keys mean: from key presses to messages. No window in it, only the numbers of keys."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+import pygame
+
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import Estop, Manual, Official, OfficialAction
+from vrg.bus.topics import Keys
+
+LEASE: Final = 0.5
+"""s of match time that a steering command holds: when this window dies the player plays on by itself."""
+
+_AHEAD: Final = {pygame.K_UP: 1.0, pygame.K_DOWN: -1.0}
+_ASIDE: Final = {pygame.K_LEFT: 1.0, pygame.K_RIGHT: -1.0}
+
+
+@dataclass
+class Controls:
+    """Keys in, messages out.
+
+    Args:
+        mailbox: where messages are published. keys: of the match. by: who presses, for the log.
+
+    Attributes:
+        driving: the player that is driven by hand.
+        quit: the user wants the window closed; the match goes on.
+        picture: the user wants a picture of the window; whoever takes it sets this back.
+    """
+
+    mailbox: Mailbox
+    keys: Keys
+    by: str
+    driving: str | None = None
+    quit: bool = False
+    picture: bool = False
+    _held: set[int] = field(default_factory=set)
+
+    def press(self, key: int, players: Sequence[str], *, shift: bool = False) -> None:
+        """A key went down. `players` are those that can be driven, in the order of TAB; with SHIFT backwards."""
+        match key:
+            case pygame.K_SPACE:
+                self.mailbox.publish(self.keys.estop, Estop(engaged=True, by=self.by))
+            case pygame.K_u:
+                self.mailbox.publish(self.keys.estop, Estop(engaged=False, by=self.by))
+            case pygame.K_h:
+                self._official(OfficialAction.HALT)
+            case pygame.K_c:
+                self._official(OfficialAction.RESUME)
+            case pygame.K_TAB:
+                self._next(players, -1 if shift else 1)
+            case pygame.K_ESCAPE:
+                self.give_back()
+            case pygame.K_p:
+                self.picture = True
+            case pygame.K_q | pygame.K_END:
+                self.close()
+            case _ if key in _AHEAD or key in _ASIDE:
+                self._held.add(key)
+
+    def release(self, key: int) -> None:
+        """A key went up."""
+        self._held.discard(key)
+
+    def let_go(self) -> None:
+        """The keyboard went elsewhere: the keys' release will not be seen, so none counts as held."""
+        self._held.clear()
+
+    def steer(self) -> None:
+        """Publish the command for the player under the hand; to be called each tick."""
+        if self.driving is None:
+            return
+        forward = sum(_AHEAD.get(key, 0.0) for key in self._held)
+        turn = sum(_ASIDE.get(key, 0.0) for key in self._held)
+        self.mailbox.publish(self.keys.manual(self.driving), Manual(forward=forward, turn=turn, lease=LEASE))
+
+    def give_back(self) -> None:
+        """The player under the hand plays by itself again."""
+        if self.driving is not None:
+            self.mailbox.publish(self.keys.manual(self.driving), Manual(forward=0.0, turn=0.0, lease=0.0))
+        self.driving = None
+
+    def close(self) -> None:
+        """The user closes the window."""
+        self.give_back()
+        self.quit = True
+
+    def _official(self, action: OfficialAction) -> None:
+        self.mailbox.publish(self.keys.official, Official(action=action, by=self.by, reason="spectator's key"))
+
+    def _next(self, players: Sequence[str], step: int) -> None:
+        before = self.driving
+        self.give_back()
+        if not players:
+            return
+        if before in players:
+            self.driving = players[(players.index(before) + step) % len(players)]
+        else:
+            self.driving = players[0 if step > 0 else -1]

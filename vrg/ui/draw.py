@@ -1,0 +1,90 @@
+"""A scene on a surface of any size: field, panel, banners. And a picture of it in a file, with no screen."""
+
+import math
+import os
+from pathlib import Path
+from typing import Final
+
+import pygame
+
+from vrg.ui import palette, shapes
+from vrg.ui.banner import draw_banners
+from vrg.ui.field import FieldPainter
+from vrg.ui.panel import PanelPainter
+from vrg.ui.scene import Scene
+from vrg.ui.text import Face, Fonts
+from vrg.ui.view import View
+
+NARROW: Final = 520
+"""Pixels; a window narrower than this shows the field alone."""
+
+
+class Painter:
+    """Draws scenes; keeps fonts and the unmoving ground between frames."""
+
+    def __init__(self) -> None:
+        self._fonts = Fonts()
+        self._field = FieldPainter(self._fonts)
+        self._panel = PanelPainter(self._fonts)
+
+    def draw(self, surface: pygame.Surface, scene: Scene, driving: str | None = None) -> View:
+        """Draw the scene on the whole surface.
+
+        Args:
+            driving: the player that the user drives by hand.
+
+        Returns:
+            How the field's coordinates became pixels.
+        """
+        width, height = surface.get_size()
+        ui = min(2.5, max(0.8, math.sqrt(width * height / (1280 * 800))))
+        panel = round(min(340 * ui, 0.45 * width)) if width >= NARROW else 0
+        surface.fill(palette.BACKGROUND)
+        area = pygame.Rect(0, 0, max(1, width - panel), max(1, height))
+        view = self._field.draw(surface, (*area.topleft, *area.size), scene, ui, driving)
+        if panel:
+            self._panel.draw(surface, pygame.Rect(width - panel, 0, panel, height), scene, ui, driving)
+        draw_banners(surface, area, scene, self._fonts, ui)
+        if driving is not None:
+            self._hand(surface, area, driving, ui)
+        return view
+
+    def _hand(self, surface: pygame.Surface, area: pygame.Rect, driving: str, ui: float) -> None:
+        words = f"You drive {driving}: arrows steer, ESC gives it back"
+        size = round(14 * ui)
+        words = self._fonts.shorten(words, area.width - round(40 * ui), size, Face.BOLD)
+        text = self._fonts.render(words, size, palette.INK, Face.BOLD)
+        plate = text.get_rect(midbottom=(area.centerx, area.bottom - round(14 * ui)))
+        plate = plate.inflate(round(24 * ui), round(12 * ui))
+        shapes.pill(surface, plate, palette.CAUTION, radius=plate.height // 2)
+        surface.blit(text, text.get_rect(center=plate.center))
+
+
+def render_png(scene: Scene, path: Path, size: tuple[int, int] = (1280, 800), driving: str | None = None) -> View:
+    """Draw a scene into a PNG file without a window.
+
+    Args:
+        size: width and height in pixels.
+
+    Returns:
+        How the field's coordinates became pixels.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    surface = pygame.Surface(size)
+    view = Painter().draw(surface, scene, driving)
+    save_png(surface, path)
+    return view
+
+
+def save_png(surface: pygame.Surface, path: Path) -> None:
+    """Write a surface to a PNG file.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    try:
+        pygame.image.save(surface, os.fspath(path))
+    except pygame.error as error:
+        raise OSError(f"{path}: cannot write the picture: {error}") from None

@@ -1,0 +1,235 @@
+"""The trajectories of a match as a picture for a report: a panel for each round, metres on both axes."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle
+
+from vrg.bus.foxglove import CallRecord
+from vrg.bus.foxglove_scene import BLUE, GREEN, ORANGE, OUT_OF_PLAY, PURPLE, SKY_BLUE, VERMILLION, YELLOW
+from vrg.bus.messages import Zone
+from vrg.bus.tracks import Track, read_calls, read_tracks, read_zones
+from vrg.ui.labels import HALO, Colour, Labels
+from vrg.ui.palette import Marker, style_of
+from vrg.ui.scene import JUMP, clock_text, round_word
+
+MOMENTS: Final = {
+    "tag": ("X", "tag"),
+    "out_of_bounds": ("s", "out of bounds"),
+    "capture": ("*", "capture"),
+    "escape": ("D", "escape"),
+}
+"""The rules whose calls are marked: marker and word."""
+_ROLE_MARKERS: Final = {
+    Marker.TRIANGLE: "^",
+    Marker.CIRCLE: "o",
+    Marker.SQUARE: "s",
+    Marker.DIAMOND: "D",
+    Marker.CROSS: "X",
+}
+_COLOURS: Final = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY_BLUE, (0, 0, 0), YELLOW)
+
+
+def plot_trajectories(
+    recording: Path | Mapping[str, Track],
+    out_png: Path,
+    *,
+    calls: Sequence[CallRecord] | None = None,
+    zones: Mapping[int, Sequence[Zone]] | None = None,
+    title: str = "",
+    game: str = "",
+) -> None:
+    """Plot where each player drove while the rounds were played.
+
+    A colour for each player; solid lines are virtual robots, dashed ones physical. A hollow circle is where it
+    began, its role's marker where it ended. Tags and the like are marked, with the player and the play clock.
+
+    Args:
+        recording: an MCAP file, or tracks read from one.
+        calls: of the match; zones: by round. Read from the recording where not given.
+        title: above the panels. game: its name, for what a round is called.
+
+    Raises:
+        OSError: a file cannot be read or written.
+        MessageError: the file is not a recording.
+        ValueError: there is no track to plot.
+    """
+    if isinstance(recording, Path):
+        tracks = read_tracks(recording)
+        calls = read_calls(recording) if calls is None else calls
+        zones = read_zones(recording) if zones is None else zones
+    else:
+        tracks = dict(recording)
+    calls, zones = calls or (), zones or {}
+    if not any(track.times.size for track in tracks.values()):
+        raise ValueError(f"expected at least one track with a pose, got {len(tracks)} tracks")
+    rounds = _rounds(tracks)
+    box = _extent(tracks, zones)
+    figure, panels, metre = _figure(len(rounds), box)
+    colours = {name: _colour(index) for index, name in enumerate(sorted(tracks))}
+    for axes, number in zip(panels, rounds, strict=True):
+        _draw_zones(axes, zones.get(number, ()))
+        labels = Labels(metre)
+        for track in tracks.values():
+            ends = np.flatnonzero(_shown(track, number))
+            if ends.size:
+                labels.keep_clear((float(track.x[ends[-1]]), float(track.y[ends[-1]])))
+        for name in sorted(tracks):
+            _draw_track(axes, tracks[name], number, colours[name], labels)
+        for call in calls:
+            if call.rule in MOMENTS and number in (call.round, 0):
+                _draw_call(axes, call, labels)
+        axes.set(xlim=(box[0], box[2]), ylim=(box[1], box[3]), xlabel="x, m", aspect="equal")
+        axes.grid(True, color="0.92", linewidth=0.6)
+        axes.set_axisbelow(True)
+        if number:
+            axes.set_title(f"{round_word(game).capitalize()} {number}", fontsize=11)
+    panels[0].set_ylabel("y, m")
+    if title:
+        figure.suptitle(title, fontsize=14, fontweight="bold")
+    handles = list(_legend(tracks, rounds, colours, calls))
+    figure.legend(handles=handles, loc="outside right upper", frameon=False, fontsize=9, handlelength=2.6)
+    figure.savefig(out_png, dpi=130, format="png", bbox_inches="tight", pad_inches=0.15)
+
+
+def _rounds(tracks: Mapping[str, Track]) -> list[int]:
+    """The rounds that were played; [0] stands for all samples where the referee said nothing of it."""
+    played = {int(n) for track in tracks.values() for n in np.unique(track.rounds[track.playing])}
+    return sorted(played) or [0]
+
+
+def _figure(count: int, box: tuple[float, float, float, float]) -> tuple[Figure, list[Axes], float]:
+    """The figure, its panels, and the length of a metre in points."""
+    aspect = (box[3] - box[1]) / (box[2] - box[0])
+    columns = min(count, 4 if aspect > 1.0 else 2)
+    rows = math.ceil(count / columns)
+    # The longer side of a panel is about 8 inches; the legend takes 2 beside them.
+    width, height = (8.0 / aspect, 8.0) if aspect > 1.0 else (8.0, 8.0 * aspect)
+    size = (min(24.0, columns * (width + 0.5) + 2.2), min(24.0, rows * (height + 0.7) + 0.6))
+    figure = Figure(figsize=size, layout="compressed", facecolor="white")
+    FigureCanvasAgg(figure)
+    grid = figure.subplots(rows, columns, squeeze=False, sharey=True)
+    panels: list[Axes] = list(grid.flat)
+    for spare in panels[count:]:
+        spare.set_axis_off()
+    return figure, panels[:count], 72 * height / (box[3] - box[1])
+
+
+def _extent(tracks: Mapping[str, Track], zones: Mapping[int, Sequence[Zone]]) -> tuple[float, float, float, float]:
+    """x_min, y_min, x_max, y_max in m of all that is drawn, with a margin."""
+    shown = [_shown(track, 0) for track in tracks.values()]
+    xs = np.concatenate([track.x[keep] for track, keep in zip(tracks.values(), shown, strict=True)])
+    ys = np.concatenate([track.y[keep] for track, keep in zip(tracks.values(), shown, strict=True)])
+    every = [zone for of_round in zones.values() for zone in of_round]
+    x_min = min([float(xs.min()), *(zone.x_min for zone in every)])
+    y_min = min([float(ys.min()), *(zone.y_min for zone in every)])
+    x_max = max([float(xs.max()), *(zone.x_max for zone in every)])
+    y_max = max([float(ys.max()), *(zone.y_max for zone in every)])
+    return x_min - 0.7, y_min - 0.7, x_max + 0.7, y_max + 0.7
+
+
+def _shown(track: Track, number: int) -> npt.NDArray[np.bool_]:
+    """Which samples belong to the panel of a round; 0 = all that were played, or all there are."""
+    if not track.playing.any() and number == 0:
+        return np.ones(track.times.shape, dtype=np.bool_)
+    return track.playing & (track.rounds == number) if number else track.playing
+
+
+def _draw_zones(axes: Axes, zones: Sequence[Zone]) -> None:
+    for zone in zones:
+        width, height = zone.x_max - zone.x_min, zone.y_max - zone.y_min
+        corner = (zone.x_min, zone.y_min)
+        if zone.kind == "field":
+            axes.add_patch(Rectangle(corner, width, height, fill=False, edgecolor="0.25", linewidth=1.6, zorder=1.5))
+            continue
+        safe = zone.kind == "safe"
+        axes.add_patch(
+            Rectangle(
+                corner, width, height, facecolor="#d9f0e6" if safe else "0.96", edgecolor="#8ccfb4" if safe else "0.85",
+                hatch="//" if safe else None, linewidth=0.8, zorder=0.5,
+            )
+        )  # fmt: skip
+        axes.text(
+            zone.x_min + 0.2, zone.y_min + 0.2, zone.name.replace("_", " "), ha="left", va="bottom",
+            fontsize=10, color="#3d8f6f" if safe else "0.6", path_effects=[HALO], zorder=0.6,
+        )  # fmt: skip
+
+
+def _draw_track(axes: Axes, track: Track, number: int, colour: Colour, labels: Labels) -> None:
+    keep = np.flatnonzero(_shown(track, number))
+    if not keep.size:
+        return
+    x, y = track.x[keep], track.y[keep]
+    # Where a robot was placed elsewhere, or the recording has a gap, no line joins the pieces.
+    breaks = np.flatnonzero(np.hypot(np.diff(x), np.diff(y)) > JUMP) + 1
+    line_x, line_y = np.insert(x, breaks, np.nan), np.insert(y, breaks, np.nan)
+    style = (0, (4, 1.6)) if track.physical else "-"
+    axes.plot(line_x, line_y, color=colour, linestyle=style, linewidth=1.7, zorder=3, solid_capstyle="round")
+    axes.plot(x[0], y[0], "o", color=colour, markerfacecolor="white", markersize=6, markeredgewidth=1.6, zorder=4)
+    last = int(keep[-1])
+    sign = style_of(track.roles[last], track.states[last]).marker
+    gone = track.states[last] in OUT_OF_PLAY
+    face = "0.75" if gone else colour
+    axes.plot(
+        x[-1],
+        y[-1],
+        _ROLE_MARKERS[sign],
+        color=face,
+        markeredgecolor=colour,
+        markersize=9,
+        markeredgewidth=1.2,
+        zorder=5,
+    )
+    labels.write(axes, track.name, (float(x[-1]), float(y[-1])), colour, bold=True)
+
+
+def _draw_call(axes: Axes, call: CallRecord, labels: Labels) -> None:
+    if not call.poses:
+        return
+    marker, _ = MOMENTS[call.rule]
+    here = (call.poses[0].x, call.poses[0].y)
+    axes.plot(*here, marker, color="none", markeredgecolor="black", markersize=15, markeredgewidth=1.2, zorder=6)
+    labels.write(axes, f"{call.players[0]} {clock_text(call.clock)}", here, (0.0, 0.0, 0.0), bold=False)
+
+
+def _legend(
+    tracks: Mapping[str, Track], rounds: Sequence[int], colours: Mapping[str, Colour], calls: Sequence[CallRecord]
+) -> Iterator[Line2D]:
+    both = {track.physical for track in tracks.values()} == {True, False}
+    for name in sorted(tracks):
+        track = tracks[name]
+        roles = list(dict.fromkeys(role for role, playing in zip(track.roles, track.playing, strict=True) if playing))
+        label = f"{name} ({', then '.join(roles)})" if roles else name
+        yield Line2D([], [], color=colours[name], linestyle="--" if track.physical else "-", linewidth=2, label=label)
+    grey = "0.35"
+    if both:
+        yield Line2D([], [], color=grey, linestyle="--", label="physical robot")
+    yield Line2D([], [], color=grey, marker="o", markerfacecolor="white", linestyle="", label="start")
+    ends = [
+        (track.roles[last], track.states[last])
+        for track in tracks.values()
+        for number in rounds
+        for last in np.flatnonzero(_shown(track, number))[-1:]
+    ]
+    signs = {(style_of(role, state).marker, state if state in OUT_OF_PLAY else role) for role, state in ends if role}
+    for sign, word in sorted(signs, key=lambda pair: pair[1]):
+        yield Line2D([], [], color=grey, marker=_ROLE_MARKERS[sign], linestyle="", label=f"end, {word}")
+    for rule in MOMENTS:
+        if any(call.rule == rule for call in calls):
+            marker, word = MOMENTS[rule]
+            yield Line2D(
+                [], [], color="none", marker=marker, markeredgecolor="black", markersize=10, linestyle="", label=word
+            )
+
+
+def _colour(index: int) -> Colour:
+    red, green, blue = _COLOURS[index % len(_COLOURS)]
+    return red / 255, green / 255, blue / 255

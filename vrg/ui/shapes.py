@@ -1,0 +1,132 @@
+"""Anti-aliased shapes that pygame.draw does not have. Points are pixels."""
+
+import math
+from collections.abc import Sequence
+
+import pygame
+from pygame import gfxdraw
+
+from vrg.bus.foxglove_scene import Rgb
+from vrg.ui.palette import Marker
+from vrg.ui.view import Pixel
+
+FAR = 16000
+"""gfxdraw keeps coordinates in 16 bits."""
+
+
+def polygon(surface: pygame.Surface, points: Sequence[Pixel], colour: Rgb) -> None:
+    """A filled polygon with smooth edges."""
+    if any(abs(x) > FAR or abs(y) > FAR for x, y in points):
+        return
+    gfxdraw.filled_polygon(surface, points, colour)
+    gfxdraw.aapolygon(surface, points, colour)
+
+
+def outline(surface: pygame.Surface, points: Sequence[Pixel], colour: Rgb, width: float = 1.0) -> None:
+    """A closed smooth line."""
+    for start, end in zip(points, [*points[1:], points[0]], strict=True):
+        stroke(surface, start, end, colour, width)
+
+
+def line(surface: pygame.Surface, start: Pixel, end: Pixel, colour: Rgb, width: float = 1.0) -> None:
+    """A line of any width, its corners at whole pixels."""
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    length = math.hypot(dx, dy)
+    if length < 0.1:
+        return
+    nx, ny = -dy / length * width / 2, dx / length * width / 2
+    corners = [
+        (start[0] + nx, start[1] + ny),
+        (end[0] + nx, end[1] + ny),
+        (end[0] - nx, end[1] - ny),
+        (start[0] - nx, start[1] - ny),
+    ]
+    polygon(surface, corners, colour)
+
+
+def stroke(surface: pygame.Surface, start: Pixel, end: Pixel, colour: Rgb, width: float) -> None:
+    """A smooth thin line between fractions of pixels: as many hair lines beside each other as it takes."""
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    length = math.hypot(dx, dy)
+    if length < 0.1:
+        return
+    hairs = max(1, round(width))
+    for hair in range(hairs):
+        away = (hair - (hairs - 1) / 2) / length
+        shift = (-dy * away, dx * away)
+        pygame.draw.aaline(
+            surface, colour, (start[0] + shift[0], start[1] + shift[1]), (end[0] + shift[0], end[1] + shift[1])
+        )
+
+
+def disc(surface: pygame.Surface, centre: Pixel, radius: float, colour: Rgb) -> None:
+    """A filled circle."""
+    if max(abs(centre[0]), abs(centre[1]), radius) > FAR:
+        return
+    x, y, r = round(centre[0]), round(centre[1]), max(1, round(radius))
+    gfxdraw.filled_circle(surface, x, y, r, colour)
+    gfxdraw.aacircle(surface, x, y, r, colour)
+
+
+def ring(surface: pygame.Surface, centre: Pixel, radius: float, colour: Rgb, width: float = 2.0) -> None:
+    """A smooth circle line."""
+    steps = max(24, int(radius))
+    points = [
+        (
+            centre[0] + radius * math.cos(2 * math.pi * i / steps),
+            centre[1] + radius * math.sin(2 * math.pi * i / steps),
+        )
+        for i in range(steps)
+    ]
+    outline(surface, points, colour, width)
+
+
+def oriented(centre: Pixel, angle: float, ahead: float, aside: float) -> Pixel:
+    """The pixel `ahead` and `aside` (to the left) of the centre of something turned by `angle`, pi/2 is up."""
+    c, s = math.cos(angle), math.sin(angle)
+    return centre[0] + ahead * c - aside * s, centre[1] - ahead * s - aside * c
+
+
+def rectangle(centre: Pixel, angle: float, back: float, front: float, half_width: float) -> list[Pixel]:
+    """Corners of a turned rectangle from `back` to `front` along its heading, front left first."""
+    return [
+        oriented(centre, angle, front, half_width),
+        oriented(centre, angle, front, -half_width),
+        oriented(centre, angle, back, -half_width),
+        oriented(centre, angle, back, half_width),
+    ]
+
+
+def marker(surface: pygame.Surface, centre: Pixel, angle: float, radius: float, colour: Rgb, sign: Marker) -> None:
+    """The sign of a role, within a circle of `radius` pixels."""
+    if sign is Marker.CIRCLE:
+        disc(surface, centre, radius * 0.85, colour)
+    elif sign is Marker.CROSS:
+        for side in (1, -1):
+            line(
+                surface,
+                oriented(centre, angle, radius * 0.8, radius * 0.8 * side),
+                oriented(centre, angle, -radius * 0.8, -radius * 0.8 * side),
+                colour,
+                max(2.0, radius * 0.42),
+            )
+    else:
+        corners = {
+            Marker.TRIANGLE: [(1.3, 0.0), (-0.9, 0.85), (-0.9, -0.85)],
+            Marker.SQUARE: [(0.8, 0.8), (0.8, -0.8), (-0.8, -0.8), (-0.8, 0.8)],
+            Marker.DIAMOND: [(1.1, 0.0), (0.0, -0.9), (-1.1, 0.0), (0.0, 0.9)],
+        }[sign]
+        points = [oriented(centre, angle, a * radius, b * radius) for a, b in corners]
+        polygon(surface, points, colour)
+
+
+def pill(surface: pygame.Surface, area: pygame.Rect, colour: Rgb, alpha: int = 255, radius: int = 8) -> None:
+    """A rectangle with round corners, also translucent."""
+    if area.width <= 0 or area.height <= 0:
+        return
+    if alpha == 255:
+        pygame.draw.rect(surface, colour, area, border_radius=radius)
+        return
+    layer = pygame.Surface(area.size, pygame.SRCALPHA)
+    pygame.draw.rect(layer, (*colour, alpha), layer.get_rect(), border_radius=radius)
+    surface.blit(layer, area)

@@ -1,0 +1,163 @@
+"""The spectator's window: shows the match, and lets a human stop it, halt it, or drive a player."""
+
+import logging
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import ClassVar, Final
+
+import pygame
+
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.node import Node, Tick
+from vrg.bus.topics import Keys
+from vrg.ui.controls import Controls
+from vrg.ui.draw import Painter, save_png
+from vrg.ui.scene import Circle, Scene, SceneBuilder, SceneInlets, Segment
+
+log = logging.getLogger(__name__)
+
+FRAME: Final = 1 / 30
+"""s of real time between frames, at the rate that the clock announces."""
+FULL_SPEED_RATE: Final = 10.0
+"""Match seconds per second assumed for frames when the world runs as fast as it can."""
+
+
+class Spectator(Node):
+    """A window on the match. It opens at the first tick; closing it does not end the match.
+
+    Args:
+        sizes: length and width of the robots in m, by name.
+        segments, circles: the map's walls, m.
+        size: of the window in pixels.
+        pictures: the folder where the key P leaves pictures.
+
+    Raises:
+        pygame.error: at the first tick, there is no display.
+    """
+
+    kind: ClassVar[str] = "spectator"
+
+    def __init__(
+        self,
+        name: str,
+        mailbox: Mailbox,
+        keys: Keys,
+        *,
+        sizes: Mapping[str, tuple[float, float]] | None = None,
+        segments: Sequence[Segment] = (),
+        circles: Sequence[Circle] = (),
+        size: tuple[int, int] = (1280, 800),
+        pictures: Path = Path(),
+        period: float = FRAME,
+    ) -> None:
+        super().__init__(name, mailbox, period)
+        self._title = f"VRG: {keys.match}"
+        self._size = size
+        self._pictures = pictures
+        self._inlets = SceneInlets(mailbox, keys)
+        self._builder = SceneBuilder(sizes=sizes, segments=segments, circles=circles)
+        self._controls = Controls(mailbox, keys, by=name)
+        self._scene = Scene()
+        self._window: pygame.Surface | None = None
+        self._painter: Painter | None = None
+        self._drawn_at: float | None = None
+        self._closed = False
+
+    @property
+    def closed(self) -> bool:
+        """The user closed the window: the node need not be ticked any more."""
+        return self._closed
+
+    @property
+    def scene(self) -> Scene:
+        """What the window showed last."""
+        return self._scene
+
+    def tick(self, tick: Tick) -> None:
+        """Take messages and keys in, publish what the keys ask for, draw at most one frame."""
+        if self._closed:
+            return
+        if self._window is None:
+            self._open()
+        self._inlets.feed(self._builder)
+        players = [player.name for player in self._scene.players]
+        asked = self._handle_events(players)
+        if self._controls.quit:
+            self._close()
+            return
+        if self._controls.driving is not None and self._controls.driving not in players:
+            self._controls.give_back()
+        if tick.live:
+            self._controls.steer()
+        if asked or self._frame_due(tick):
+            self._draw(tick)
+
+    def stop(self) -> None:
+        """Give the driven player back and close the window. Idempotent."""
+        self._controls.give_back()
+        self._close()
+
+    def _open(self) -> None:
+        # This process makes no sound; SDL would otherwise open the sound card, or complain that there is none.
+        os.environ.setdefault("SDL_AUDIODRIVER", "dummy")
+        pygame.display.init()
+        pygame.display.set_caption(self._title)
+        self._window = pygame.display.set_mode(self._size, pygame.RESIZABLE)
+        self._painter = Painter()
+
+    def _close(self) -> None:
+        self._closed = True
+        if self._window is not None:
+            self._window = None
+            pygame.display.quit()
+
+    def _handle_events(self, players: Sequence[str]) -> bool:
+        """Returns whether anything happened that should be seen at once."""
+        controls = self._controls
+        seen = False
+        for event in pygame.event.get():
+            match event.type:
+                case pygame.KEYDOWN:
+                    controls.press(event.key, players, shift=bool(event.mod & pygame.KMOD_SHIFT))
+                case pygame.KEYUP:
+                    controls.release(event.key)
+                case pygame.WINDOWFOCUSLOST:
+                    controls.let_go()
+                case pygame.QUIT:
+                    controls.close()
+                case pygame.VIDEORESIZE | pygame.WINDOWEXPOSED:
+                    pass
+                case _:
+                    continue
+            seen = True
+        return seen
+
+    def _frame_due(self, tick: Tick) -> bool:
+        # Ticks come by match time: at ten times real time, drawing each one would take all of a processor.
+        rate = self._scene.rate if self._scene.rate > 0 else FULL_SPEED_RATE
+        wait = FRAME * max(1.0, rate) * 0.9
+        return not tick.live or self._drawn_at is None or not 0 <= tick.time - self._drawn_at < wait
+
+    def _draw(self, tick: Tick) -> None:
+        self._scene = self._builder.build(tick.live)
+        self._drawn_at = tick.time
+        window = pygame.display.get_surface()
+        if window is None or self._painter is None:
+            return
+        self._painter.draw(window, self._scene, self._controls.driving)
+        pygame.display.flip()
+        if self._controls.picture:
+            self._controls.picture = False
+            self._save(window)
+
+    def _save(self, window: pygame.Surface) -> None:
+        number = 1
+        while (path := self._pictures / f"picture-{number:03d}.png").exists():
+            number += 1
+        try:
+            save_png(window, path)
+        except OSError as error:
+            log.error("%s", error)
+        else:
+            log.info("picture saved: %s", path)

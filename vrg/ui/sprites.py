@@ -1,0 +1,36 @@
+"""A robot seen from above, drawn larger than needed and facing right, so that it can be turned smoothly."""
+
+from typing import Final
+
+import pygame
+
+from vrg.ui import palette, shapes
+from vrg.ui.palette import Style
+
+FINENESS: Final = 2
+"""Times as large as it is shown."""
+
+
+def robot_sprite(style: Style, physical: bool, length: int, width: int) -> pygame.Surface:
+    """A body of `length` by `width` pixels with its role's marker and a nose, on nothing, its centre in the middle.
+
+    A physical robot has a white rim, a virtual one a dark one.
+    """
+    long, wide = length * FINENESS, width * FINENESS
+    rim = (2 if physical else 1) * FINENESS
+    nose = round(0.3 * long)
+    half = long // 2 + rim + nose + 2
+    surface = pygame.Surface((2 * half, 2 * half), pygame.SRCALPHA)
+    body = pygame.Rect(0, 0, long, wide)
+    body.center = (half, half)
+    edge = palette.TEXT if physical else palette.INK
+    # Without the colour of the rim around it, the smoothed edge would be mixed with black.
+    surface.fill((*edge, 0))
+    corner = max(2, round(0.12 * wide))
+    light = palette.mix(style.colour, palette.TEXT, 0.75)
+    tip = [(body.right + rim + nose, half), (body.right, half - 0.36 * wide), (body.right, half + 0.36 * wide)]
+    shapes.polygon(surface, tip, light)
+    pygame.draw.rect(surface, edge, body.inflate(2 * rim, 2 * rim), border_radius=corner + rim)
+    pygame.draw.rect(surface, style.colour, body, border_radius=corner)
+    shapes.marker(surface, (half, half), 0.0, wide * 0.33, palette.INK, style.marker)
+    return surface

@@ -1,0 +1,163 @@
+"""The match as text: a live table in a terminal, plain lines where the output is a file or a CI log."""
+
+import math
+from typing import ClassVar, Final
+
+from rich.console import Console, Group, RenderableType
+from rich.live import Live
+from rich.panel import Panel
+from rich.table import Table
+from rich.text import Text
+
+from vrg.bus.foxglove_scene import OUT_OF_PLAY, Rgb
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import Call, Stage
+from vrg.bus.node import Node, Tick, due_index
+from vrg.bus.topics import Keys
+from vrg.ui import palette
+from vrg.ui.banner import banners
+from vrg.ui.palette import Marker, style_of
+from vrg.ui.scene import Scene, SceneBuilder, SceneInlets, clock_text, round_word, title
+
+STATUS_EVERY: Final = 5.0
+"""s of match time between status lines where the output is no terminal."""
+CALLS_SHOWN: Final = 6
+
+_SIGNS: Final = {
+    Marker.TRIANGLE: "▲",
+    Marker.CIRCLE: "●",
+    Marker.SQUARE: "■",
+    Marker.DIAMOND: "◆",
+    Marker.CROSS: "✕",
+}
+
+
+class TerminalTable(Node):
+    """Shows a match without a display. Colours obey NO_COLOR.
+
+    Args:
+        console: where to write; standard output unless given. On a terminal the table is redrawn in place, else each
+            call is one line and every 5 s of match time there is one line of status.
+    """
+
+    kind: ClassVar[str] = "spectator"
+
+    def __init__(
+        self, name: str, mailbox: Mailbox, keys: Keys, *, console: Console | None = None, period: float = 0.25
+    ) -> None:
+        super().__init__(name, mailbox, period)
+        self._console = console or Console(highlight=False)
+        self._inlets = SceneInlets(mailbox, keys)
+        self._builder = SceneBuilder()
+        self._live: Live | None = None
+        self._status_due: int | None = None
+        self._alarms: tuple[str, ...] = ()
+
+    def tick(self, tick: Tick) -> None:
+        """Take messages in and show them."""
+        calls = self._inlets.feed(self._builder)
+        scene = self._builder.build(tick.live)
+        if self._console.is_terminal:
+            self._redraw(scene)
+        else:
+            self._print(scene, calls)
+
+    def stop(self) -> None:
+        """Leave the last table on the terminal. Idempotent."""
+        if self._live is not None:
+            self._live.stop()
+            self._live = None
+
+    def _redraw(self, scene: Scene) -> None:
+        if self._live is None:
+            # Without its own thread: a node is drawn when it ticks.
+            self._live = Live(console=self._console, auto_refresh=False)
+            self._live.start()
+        self._live.update(table(scene), refresh=True)
+
+    def _print(self, scene: Scene, calls: list[Call]) -> None:
+        for call in calls:
+            self._line(f"{clock_text(call.clock)}  {call.rule}: {call.text}")
+        alarms = tuple(f"{banner.heading}: {' '.join(banner.lines)}" for banner in banners(scene))
+        due = due_index(scene.time, STATUS_EVERY)
+        changed = scene.stage is not None and due != self._status_due
+        if changed:
+            self._status_due = due
+            self._line(status_line(scene))
+        # What hinders the match is told when it changes, at the latest with the next status.
+        for alarm in alarms:
+            if alarm not in self._alarms and scene.stage is not None:
+                self._line(alarm)
+        self._alarms = alarms
+
+    def _line(self, text: str) -> None:
+        # Whole lines: what reads a log wants to search it, not to see it wrapped.
+        self._console.print(Text(text), soft_wrap=True)
+
+
+def status_line(scene: Scene) -> str:
+    """The match in one line."""
+    stage = title(scene.stage.value) if scene.stage is not None else "no referee"
+    score = ", ".join(f"{team} {points}" for team, points in scene.score)
+    playing = sum(p.state not in OUT_OF_PLAY for p in scene.players)
+    return (
+        f"{clock_text(scene.clock)}  {stage}, {round_word(scene.game)} {scene.round} of {scene.rounds}"
+        f"; {score or 'no score'}; {playing} of {len(scene.players)} players in play"
+    )
+
+
+def table(scene: Scene) -> RenderableType:
+    """The match as a table for rich."""
+    parts: list[RenderableType] = [_heading(scene)]
+    for banner in banners(scene):
+        text = Text(f" {banner.heading} ", style=f"bold {_hex(palette.ink_on(banner.colour))} on {_hex(banner.colour)}")
+        text.append("  " + "  ".join(banner.lines), style="not bold")
+        parts.append(text)
+    parts += [_players(scene), _calls(scene)]
+    return Panel(Group(*parts), title=title(scene.game) or "Waiting for the referee", title_align="left")
+
+
+def _heading(scene: Scene) -> Text:
+    text = Text()
+    if scene.stage is None:
+        return text
+    colour = palette.CAUTION if scene.stage is Stage.FOUL else palette.SAFE
+    text.append(title(scene.stage.value), style=f"bold {_hex(colour)}")
+    text.append(f"   {round_word(scene.game)} {scene.round} of {scene.rounds}   ")
+    text.append(clock_text(scene.clock), style="bold")
+    for team, points in scene.score:
+        text.append(f"   {title(team)} ")
+        text.append(str(points), style="bold")
+    return text
+
+
+def _players(scene: Scene) -> Table:
+    grid = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
+    for column in ("player", "role", "state", "x, m", "y, m", "heading", "does"):
+        grid.add_column(column, justify="right" if column in ("x, m", "y, m", "heading") else "left")
+    poses = {body.name: body.pose for body in scene.bodies}
+    for player in scene.players:
+        style = style_of(player.role, player.state)
+        sign = Text(f"{_SIGNS[style.marker]} {player.name}", style=_hex(style.colour))
+        pose = poses.get(player.name)
+        where = (f"{pose.x:.2f}", f"{pose.y:.2f}", f"{_degrees(pose.theta):.0f}°") if pose else ("?", "?", "?")
+        does = player.fault or ("driven by hand" if player.manual else player.mode)
+        grid.add_row(
+            sign, Text(player.role), Text(player.state), *where, Text(does, style="yellow" if player.fault else "")
+        )
+    return grid
+
+
+def _calls(scene: Scene) -> Table:
+    grid = Table.grid(padding=(0, 2, 0, 0))
+    for call in scene.calls[-CALLS_SHOWN:]:
+        grid.add_row(Text(clock_text(call.clock), style="dim"), Text(call.text))
+    return grid
+
+
+def _degrees(theta: float) -> float:
+    return math.degrees(math.remainder(theta, 2 * math.pi))
+
+
+def _hex(rgb: Rgb) -> str:
+    return "#{:02x}{:02x}{:02x}".format(*rgb)

@@ -1,0 +1,89 @@
+"""Text on a surface: one family on every machine, wrapped and shortened to fit."""
+
+import importlib.util
+from enum import Enum
+from pathlib import Path
+from typing import Final
+
+import pygame
+
+from vrg.bus.foxglove_scene import Rgb
+
+RENDERED_LIMIT: Final = 600
+
+
+class Face(Enum):
+    """A cut of DejaVu Sans, which matplotlib carries; pygame's own font where that is missing."""
+
+    REGULAR = "DejaVuSans.ttf"
+    BOLD = "DejaVuSans-Bold.ttf"
+    MONO = "DejaVuSansMono-Bold.ttf"
+
+
+class Fonts:
+    """Fonts by size, and what was written with them lately."""
+
+    def __init__(self) -> None:
+        pygame.font.init()
+        self._folder = _folder()
+        self._fonts: dict[tuple[Face, int], pygame.font.Font] = {}
+        self._rendered: dict[tuple[str, Face, int, Rgb], pygame.Surface] = {}
+
+    def font(self, size: int, face: Face = Face.REGULAR) -> pygame.font.Font:
+        """The font of a face at `size` pixels."""
+        font = self._fonts.get((face, size))
+        if font is None:
+            path = self._folder / face.value if self._folder is not None else None
+            usable = path is not None and path.is_file()
+            font = pygame.font.Font(str(path) if usable else None, size)
+            self._fonts[face, size] = font
+        return font
+
+    def render(self, text: str, size: int, colour: Rgb, face: Face = Face.REGULAR) -> pygame.Surface:
+        """The text in one line, anti-aliased on nothing; not to be drawn upon, it is kept."""
+        key = (text, face, size, colour)
+        surface = self._rendered.get(key)
+        if surface is None:
+            if len(self._rendered) >= RENDERED_LIMIT:
+                self._rendered.clear()
+            # A null character is the one that SDL cannot write.
+            surface = self.font(size, face).render(text.replace("\0", " "), True, colour)
+            self._rendered[key] = surface
+        return surface
+
+    def width(self, text: str, size: int, face: Face = Face.REGULAR) -> int:
+        """Pixels that the text takes in one line."""
+        return self.font(size, face).size(text.replace("\0", " "))[0]
+
+    def shorten(self, text: str, width: int, size: int, face: Face = Face.REGULAR) -> str:
+        """The text, or as much of its beginning as fits into `width` pixels with an ellipsis."""
+        if self.width(text, size, face) <= width:
+            return text
+        while text and self.width(text + "…", size, face) > width:
+            text = text[:-1]
+        return text.rstrip() + "…" if text else ""
+
+    def wrap(self, text: str, width: int, size: int, face: Face = Face.REGULAR, lines: int = 100) -> list[str]:
+        """The text in lines of at most `width` pixels; what exceeds `lines` is cut with an ellipsis."""
+        wrapped: list[str] = []
+        line = ""
+        for word in text.split():
+            longer = f"{line} {word}" if line else word
+            if line and self.width(longer, size, face) > width:
+                wrapped.append(line)
+                line = word
+            else:
+                line = longer
+        if line:
+            wrapped.append(line)
+        if len(wrapped) > lines:
+            wrapped = [*wrapped[: lines - 1], " ".join(wrapped[lines - 1 :])]
+        return [self.shorten(line, width, size, face) for line in wrapped]
+
+
+def _folder() -> Path | None:
+    # Found without importing matplotlib, which takes longer than to open the window.
+    spec = importlib.util.find_spec("matplotlib")
+    if spec is None or not spec.submodule_search_locations:
+        return None
+    return Path(spec.submodule_search_locations[0]) / "mpl-data" / "fonts" / "ttf"

@@ -1,0 +1,80 @@
+"""From metres on the field to pixels in the window: pure geometry."""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+from vrg.ui.scene import Scene
+
+Box = tuple[float, float, float, float]
+"""x_min, y_min, x_max, y_max in m."""
+Area = tuple[int, int, int, int]
+"""left, top, width, height in pixels."""
+Pixel = tuple[float, float]
+
+MARGIN: Final = 0.9
+"""m shown around the field, so that a player out of bounds is seen."""
+
+
+@dataclass(frozen=True)
+class View:
+    """Maps the field into an area of the window, its proportions kept.
+
+    Args:
+        x, y: the point of the field, m, that is shown at pixel `left`, `top`.
+        scale: pixels per m.
+        turned: shown a quarter turn clockwise: +y points right and +x down; else +x points right and +y up.
+    """
+
+    x: float
+    y: float
+    left: float
+    top: float
+    scale: float
+    turned: bool
+
+    def point(self, x: float, y: float) -> Pixel:
+        """Where a point of the field, m, is in the window."""
+        dx, dy = (x - self.x) * self.scale, (y - self.y) * self.scale
+        return (self.left + dy, self.top + dx) if self.turned else (self.left + dx, self.top - dy)
+
+    def angle(self, theta: float) -> float:
+        """A heading on the field as an angle in the window: rad, 0 is right, pi/2 is up."""
+        return theta - math.pi / 2 if self.turned else theta
+
+    def box(self, box: Box) -> tuple[float, float, float, float]:
+        """A rectangle of the field as (left, top, width, height) in pixels."""
+        ax, ay = self.point(box[0], box[1])
+        bx, by = self.point(box[2], box[3])
+        return min(ax, bx), min(ay, by), abs(bx - ax), abs(by - ay)
+
+
+def fit(box: Box, area: Area) -> View:
+    """Show `box` as large as `area` allows, turned by 90 degrees where that shows it larger."""
+    wide, tall = max(box[2] - box[0], 0.1), max(box[3] - box[1], 0.1)
+    left, top, width, height = area
+    upright = min(width / wide, height / tall)
+    lying = min(width / tall, height / wide)
+    # The small factor keeps a nearly square field as its map shows it.
+    turned = lying > upright * 1.02
+    return View(
+        x=(box[0] + box[2]) / 2,
+        y=(box[1] + box[3]) / 2,
+        left=left + width / 2,
+        top=top + height / 2,
+        scale=max(lying if turned else upright, 0.01),
+        turned=turned,
+    )
+
+
+def extent(scene: Scene) -> Box:
+    """The part of the world to show: the zones; without them the walls; without those the bodies."""
+    points = [p for z in scene.zones for p in ((z.x_min, z.y_min), (z.x_max, z.y_max))]
+    if not points:
+        points = [p for x1, y1, x2, y2 in scene.segments for p in ((x1, y1), (x2, y2))]
+        points += [p for x, y, r in scene.circles for p in ((x - r, y - r), (x + r, y + r))]
+    if not points:
+        points = [(b.pose.x, b.pose.y) for b in scene.bodies] or [(0.0, 0.0)]
+        points += [(x + dx, y + dx) for x, y in points for dx in (-3.0, 3.0)]
+    xs, ys = [x for x, _ in points], [y for _, y in points]
+    return min(xs) - MARGIN, min(ys) - MARGIN, max(xs) + MARGIN, max(ys) + MARGIN
