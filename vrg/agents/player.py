@@ -4,8 +4,6 @@ From the strongest to the weakest: the emergency stop, a stopped clock, a silent
 lease, the strategy. Every way out of a tick but the last two leaves the robot stopped.
 """
 
-import logging
-
 from vrg.agents.control import STILL, Twist
 from vrg.agents.motion import VelocityEstimator
 from vrg.agents.strategy import Strategy, View
@@ -16,8 +14,6 @@ from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys
 from vrg.errors import RobotError, StaleDataError
 from vrg.hal.robot import Readings, Robot
-
-log = logging.getLogger(__name__)
 
 EMERGENCY = "emergency stop"
 NO_REFEREE = "no referee"
@@ -49,11 +45,12 @@ class Player(Node):
         self._manual = mailbox.subscribe(keys.manual(robot.name))
         self._estops = mailbox.subscribe(keys.estop)
         self._motion = VelocityEstimator()
-        self._armed = False
         self._estop = False
         self._fault: str | None = None
         self._mode = "-"
         robot.connect()
+        # Whatever a forerunner that crashed has left behind, this player begins disarmed.
+        robot.disarm()
 
     def tick(self, tick: Tick) -> None:
         """Decide once, drive once, report once."""
@@ -63,18 +60,20 @@ class Player(Node):
         referee = self._referee.latest
         readings = self._read()
         why = self._reason_to_stand(tick, referee)
-        if why == EMERGENCY:
-            self._disarm()
         manual = None
-        if why is not None or referee is None or readings is None or not self._arm():
+        if why is not None or referee is None or readings is None or not self._arm(readings):
             self._mode = f"Stop/{why or 'fault'}"
-            self._command(STILL)
+            if why == EMERGENCY:
+                self._robot.disarm()
+            else:
+                self._robot.stop()
         else:
             manual = self._lease(tick.time)
             self._command(self._decide(tick, referee, readings, manual))
+        armed = readings is not None and readings.armed
         self.mailbox.publish(
             self._keys.report(self.name),
-            Report(mode=self._mode, armed=self._armed, manual=manual is not None, fault=self._fault),
+            Report(mode=self._mode, armed=armed, manual=manual is not None, fault=self._fault),
         )
 
     def stop(self) -> None:
@@ -134,27 +133,24 @@ class Player(Node):
             return None
         return manual.body
 
-    def _arm(self) -> bool:
-        if not self._armed:
-            try:
-                self._robot.arm()
-            except RobotError as error:
-                self._fault = str(error)
-                return False
-            self._armed = True
-            log.info("%s armed", self.name)
+    def _arm(self, readings: Readings) -> bool:
+        """Whether the robot may be driven; asked for again until the robot itself says that it is armed."""
+        if readings.armed:
+            return True
+        try:
+            self._robot.arm()
+        except RobotError as error:
+            self._fault = str(error)
+            return False
         return True
 
-    def _disarm(self) -> None:
-        if self._armed:
-            self._robot.disarm()
-            self._armed = False
-            log.info("%s disarmed", self.name)
-
     def _command(self, twist: Twist) -> None:
-        if not self._armed:
-            return
         if twist == STILL:
             self._robot.stop()
             return
-        self._robot.drive(*self._robot.features.wheels(twist.v, twist.w))
+        try:
+            self._robot.drive(*self._robot.features.wheels(twist.v, twist.w))
+        except RobotError as error:
+            # The robot was disarmed since its last reading; it is armed again at the next tick, if it may be.
+            self._fault = str(error)
+            self._robot.stop()

@@ -104,10 +104,15 @@ def run_node(
     stop: threading.Event,
     *,
     finished: Callable[[], bool] = lambda: False,
+    idle: float | None = None,
 ) -> Statistics:
     """Tick a node by the match clock on the bus until `stop` is set or it has `finished`.
 
     An exception of the node stops its robot, and goes on to the caller.
+
+    Args:
+        idle: s of real time after which a window is ticked also when it is not due, so that its keys work however slow
+            match time is.
 
     Raises:
         DuplicateNodeError: a node of this kind and name is alive already.
@@ -117,9 +122,10 @@ def run_node(
     claim(session, keys, node.kind, node.name)
     statistics, began = Statistics(), time.monotonic()
     last = -1
+    called = time.monotonic()
     try:
         while not stop.is_set() and not finished():
-            restarted = clock.wait(STALLED_PERIOD)
+            restarted = clock.wait(idle or STALLED_PERIOD)
             if restarted:
                 last = -1
             session.receive()
@@ -130,6 +136,11 @@ def run_node(
                 statistics.missed += index - last - 1 if last >= 0 else 0
                 last = index
                 _call(node, session, Tick(clock.now), statistics)
+            elif idle and time.monotonic() - called > idle:
+                _call(node, session, Tick(clock.now), statistics)
+            else:
+                continue
+            called = time.monotonic()
     finally:
         _finish(node, session, statistics, began)
     return statistics

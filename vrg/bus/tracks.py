@@ -96,15 +96,30 @@ def read_calls(path: Path) -> list[fg.CallRecord]:
     return sorted(calls, key=lambda call: call.number)
 
 
-def read_zones(path: Path) -> dict[int, list[m.Zone]]:
-    """The zones of each round that was begun, as they were while it was played. Raises as `read_tracks`."""
+@dataclass(frozen=True)
+class Setting:
+    """What was played and where.
+
+    Args:
+        game: its name, empty where the referee never spoke.
+        zones: of each round that was begun, by its number, as they were while it was played.
+    """
+
+    game: str
+    zones: dict[int, list[m.Zone]]
+
+
+def read_setting(path: Path) -> Setting:
+    """The game and its field. Raises as `read_tracks`."""
+    game = ""
     zones: dict[int, list[m.Zone]] = {}
     for topic, _, _, data in _records(path):
         if topic == "/referee/state":
             state = _decode(data, fg.StateRecord, topic)
+            game = state.game
             if state.stage == m.Stage.PLAY_ROUND or state.round not in zones:
                 zones[state.round] = state.zones
-    return zones
+    return Setting(game, zones)
 
 
 def _track(name: str, samples: _Samples) -> Track:

@@ -36,6 +36,9 @@ log = logging.getLogger(__name__)
 SNAPSHOT_PERIOD = 5
 """World ticks between snapshots: 0.1 s of match time with the default tick."""
 
+WINDOW_PERIOD = 1 / 30
+"""s of real time between looks at a window's keys."""
+
 
 @contextmanager
 def _process(leash: bool) -> Iterator[threading.Event]:
@@ -199,5 +202,5 @@ def spectator(
             node = Spectator(own, Mailbox(), keys, pictures=pictures)
         else:
             node = nodes.spectator_node(setup, own, pictures)
-        statistics = run_node(node, session, keys, stop, finished=lambda: node.closed)
+        statistics = run_node(node, session, keys, stop, finished=lambda: node.closed, idle=WINDOW_PERIOD)
         _report(RunFolder(run) if run else None, own, statistics)

@@ -88,7 +88,7 @@ class Controls:
         self.quit = True
 
     def _official(self, action: OfficialAction) -> None:
-        self.mailbox.publish(self.keys.official, Official(action=action, by=self.by, reason="spectator's key"))
+        self.mailbox.publish(self.keys.official, Official(action=action, by=self.by))
 
     def _next(self, players: Sequence[str], step: int) -> None:
         before = self.driving

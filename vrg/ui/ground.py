@@ -69,6 +69,8 @@ def _zone(surface: pygame.Surface, zone: Zone, view: View, ui: float, fonts: Fon
     edge = palette.mix(colour, palette.FIELD, 0.25)
     pygame.draw.rect(surface, edge, (left, top, width, height), 2 if safe else 1)
     words = zone.name.replace("_", " ").upper()
+    if safe and "ZONE" not in words:
+        words += " ZONE"
     size = round((20 if safe else 15) * ui)
     smallest = max(10, round(12 * ui))
     while size > smallest and fonts.width(words, size, Face.BOLD) > 0.85 * width:

@@ -16,7 +16,7 @@ from matplotlib.patches import Rectangle
 from vrg.bus.foxglove import CallRecord
 from vrg.bus.foxglove_scene import BLUE, GREEN, ORANGE, OUT_OF_PLAY, PURPLE, SKY_BLUE, VERMILLION, YELLOW
 from vrg.bus.messages import Zone
-from vrg.bus.tracks import Track, read_calls, read_tracks, read_zones
+from vrg.bus.tracks import Track, read_calls, read_setting, read_tracks
 from vrg.ui.labels import HALO, Colour, Labels
 from vrg.ui.palette import Marker, style_of
 from vrg.ui.scene import JUMP, clock_text, round_word
@@ -54,8 +54,9 @@ def plot_trajectories(
 
     Args:
         recording: an MCAP file, or tracks read from one.
-        calls: of the match; zones: by round. Read from the recording where not given.
-        title: above the panels. game: its name, for what a round is called.
+        calls: of the match. zones: by round. game: its name, for what a round is called. All three are read from
+            the recording where not given.
+        title: above the panels.
 
     Raises:
         OSError: a file cannot be read or written.
@@ -65,7 +66,9 @@ def plot_trajectories(
     if isinstance(recording, Path):
         tracks = read_tracks(recording)
         calls = read_calls(recording) if calls is None else calls
-        zones = read_zones(recording) if zones is None else zones
+        setting = read_setting(recording)
+        zones = setting.zones if zones is None else zones
+        game = game or setting.game
     else:
         tracks = dict(recording)
     calls, zones = calls or (), zones or {}

@@ -13,14 +13,24 @@ from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys
 from vrg.ui.controls import Controls
 from vrg.ui.draw import Painter, save_png
+from vrg.ui.pace import Pace
 from vrg.ui.scene import Circle, Scene, SceneBuilder, SceneInlets, Segment
 
 log = logging.getLogger(__name__)
 
 FRAME: Final = 1 / 30
-"""s of real time between frames, at the rate that the clock announces."""
-FULL_SPEED_RATE: Final = 10.0
-"""Match seconds per second assumed for frames when the world runs as fast as it can."""
+"""s of real time between frames."""
+
+
+def display_available() -> bool:
+    """Whether there is a screen to open a window on. Without one SDL draws into memory and nobody sees it."""
+    try:
+        pygame.display.init()
+    except pygame.error:
+        return False
+    driver = pygame.display.get_driver()
+    pygame.display.quit()
+    return driver not in ("dummy", "offscreen")
 
 
 class Spectator(Node):
@@ -61,7 +71,7 @@ class Spectator(Node):
         self._scene = Scene()
         self._window: pygame.Surface | None = None
         self._painter: Painter | None = None
-        self._drawn_at: float | None = None
+        self._pace = Pace(FRAME)
         self._closed = False
 
     @property
@@ -90,7 +100,7 @@ class Spectator(Node):
             self._controls.give_back()
         if tick.live:
             self._controls.steer()
-        if asked or self._frame_due(tick):
+        if self._pace.due(tick, self._scene.rate) or asked:
             self._draw(tick)
 
     def stop(self) -> None:
@@ -133,15 +143,8 @@ class Spectator(Node):
             seen = True
         return seen
 
-    def _frame_due(self, tick: Tick) -> bool:
-        # Ticks come by match time: at ten times real time, drawing each one would take all of a processor.
-        rate = self._scene.rate if self._scene.rate > 0 else FULL_SPEED_RATE
-        wait = FRAME * max(1.0, rate) * 0.9
-        return not tick.live or self._drawn_at is None or not 0 <= tick.time - self._drawn_at < wait
-
     def _draw(self, tick: Tick) -> None:
         self._scene = self._builder.build(tick.live)
-        self._drawn_at = tick.time
         window = pygame.display.get_surface()
         if window is None or self._painter is None:
             return

@@ -16,11 +16,14 @@ from vrg.bus.node import Node, Tick, due_index
 from vrg.bus.topics import Keys
 from vrg.ui import palette
 from vrg.ui.banner import banners
+from vrg.ui.pace import Pace
 from vrg.ui.palette import Marker, style_of
 from vrg.ui.scene import Scene, SceneBuilder, SceneInlets, clock_text, round_word, title
 
 STATUS_EVERY: Final = 5.0
 """s of match time between status lines where the output is no terminal."""
+REDRAW: Final = 0.25
+"""s of real time between redraws of a terminal."""
 CALLS_SHOWN: Final = 6
 
 _SIGNS: Final = {
@@ -49,18 +52,19 @@ class TerminalTable(Node):
         self._console = console or Console(highlight=False)
         self._inlets = SceneInlets(mailbox, keys)
         self._builder = SceneBuilder()
+        self._pace = Pace(REDRAW)
         self._live: Live | None = None
         self._status_due: int | None = None
-        self._alarms: tuple[str, ...] = ()
+        self._alarms: set[str] = set()
 
     def tick(self, tick: Tick) -> None:
         """Take messages in and show them."""
         calls = self._inlets.feed(self._builder)
         scene = self._builder.build(tick.live)
-        if self._console.is_terminal:
-            self._redraw(scene)
-        else:
+        if not self._console.is_terminal:
             self._print(scene, calls)
+        elif self._pace.due(tick, scene.rate):
+            self._redraw(scene)
 
     def stop(self) -> None:
         """Leave the last table on the terminal. Idempotent."""
@@ -78,17 +82,19 @@ class TerminalTable(Node):
     def _print(self, scene: Scene, calls: list[Call]) -> None:
         for call in calls:
             self._line(f"{clock_text(call.clock)}  {call.rule}: {call.text}")
-        alarms = tuple(f"{banner.heading}: {' '.join(banner.lines)}" for banner in banners(scene))
+        if scene.stage is None:
+            return
         due = due_index(scene.time, STATUS_EVERY)
-        changed = scene.stage is not None and due != self._status_due
-        if changed:
-            self._status_due = due
+        status = due != self._status_due
+        self._status_due = due
+        if status:
             self._line(status_line(scene))
-        # What hinders the match is told when it changes, at the latest with the next status.
-        for alarm in alarms:
-            if alarm not in self._alarms and scene.stage is not None:
-                self._line(alarm)
-        self._alarms = alarms
+        # What hinders the match is told when it begins and with each status: its words change all the time.
+        told = {banner.heading for banner in banners(scene)}
+        for banner in banners(scene):
+            if status or banner.heading not in self._alarms:
+                self._line(": ".join([banner.heading, "; ".join(banner.lines)] if banner.lines else [banner.heading]))
+        self._alarms = told
 
     def _line(self, text: str) -> None:
         # Whole lines: what reads a log wants to search it, not to see it wrapped.
@@ -111,7 +117,7 @@ def table(scene: Scene) -> RenderableType:
     parts: list[RenderableType] = [_heading(scene)]
     for banner in banners(scene):
         text = Text(f" {banner.heading} ", style=f"bold {_hex(palette.ink_on(banner.colour))} on {_hex(banner.colour)}")
-        text.append("  " + "  ".join(banner.lines), style="not bold")
+        text.append("  " + "; ".join(banner.lines), style="not bold")
         parts.append(text)
     parts += [_players(scene), _calls(scene)]
     return Panel(Group(*parts), title=title(scene.game) or "Waiting for the referee", title_align="left")

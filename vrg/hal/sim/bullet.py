@@ -125,12 +125,19 @@ class BulletEngine(Engine):
             (vx, vy, _), (_, _, w) = pybullet.getBaseVelocity(body, physicsClientId=client)
             self.poses[row] = x, y, theta
             self.velocities[row] = vx * math.cos(theta) + vy * math.sin(theta), w
-            touch = 0
-            for contact in pybullet.getContactPoints(bodyA=body, linkIndexA=-1, physicsClientId=client):
-                if contact[8] < CONTACT:
-                    px, py, _ = contact[5]
-                    touch |= bumper_bit(self.models[row], math.atan2(py - y, px - x) - theta)
-            self.touch[row] = touch
+            self.touch[row] = self._pressed(body, self.models[row], x, y, theta)
+
+    def _pressed(self, body: int, model: RobotModel, x: float, y: float, theta: float) -> int:
+        """The bumpers in contact. A side that lies against something touches at its ends: the middle counts."""
+        points: dict[int, list[tuple[float, float]]] = {}
+        for contact in pybullet.getContactPoints(bodyA=body, linkIndexA=-1, physicsClientId=self._client):
+            if contact[8] < CONTACT:
+                points.setdefault(contact[2], []).append(contact[5][:2])
+        touch = 0
+        for places in points.values():
+            px, py = (sum(axis) / len(places) for axis in zip(*places, strict=True))
+            touch |= bumper_bit(model, math.atan2(py - y, px - x) - theta)
+        return touch
 
     def _build_map(self) -> None:
         client = self._client

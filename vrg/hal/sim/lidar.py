@@ -5,6 +5,7 @@ from functools import cache
 import numpy as np
 import numpy.typing as npt
 
+from vrg.bus.messages import Laser
 from vrg.hal.models import LaserMount, RobotModel
 from vrg.hal.sim.map import Map
 from vrg.hal.sim.rays import Edges, Fan, cast
@@ -37,6 +38,27 @@ class Lidar:
         self._seed = seed
         self._noisy = noise
         self._blocks: dict[str, tuple[int, Floats]] = {}
+
+    def scans(
+        self, tick: int, dt: float, names: list[str], models: list[RobotModel], poses: Floats
+    ) -> list[tuple[str, Laser]]:
+        """A scan of each robot whose range finder is due at this tick; ticks are dt seconds apart."""
+        due = []
+        for row, (name, model) in enumerate(zip(names, models, strict=True)):
+            if model.laser is not None:
+                every = max(1, round(1 / (model.laser.rate * dt)))
+                if tick % every == 0:
+                    due.append((row, name, model.laser, tick // every))
+        if due:
+            self.look(models, poses)
+        scans = []
+        for row, name, mount, number in due:
+            x, y, heading = poses[row].tolist()
+            ranges = self.scan(name, mount, (x, y, heading), number)
+            fan = fan_of(mount)
+            scan = Laser(angle_min=fan.first, angle_step=fan.step, range_max=mount.range_max, data=ranges.tobytes())
+            scans.append((name, scan))
+        return scans
 
     def look(self, models: list[RobotModel], poses: Floats) -> None:
         """Take in where all robots are, shape (robots, 3), before the scans of a tick."""

@@ -10,9 +10,18 @@ from vrg.errors import RobotError, StaleDataError
 from vrg.hal.backends import RobotContext
 from vrg.hal.robot import Readings, Robot, Scan, Wheels, limit_wheels
 
+AGREE_TIME = 0.5
+"""s of match time after which a robot that the world still calls disarmed takes itself for disarmed."""
+
 
 class SimRobot(Robot):
-    """See the module. The world applies the watchdog, the referee's limits and the emergency stop."""
+    """See the module. The world applies the watchdog, the referee's limits and the emergency stop.
+
+    Where the world has disarmed the robot, by an emergency stop that may have come and gone unseen, this side follows
+    at the next `read` or `drive` and tells the world so: the world arms nobody again who was not seen disarmed. Of
+    several commands in one tick the world hears the last, so a robot armed in the very tick in which it was disarmed
+    is armed by its first command of a later tick.
+    """
 
     def __init__(self, context: RobotContext) -> None:
         super().__init__(context.name, context.model)
@@ -22,6 +31,8 @@ class SimRobot(Robot):
         self._lasers = context.mailbox.subscribe(context.keys.laser(context.name))
         self._connected = False
         self._armed = False
+        self._agreed = 0.0
+        self._disarmed = -math.inf
 
     def connect(self) -> None:
         """Begin to listen. Idempotent."""
@@ -38,6 +49,7 @@ class SimRobot(Robot):
         if self._stopped():
             raise RobotError(f"{self.name}: the emergency stop is engaged: release it, then arm")
         self._armed = True
+        self._agreed = self._mailbox.now
         self._send(0.0, 0.0)
 
     def drive(self, left: float, right: float) -> Wheels:
@@ -105,16 +117,23 @@ class SimRobot(Robot):
         self._connected = False
 
     def _stopped(self) -> bool:
-        """Whether the world reports the emergency stop. It disarms this side too, and tells the world at once:
-        the world arms nobody again who has not been seen disarmed."""
+        """Whether the world reports the emergency stop; follows where the world has disarmed the robot."""
         received = self._states.latest
-        stopped = received is not None and received.body.estop
-        if stopped and self._armed:
+        if received is None:
+            return False
+        state = received.body
+        if state.armed:
+            self._agreed = received.stamp
+        if self._armed and (state.estop or received.stamp - self._agreed > AGREE_TIME):
             self.disarm()
-        return stopped
+        return state.estop
 
     def _send(self, left: float, right: float) -> None:
-        self._mailbox.publish(self._drive_topic, Drive(left=left, right=right, armed=self._armed))
+        now = self._mailbox.now
+        if not self._armed:
+            self._disarmed = now
+        drive = Drive(left=left, right=right, armed=self._armed and now > self._disarmed)
+        self._mailbox.publish(self._drive_topic, drive)
 
     def _scan(self, received: Received[Laser] | None) -> Scan | None:
         if received is None:

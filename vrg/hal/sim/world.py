@@ -8,10 +8,10 @@ from vrg.bus.messages import Body, Laser, Pose, Poses, RefereeState, RequestKind
 from vrg.errors import ConfigError, WorldError
 from vrg.hal.models import RobotModel, robot_model
 from vrg.hal.robot import limit_wheels
-from vrg.hal.sim.battery import BatteryModel
+from vrg.hal.sim.battery import Batteries
 from vrg.hal.sim.config import WorldConfig, check_setup, overlap, place_problems
 from vrg.hal.sim.engine import Floats, make_engine
-from vrg.hal.sim.lidar import Lidar, fan_of
+from vrg.hal.sim.lidar import Lidar
 from vrg.hal.sim.map import load_map
 from vrg.hal.sim.safety import Interlock, RefereeGate
 from vrg.hal.sim.sensors import Sensors
@@ -21,6 +21,7 @@ _BATTERY_TICKS = 10
 """Ticks between energy balances."""
 _EMPTY = "battery empty: motors are off"
 _SILENT = "no drive command in time: braked"
+_LOCKED = "stopped by the emergency stop: disarm it, then arm it"
 _BRAKE = (0.0, 0.0, True)
 
 
@@ -57,13 +58,10 @@ class World:
         self.estop = False
         self._engine = make_engine(config.engine, self.map)
         self._members: list[_Member] = []
+        self._limits: dict[str, float] = {}
         self._gate = RefereeGate()
         self._sensors = Sensors(config.seed, config.noise)
         self._lidar = Lidar(self.map, config.seed, config.noise)
-        self._battery = BatteryModel([])
-        self._used: Floats = np.zeros(0)
-        self._wheels_before: Floats = np.zeros((0, 2))
-        self._v_before: Floats = np.zeros(0)
         for robot in config.robots:
             self._add(robot.name, robot_model(robot.model), robot.pose)
         self._resize(np.zeros((len(self._members), 3)), np.zeros(len(self._members)))
@@ -101,7 +99,8 @@ class World:
                 member.interlock.drive(self.time, left, right, armed, self.estop)
 
     def limit(self, name: str, v_max: float) -> None:
-        """The referee caps a robot's speed, m/s."""
+        """The referee caps a robot's speed, m/s; also one that comes later."""
+        self._limits[name] = v_max
         for member in self._members:
             if member.name == name:
                 member.wheel_limit = min(v_max, member.model.v_max) / member.model.wheel_radius
@@ -149,7 +148,7 @@ class World:
         engine = self._engine
         reading = self._sensors.read(self.tick, self.config.tick, engine.poses, engine.wheels)
         numbers = np.concatenate((reading.ins, reading.odometry, reading.velocity), axis=1).tolist()
-        charges = self._charges().tolist()
+        charges = self._batteries.charge.tolist()
         now = self.time
         states = []
         for member, row, (left, right), touch, charge in zip(
@@ -159,6 +158,8 @@ class World:
             fault = None
             if member.empty:
                 fault = _EMPTY
+            elif interlock.locked:
+                fault = _LOCKED
             elif interlock.silent(now):
                 fault = _SILENT
             states.append(
@@ -190,24 +191,8 @@ class World:
 
     def scans(self) -> list[tuple[str, Laser]]:
         """A scan of each robot whose range finder is due at this tick."""
-        due = []
-        for row, member in enumerate(self._members):
-            mount = member.model.laser
-            if mount is not None:
-                every = max(1, round(1 / (mount.rate * self.config.tick)))
-                if self.tick % every == 0:
-                    due.append((row, member.name, mount, self.tick // every))
-        if not due:
-            return []
-        self._lidar.look(self._engine.models, self._engine.poses)
-        scans = []
-        for row, name, mount, number in due:
-            x, y, heading = self._engine.poses[row].tolist()
-            ranges = self._lidar.scan(name, mount, (x, y, heading), number)
-            fan = fan_of(mount)
-            message = Laser(angle_min=fan.first, angle_step=fan.step, range_max=mount.range_max, data=ranges.tobytes())
-            scans.append((name, message))
-        return scans
+        engine = self._engine
+        return self._lidar.scans(self.tick, self.config.tick, engine.names, engine.models, engine.poses)
 
     def snapshot(self) -> WorldSnapshot:
         """All that a restarted world needs to go on."""
@@ -219,7 +204,7 @@ class World:
                 pose=Pose(*self._engine.poses[row].tolist()),
                 wheels=(float(self._engine.wheels[row, 0]), float(self._engine.wheels[row, 1])),
                 odometry=Pose(*self._sensors.odometry[row].tolist()),
-                energy_used=float(self._used[row]),
+                energy_used=float(self._batteries.used[row]),
                 wheel_limit=member.wheel_limit,
                 locked=member.interlock.locked,
             )
@@ -272,21 +257,14 @@ class World:
 
     def _drain(self) -> None:
         engine = self._engine
-        turned = np.abs(engine.wheels - self._wheels_before).sum(axis=1) / 2
-        way = turned * np.array([member.model.wheel_radius for member in self._members])
-        v = engine.velocities[:, 0].copy()
-        self._used += self._battery.energy(_BATTERY_TICKS * self.config.tick, way, self._v_before, v)
-        self._wheels_before, self._v_before = engine.wheels.copy(), v
-        for member, charge in zip(self._members, self._charges().tolist(), strict=True):
+        self._batteries.draw(_BATTERY_TICKS * self.config.tick, engine.wheels, engine.velocities[:, 0])
+        for member, charge in zip(self._members, self._batteries.charge.tolist(), strict=True):
             member.empty = charge <= 0.0
-
-    def _charges(self) -> Floats:
-        charges: Floats = np.maximum(1.0 - self._used / self._battery.capacity, 0.0)
-        return charges
 
     def _add(self, name: str, model: RobotModel, pose: Pose) -> _Member:
         self._engine.add(name, model, pose)
-        member = _Member(name, model, pose, wheel_limit=model.wheel_speed_max)
+        v_max = min(self._limits.get(name, model.v_max), model.v_max)
+        member = _Member(name, model, pose, wheel_limit=v_max / model.wheel_radius)
         self._members.append(member)
         return member
 
@@ -294,9 +272,7 @@ class World:
         """The list of robots has changed."""
         engine = self._engine
         self._sensors.resize(engine.names, engine.models, engine.wheels, odometry)
-        self._battery = BatteryModel(engine.models)
-        self._used = used
-        self._wheels_before, self._v_before = engine.wheels.copy(), engine.velocities[:, 0].copy()
+        self._batteries = Batteries(engine.models, used, engine.wheels, engine.velocities[:, 0])
 
     def _spawn(self, request: WorldRequest) -> None:
         name = _named(request)
@@ -310,13 +286,13 @@ class World:
             raise WorldError(f"spawn {name}: {error}") from None
         self._require_room(name, model, request.pose, set())
         self._add(name, model, request.pose)
-        self._resize(np.vstack((self._sensors.odometry, np.zeros(3))), np.append(self._used, 0.0))
+        self._resize(np.vstack((self._sensors.odometry, np.zeros(3))), np.append(self._batteries.used, 0.0))
 
     def _remove(self, name: str) -> None:
         row = self._engine.row(name)
         self._engine.remove(name)
         del self._members[row]
-        self._resize(np.delete(self._sensors.odometry, row, axis=0), np.delete(self._used, row))
+        self._resize(np.delete(self._sensors.odometry, row, axis=0), np.delete(self._batteries.used, row))
 
     def _move(self, places: dict[str, Pose]) -> None:
         for name, pose in places.items():
@@ -326,8 +302,9 @@ class World:
                     raise WorldError(f"place {name}: expected room, but it would overlap {other}")
         for name, pose in places.items():
             self._engine.place(name, pose)
-            self._sensors.odometry[self._engine.row(name)] = 0.0
-        self._v_before = self._engine.velocities[:, 0].copy()
+            row = self._engine.row(name)
+            self._sensors.odometry[row] = 0.0
+            self._batteries.place(row)
 
     def _require_room(self, name: str, model: RobotModel, pose: Pose, leaving: set[str]) -> None:
         """Raise WorldError unless the pose is free of walls and of robots other than `name` and those leaving."""

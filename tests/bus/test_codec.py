@@ -1,0 +1,156 @@
+"""Messages survive the wire; anything else is refused with the key and the field."""
+
+import math
+from typing import Any
+
+import msgpack
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vrg.bus import messages as m
+from vrg.bus.codec import decode, encode
+from vrg.errors import MessageError
+
+coordinates = st.floats(-1e5, 1e5)
+angles = st.floats(-1e4, 1e4)
+poses = st.builds(m.Pose, coordinates, coordinates, angles)
+names = st.text("abcdefghijklmnopqrstuvwxyz0123456789_-", min_size=1, max_size=20)
+seconds = st.floats(0, 1e8)
+counts = st.integers(0, 2**53)
+speeds = st.floats(-100, 100)
+spins = st.floats(-1000, 1000)
+
+statuses = st.builds(
+    m.PlayerStatus,
+    name=names, team=names, role=names, state=names, may_move=st.booleans(),
+    radius=st.floats(0.01, 10), pose=st.none() | poses, mark=st.none() | poses,
+)  # fmt: skip
+zones = st.builds(
+    m.Zone, name=names, kind=names, x_min=coordinates, y_min=coordinates, x_max=coordinates, y_max=coordinates
+)
+bodies = st.builds(m.Body, name=names, pose=poses, v=speeds, w=spins, physical=st.booleans())
+MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
+    m.Clock: st.builds(
+        m.Clock, time=seconds, tick=counts, epoch=counts, rate=st.floats(0, 1e4), estop=st.booleans()
+    ),
+    m.Poses: st.builds(
+        m.Poses,
+        bodies=st.lists(bodies, max_size=4),
+    ),
+    m.Drive: st.builds(m.Drive, left=spins, right=spins, armed=st.booleans()),
+    m.RobotState: st.builds(
+        m.RobotState,
+        ins=poses, odometry=poses, v=speeds, w=spins, encoders=st.tuples(st.integers(-(2**60), 2**60), st.just(0)),
+        touch=st.lists(st.booleans(), max_size=8), battery=st.floats(0, 1), armed=st.booleans(),
+        estop=st.booleans(), fault=st.none() | st.text(max_size=50),
+    ),
+    m.SpeedLimit: st.builds(m.SpeedLimit, v_max=st.floats(0.001, 100)),
+    m.WorldRequest: st.builds(
+        m.WorldRequest,
+        kind=st.sampled_from(m.RequestKind), robot=st.none() | names, model=st.none() | names, pose=st.none() | poses,
+    ),
+    m.Report: st.builds(m.Report, mode=st.text(max_size=30), armed=st.booleans(), manual=st.booleans()),
+    m.Manual: st.builds(m.Manual, forward=st.floats(-1, 1), turn=st.floats(-1, 1), lease=st.floats(0, 1)),
+    m.RefereeState: st.builds(
+        m.RefereeState,
+        game=names, stage=st.sampled_from(m.Stage), halted=st.none() | st.text(max_size=40),
+        waiting=st.lists(st.text(max_size=20), max_size=3), clock=seconds, total=seconds, round=counts, rounds=counts,
+        score=st.dictionaries(names, st.integers(0, 99), max_size=3), players=st.lists(statuses, max_size=3),
+        zones=st.lists(zones, max_size=3), winner=st.none() | names, estop=st.booleans(),
+    ),
+    m.Call: st.builds(
+        m.Call,
+        number=counts, rule=names, text=st.text(max_size=50), players=st.lists(names, max_size=3),
+        poses=st.lists(poses, max_size=3), clock=seconds,
+    ),
+    m.Official: st.builds(
+        m.Official,
+        action=st.sampled_from(m.OfficialAction), by=names, reason=st.text(max_size=20),
+        subject=st.none() | names, value=st.none() | st.text(max_size=10),
+    ),
+    m.Estop: st.builds(m.Estop, engaged=st.booleans(), by=names, reason=st.text(max_size=20)),
+    m.Laser: st.builds(
+        m.Laser,
+        angle_min=angles, angle_step=angles, range_max=coordinates,
+        data=st.lists(st.floats(0, 80, width=32), max_size=20).map(lambda r: np.array(r, "<f4").tobytes()),
+    ),
+}  # fmt: skip
+
+
+def test_every_message_type_is_tried() -> None:
+    assert set(MESSAGES) == set(m.Message.__subclasses__())
+
+
+@pytest.mark.parametrize("kind", MESSAGES, ids=lambda k: k.__name__)
+def test_a_message_comes_back_as_it_was_sent(kind: type[m.Message]) -> None:
+    @given(body=MESSAGES[kind], stamp=seconds, sequence=counts)
+    def check(body: m.Message, stamp: float, sequence: int) -> None:
+        received = decode(encode(body, stamp, sequence), kind, "k")
+        assert received.body == body
+        assert (received.key, received.stamp, received.sequence) == ("k", stamp, sequence)
+
+    check()
+
+
+@pytest.mark.parametrize("kind", MESSAGES, ids=lambda k: k.__name__)
+def test_a_cut_message_is_refused(kind: type[m.Message]) -> None:
+    @given(body=MESSAGES[kind], data=st.data())
+    def check(body: m.Message, data: st.DataObject) -> None:
+        payload = encode(body, 1.0, 2)
+        cut = data.draw(st.integers(0, len(payload) - 1))
+        with pytest.raises(MessageError, match="some/key"):
+            decode(payload[:cut], kind, "some/key")
+
+    check()
+
+
+@given(junk=st.binary(max_size=60))
+def test_junk_is_refused_or_valid_but_never_anything_else(junk: bytes) -> None:
+    for kind in MESSAGES:
+        try:
+            decode(junk, kind, "k")
+        except MessageError:
+            continue
+
+
+def test_any_reader_of_messagepack_understands_the_wire() -> None:
+    payload = encode(m.Drive(left=1.5, right=-2.0), 3.25, 7)
+    assert msgpack.unpackb(payload) == [1, 7, 3.25, {"left": 1.5, "right": -2.0, "armed": True}]
+
+
+def test_any_writer_of_messagepack_is_understood() -> None:
+    payload = msgpack.packb([1, 7, 3.25, {"left": 1.5, "right": -2, "armed": True}])
+    assert decode(payload, m.Drive, "k").body == m.Drive(left=1.5, right=-2.0)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1001.0, "fast", None])
+def test_a_speed_that_is_no_speed_is_refused_by_its_field(value: object) -> None:
+    payload = msgpack.packb([1, 0, 0.0, {"left": value, "right": 0.0, "armed": True}])
+    with pytest.raises(MessageError, match=r"vrg/m/robot/a/drive: .*left"):
+        decode(payload, m.Drive, "vrg/m/robot/a/drive")
+
+
+@pytest.mark.parametrize(
+    ("wire", "told"),
+    [
+        ([2, 0, 0.0, {"left": 0.0, "right": 0.0}], "version 1 of Drive, got 2"),
+        ([1, 0, math.nan, {"left": 0.0, "right": 0.0}], "Drive"),
+        ([1, -1, 0.0, {"left": 0.0, "right": 0.0}], "Drive"),
+        ([1, 0, 0.0, {"left": 0.0}], "right"),
+        ([1, 0, 0.0, {"left": 0.0, "right": 0.0, "speed": 1}], "speed"),
+        ([1, 0, 0.0], "Drive"),
+        ({"left": 0.0}, "Drive"),
+    ],
+)
+def test_what_is_wrong_is_told(wire: object, told: str) -> None:
+    with pytest.raises(MessageError, match=told):
+        decode(msgpack.packb(wire), m.Drive, "k")
+
+
+def test_a_scan_with_nan_or_half_a_number_is_refused() -> None:
+    good = {"angle_min": 0.0, "angle_step": 0.1, "range_max": 8.0}
+    for data in (b"\x00\x00\xc0\x7f", b"\x00\x00\x00"):
+        with pytest.raises(MessageError, match="data"):
+            decode(msgpack.packb([1, 0, 0.0, {**good, "data": data}]), m.Laser, "k")

@@ -1,0 +1,93 @@
+"""The order in which the in-process executor calls and delivers."""
+
+from vrg.bus import messages as m
+from vrg.bus.lockstep import Lockstep
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.node import Node, Tick, due_index
+from vrg.bus.topics import Keys
+
+KEYS = Keys("m")
+
+
+class _World(Node):
+    kind = "world"
+
+    def __init__(self, trace: list[str]) -> None:
+        super().__init__("world", Mailbox(), 0.02)
+        self.drives = self.mailbox.subscribe(KEYS.drive())
+        self.trace = trace
+        self.ticks = 0
+
+    def tick(self, tick: Tick) -> None:
+        heard = [f"{d.key.split('/')[3]}@{d.stamp:.2f}" for d in self.drives.take()]
+        self.trace.append(f"world {tick.time:.2f} hears {heard}")
+        clock = m.Clock(time=tick.time, tick=self.ticks, epoch=0, rate=0.0, estop=False)
+        self.mailbox.publish(KEYS.clock, clock)
+        self.ticks += 1
+
+
+class _Driver(Node):
+    kind = "player"
+
+    def __init__(self, name: str, trace: list[str], period: float = 0.04) -> None:
+        super().__init__(name, Mailbox(), period)
+        self.clock = self.mailbox.subscribe(KEYS.clock)
+        self.others = self.mailbox.subscribe(KEYS.drive())
+        self.trace = trace
+
+    def tick(self, tick: Tick) -> None:
+        assert self.clock.latest is not None
+        heard = sorted(o.key.split("/")[3] for o in self.others.take())
+        self.trace.append(f"{self.name} {tick.time:.2f} clock {self.clock.latest.stamp:.2f} hears {heard}")
+        self.mailbox.publish(KEYS.drive(self.name), m.Drive(left=0.0, right=0.0))
+
+    def stop(self) -> None:
+        self.mailbox.publish(KEYS.drive(self.name), m.Drive(left=0.0, right=0.0, armed=False))
+
+
+def test_the_world_speaks_first_and_players_hear_each_other_one_tick_later() -> None:
+    trace: list[str] = []
+    executor = Lockstep(_World(trace), [_Driver("b", trace), _Driver("a", trace)])
+    for _ in range(3):
+        executor.step()
+    assert trace == [
+        "world 0.00 hears []",
+        "a 0.00 clock 0.00 hears []",
+        "b 0.00 clock 0.00 hears []",
+        "world 0.02 hears ['a@0.00', 'b@0.00']",
+        "world 0.04 hears []",
+        "a 0.04 clock 0.04 hears ['a', 'b']",
+        "b 0.04 clock 0.04 hears ['a', 'b']",
+    ]
+
+
+def test_the_order_of_the_list_changes_nothing() -> None:
+    traces = []
+    for names in ("abc", "cab"):
+        trace: list[str] = []
+        executor = Lockstep(_World(trace), [_Driver(n, trace) for n in names])
+        for _ in range(10):
+            executor.step()
+        traces.append(trace)
+    assert traces[0] == traces[1]
+
+
+def test_at_the_end_the_world_hears_that_robots_were_let_go() -> None:
+    trace: list[str] = []
+    executor = Lockstep(_World(trace), [_Driver("a", trace)])
+    executor.step()
+    executor.step()
+    executor.stop()
+    assert trace[-1] == "world 0.04 hears ['a@0.00']"
+
+
+def test_a_node_is_due_once_in_each_of_its_periods_however_time_is_cut() -> None:
+    for step in (0.02, 0.01, 0.005):
+        due = [due_index(i * step, 0.1) for i in range(round(1.0 / step))]
+        assert len(set(due)) == 10
+        assert due == sorted(due)
+
+
+def test_rounding_never_makes_a_node_late() -> None:
+    for i in range(100_000):
+        assert due_index(i * 0.02, 0.02) == i

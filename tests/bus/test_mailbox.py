@@ -1,0 +1,107 @@
+"""What a node sees between two ticks."""
+
+import logging
+
+import pytest
+
+from vrg.bus import messages as m
+from vrg.bus.codec import Received, encode
+from vrg.bus.mailbox import QUEUE_LIMIT, Inlet, Mailbox
+from vrg.bus.topics import Keys
+
+KEYS = Keys("m")
+
+
+def _drive(robot: str, stamp: float, sequence: int, left: float = 0.0) -> Received[m.Drive]:
+    return Received(KEYS.drive(robot).key, stamp, sequence, m.Drive(left=left, right=0.0))
+
+
+def _call(number: int, stamp: float = 0.0) -> Received[m.Call]:
+    call = m.Call(number=number, rule="r", text="", players=[], poses=[], clock=0.0)
+    return Received(KEYS.referee_event.key, stamp, number, call)
+
+
+def test_nothing_is_seen_before_the_handover() -> None:
+    inlet = Inlet(KEYS.drive())
+    inlet.offer(_drive("a", 0.0, 0))
+    assert inlet.latest is None
+    assert inlet.take() == []
+    inlet.handover()
+    assert inlet.latest is not None
+    assert len(inlet.take()) == 1
+    assert inlet.take() == []
+
+
+def test_of_a_sensor_only_the_newest_is_kept_for_each_key() -> None:
+    inlet = Inlet(KEYS.drive())
+    for i in range(5):
+        inlet.offer(_drive("a", i * 0.1, i, left=i))
+        inlet.offer(_drive("b", i * 0.1, i, left=-i))
+    inlet.handover()
+    assert [r.body.left for r in inlet.take()] == [4, -4]
+    assert inlet.by_key[KEYS.drive("a").key].body.left == 4
+
+
+def test_of_a_sensor_nothing_piles_up_for_a_node_that_never_takes() -> None:
+    inlet = Inlet(KEYS.drive())
+    for i in range(1000):
+        inlet.offer(_drive("a", i, i))
+        inlet.handover()
+    assert len(inlet.take()) == 1
+
+
+def test_every_event_arrives_in_order() -> None:
+    inlet = Inlet(KEYS.referee_event)
+    for i in (3, 1, 2):
+        inlet.offer(_call(i))
+    inlet.handover()
+    inlet.offer(_call(4))
+    inlet.handover()
+    assert [r.body.number for r in inlet.take()] == [1, 2, 3, 4]
+
+
+def test_events_are_ordered_by_stamp_before_sequence() -> None:
+    inlet = Inlet(KEYS.referee_event)
+    inlet.offer(_call(5, stamp=2.0))
+    inlet.offer(_call(9, stamp=1.0))
+    inlet.handover()
+    assert [r.body.number for r in inlet.take()] == [9, 5]
+
+
+def test_a_queue_of_events_is_bounded_and_says_what_it_lost() -> None:
+    inlet = Inlet(KEYS.referee_event)
+    for i in range(QUEUE_LIMIT + 7):
+        inlet.offer(_call(i))
+    inlet.handover()
+    assert inlet.dropped == 7
+    assert inlet.take()[0].body.number == 7
+
+
+def test_a_bad_message_is_counted_and_dropped_and_the_next_good_one_arrives(caplog: pytest.LogCaptureFixture) -> None:
+    inlet = Inlet(KEYS.drive())
+    key = KEYS.drive("a").key
+    with caplog.at_level(logging.WARNING):
+        for _ in range(2000):
+            inlet.offer_bytes(key, b"\xc1junk")
+    inlet.offer_bytes(key, encode(m.Drive(left=1.0, right=1.0), 0.5, 3))
+    inlet.handover()
+    assert inlet.dropped == 2000
+    assert inlet.latest is not None
+    assert inlet.latest.body.left == 1.0
+    assert len(caplog.records) < 12, "the log must not be flooded"
+    assert key in caplog.records[0].getMessage()
+
+
+def test_published_messages_are_stamped_and_counted_by_key() -> None:
+    mailbox = Mailbox()
+    mailbox.handover(1.5)
+    mailbox.publish(KEYS.drive("a"), m.Drive(left=0.0, right=0.0))
+    mailbox.publish(KEYS.drive("b"), m.Drive(left=0.0, right=0.0))
+    mailbox.publish(KEYS.drive("a"), m.Drive(left=0.0, right=0.0))
+    out = [o.message for o in mailbox.collect()]
+    assert [(o.key[-7:], o.stamp, o.sequence) for o in out] == [
+        ("a/drive", 1.5, 0),
+        ("b/drive", 1.5, 0),
+        ("a/drive", 1.5, 1),
+    ]
+    assert mailbox.collect() == []

@@ -1,0 +1,250 @@
+"""What both engines promise."""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.hal.engine_bench import deepest_overlap, forward, run
+from vrg.bus.messages import Pose
+from vrg.errors import ConfigError, WorldError
+from vrg.hal.models import MODELS
+from vrg.hal.sim.engine import Engine, make_engine
+from vrg.hal.sim.map import load_map
+
+P2AT = MODELS["P2AT"]
+Make = Callable[..., Engine]
+
+
+@pytest.fixture(params=["planar", "pybullet"])
+def make(request: pytest.FixtureRequest) -> Iterator[Make]:
+    made: list[Engine] = []
+
+    def build(map_name: str = "open") -> Engine:
+        engine = make_engine(request.param, load_map(map_name))
+        made.append(engine)
+        return engine
+
+    yield build
+    for engine in made:
+        engine.close()
+
+
+def test_an_unknown_engine_is_answered_with_the_known_ones() -> None:
+    with pytest.raises(ConfigError, match=r"pybullet, planar.*'bulet'"):
+        make_engine("bulet", load_map("open"))
+
+
+def test_robots_are_known_by_name(make: Make) -> None:
+    engine = make()
+    engine.add("a", P2AT, Pose(0, 0, 0))
+    engine.add("b", P2AT, Pose(3, 0, 4.0))
+    assert engine.state("b").pose.theta == pytest.approx(4.0 - 2 * math.pi)
+    with pytest.raises(WorldError, match="got 'a'"):
+        engine.add("a", P2AT, Pose(9, 9, 0))
+    with pytest.raises(WorldError, match=r"\(a, b\).*'c'"):
+        engine.command("c", 1, 1, False)
+    engine.remove("a")
+    assert engine.names == ["b"]
+    forward(engine, "b", 0.5)
+    run(engine, 1.0)
+    assert engine.state("b").v == pytest.approx(0.5, rel=0.02)
+    with pytest.raises(WorldError):
+        engine.state("a")
+
+
+def test_an_empty_world_can_be_stepped(make: Make) -> None:
+    run(make(), 0.1)
+
+
+def test_straight_is_straight(make: Make) -> None:
+    engine = make()
+    heading = 0.7
+    engine.add("a", P2AT, Pose(0, 0, heading))
+    forward(engine, "a", 0.7)
+    run(engine, 8.0)
+    x, y, theta = engine.poses[0]
+    assert x * math.cos(heading) + y * math.sin(heading) > 5.0
+    assert abs(y * math.cos(heading) - x * math.sin(heading)) < 0.02
+    assert theta == pytest.approx(heading, abs=0.01)
+
+
+def test_acceleration_is_the_models(make: Make) -> None:
+    engine = make()
+    engine.add("a", P2AT, Pose(0, 0, 0))
+    forward(engine, "a", 0.7)
+    run(engine, 0.4)
+    assert engine.state("a").v == pytest.approx(0.4 * P2AT.a_max, rel=0.15)
+    run(engine, 1.0)
+    assert engine.state("a").v == pytest.approx(0.7, rel=0.02)
+
+
+@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize(("v", "w"), [(0, 0.3), (0, -1.0), (0, 2.0), (0.3, 0.5), (0.5, -0.5), (0.3, 1.0)])
+def test_the_turn_rate_is_what_the_effective_track_predicts(make: Make, name: str, v: float, w: float) -> None:
+    engine = make()
+    engine.add("a", MODELS[name], Pose(0, 0, 0.2))
+    forward(engine, "a", v, w)
+    run(engine, 3.0)
+    rates, speeds = [], []
+    for _ in range(50):
+        run(engine, 0.02)
+        speeds.append(engine.velocities[0, 0])
+        rates.append(engine.velocities[0, 1])
+    assert np.mean(rates) == pytest.approx(w, rel=0.05)
+    assert np.std(rates) < 0.05 * abs(w)
+    assert np.mean(speeds) == pytest.approx(v, abs=0.02)
+
+
+def test_locked_wheels_stop_it_within_the_models_brake(make: Make) -> None:
+    engine = make()
+    engine.add("a", P2AT, Pose(0, 0, 0))
+    forward(engine, "a", P2AT.v_max)
+    run(engine, 2.0)
+    at = engine.poses[0, 0]
+    engine.command("a", 5.0, 5.0, brake=True)
+    run(engine, 0.1)
+    assert abs(engine.state("a").v) < 0.03
+    run(engine, 1.0)
+    assert engine.poses[0, 0] - at < 1.5 * P2AT.v_max**2 / 2 / P2AT.brake + 0.01
+
+
+def test_at_rest_it_stays(make: Make) -> None:
+    engine = make()
+    engine.add("a", P2AT, Pose(1, 2, 0.5))
+    run(engine, 0.5)
+    before = engine.poses[0].copy()
+    run(engine, 10.0)
+    assert np.abs(engine.poses[0] - before).max() < 1e-3
+
+
+def test_the_heading_stays_within_half_a_turn(make: Make) -> None:
+    engine = make()
+    engine.add("a", P2AT, Pose(0, 0, 3.1))
+    forward(engine, "a", 0.0, 1.5)
+    for _ in range(100):
+        run(engine, 0.1)
+        assert abs(engine.poses[0, 2]) <= math.pi + 1e-9
+
+
+def test_a_wall_stops_it_and_presses_the_front_bumper(make: Make) -> None:
+    engine = make("marhes_lab")
+    engine.add("a", P2AT, Pose(-3.5, -1.0, math.pi))
+    forward(engine, "a", 0.7)
+    run(engine, 3.0)
+    state = engine.state("a")
+    assert state.pose.x == pytest.approx(-4.4 + P2AT.length / 2, abs=0.02)
+    assert state.touch[0]
+    assert not state.touch[4]
+    forward(engine, "a", -0.5)
+    run(engine, 2.0)
+    assert not any(engine.state("a").touch)
+    assert engine.state("a").pose.x > -4.0
+
+
+def test_it_can_turn_away_from_a_wall(make: Make) -> None:
+    engine = make("marhes_lab")
+    engine.add("a", P2AT, Pose(-3.5, -1.0, math.pi))
+    forward(engine, "a", 0.7)
+    run(engine, 3.0)
+    forward(engine, "a", 0.0, 1.0)
+    run(engine, 4.0)
+    forward(engine, "a", 0.5)
+    run(engine, 2.0)
+    assert engine.state("a").pose.x > -3.9
+    assert deepest_overlap(engine) < 0.005
+
+
+def test_nothing_is_tunnelled_at_2_m_per_s(make: Make) -> None:
+    fast = replace(P2AT, name="fast", v_max=2.0, a_max=8.0)
+    engine = make("marhes_lab")
+    engine.add("a", fast, Pose(0.0, -1.0, 0.3))
+    engine.add("b", fast, Pose(-2.0, -1.5, 0.0))
+    for turn in range(40):
+        for row, name in enumerate(engine.names):
+            forward(engine, name, 2.0 if (turn + row) % 5 else -2.0, (-1) ** turn * 1.3)
+        run(engine, 0.4)
+        assert np.abs(engine.poses[:, 0]).max() < 4.5
+        assert np.abs(engine.poses[:, 1]).max() < 3.0
+        assert deepest_overlap(engine) < 0.02
+
+
+def test_robots_block_each_other(make: Make) -> None:
+    engine = make()
+    engine.add("a", P2AT, Pose(-1, 0, 0))
+    engine.add("b", P2AT, Pose(1, 0, math.pi))
+    for name in engine.names:
+        forward(engine, name, 0.5)
+    run(engine, 4.0)
+    a, b = engine.state("a"), engine.state("b")
+    assert b.pose.x - a.pose.x == pytest.approx(P2AT.length, abs=0.02)
+    assert a.pose.x + b.pose.x == pytest.approx(0.0, abs=0.02), "neither is favoured"
+    assert a.touch[0]
+    assert b.touch[0]
+
+
+def test_a_moving_robot_loses_the_contact_of_one_that_stands(make: Make) -> None:
+    engine = make()
+    engine.add("a", P2AT, Pose(0, 0, 0))
+    engine.add("b", P2AT, Pose(1, 0, 0))
+    forward(engine, "a", 0.5)
+    run(engine, 2.0)
+    assert engine.state("b").touch[4], "hit from behind"
+    forward(engine, "a", -0.5)
+    run(engine, 1.0)
+    assert not any(engine.state("b").touch)
+
+
+def test_a_placed_robot_is_there_and_at_rest(make: Make) -> None:
+    engine = make()
+    engine.add("a", P2AT, Pose(0, 0, 0))
+    forward(engine, "a", 0.7)
+    run(engine, 1.0)
+    engine.command("a", 0, 0, brake=True)
+    engine.place("a", Pose(5, 5, 1.0))
+    run(engine, 0.2)
+    assert engine.state("a").pose.x == pytest.approx(5.0, abs=0.001)
+    assert engine.state("a").pose.theta == pytest.approx(1.0, abs=0.001)
+
+
+def test_restoring_keeps_the_wheels(make: Make) -> None:
+    engine = make()
+    engine.add("a", P2AT, Pose(0, 0, 0))
+    engine.restore("a", Pose(2, 3, 0.5), (10.0, 20.0))
+    assert engine.state("a").wheels == (10.0, 20.0)
+    assert engine.state("a").pose == Pose(2, 3, 0.5)
+
+
+def test_the_same_commands_give_the_same_poses_bit_for_bit(make: Make) -> None:
+    def play() -> bytes:
+        engine = make("marhes_lab")
+        rng = np.random.default_rng(5)
+        for n in range(4):
+            engine.add(f"r{n}", P2AT, Pose(-1.5 + n, -0.5 * (n % 2), n * 1.0))
+        trace = b""
+        for _ in range(40):
+            for name in engine.names:
+                engine.command(name, *rng.uniform(-6, 6, 2), brake=bool(rng.random() < 0.1))
+            run(engine, 0.2)
+            trace += engine.poses.tobytes()
+        return trace
+
+    assert play() == play()
+
+
+def test_a_scrum_leaves_no_overlap(make: Make) -> None:
+    engine = make("courtyard")
+    for n in range(8):
+        engine.add(f"r{n}", P2AT, Pose(19.5 + (n % 4), -22 + n // 4, n * 0.8))
+    for _ in range(60):
+        for row, name in enumerate(engine.names):
+            x, y, theta = engine.poses[row]
+            bearing = math.remainder(math.atan2(-21.5 - y, 21 - x) - theta, 2 * math.pi)
+            forward(engine, name, 0.6, bearing)
+        run(engine, 0.2)
+        assert deepest_overlap(engine) < 0.02
+        if type(engine).__name__ == "PlanarEngine":
+            assert deepest_overlap(engine) == 0.0
+    assert sum(any(engine.state(n).touch) for n in engine.names) >= 4

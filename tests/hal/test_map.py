@@ -1,0 +1,91 @@
+"""Maps: those that come with VRG, and what is said of one that cannot be read."""
+
+from pathlib import Path
+
+import pytest
+
+from vrg.bus.messages import Pose
+from vrg.errors import ConfigError
+from vrg.hal.models import MODELS
+from vrg.hal.sim.map import load_map, map_names
+
+P2AT = MODELS["P2AT"]
+
+
+def test_the_maps_that_come_with_vrg_load() -> None:
+    assert map_names() == ["courtyard", "marhes_lab", "open"]
+    for name in map_names():
+        assert load_map(name).name == name
+
+
+TABLE_4_1 = [(-7, -20), (3, -22), (-3, -26), (-7.5, -16), (-1.3, -28.4)]
+TABLE_4_2 = [(21, -30)] + [(x, y) for x in range(17, 25) for y in (-16, -15)]
+
+
+@pytest.mark.parametrize(("x", "y"), TABLE_4_1 + TABLE_4_2)
+def test_the_courtyard_has_room_at_the_places_of_the_thesis(x: float, y: float) -> None:
+    yard = load_map("courtyard")
+    for heading in (0.0, 0.8, 1.6):
+        assert yard.footprint_clear(Pose(x, y, heading), 1.2, 1.2)
+
+
+def test_the_field_of_sharks_and_minnows_is_free_of_obstacles() -> None:
+    yard = load_map("courtyard")
+    assert yard.footprint_clear(Pose(21.0, -22.5, 0.0), 10.0, 19.0)
+
+
+def test_the_courtyard_is_walled_all_around() -> None:
+    yard = load_map("courtyard")
+    b = yard.bounds
+    for x, y in ((b.x_min, -20.0), (b.x_max, -20.0), (5.0, b.y_min), (5.0, b.y_max)):
+        assert not yard.footprint_clear(Pose(x, y, 0.0), P2AT.length, P2AT.width)
+
+
+def test_outside_the_bounds_is_not_clear() -> None:
+    assert not load_map("open").footprint_clear(Pose(200.0, 0.0, 0.0), 0.5, 0.5)
+
+
+def test_a_map_may_be_a_file_of_the_users(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(
+        'name = "mine"\nbounds = { x_min = 0, y_min = 0, x_max = 9, y_max = 9 }\n'
+        "[[wall]]\npoints = [[0, 0], [9, 0], [9, 9]]\nthickness = 0.2\n"
+        "[[box]]\nx = 4\ny = 4\nlength = 2\nwidth = 1\nheading = 90\n"
+        "[[circle]]\nx = 7\ny = 2\nradius = 0.5\n"
+    )
+    map_ = load_map(file)
+    assert len(map_.boxes) == 3
+    assert map_.edges.shape == (12, 4)
+    assert map_.discs.tolist() == [[7.0, 2.0, 0.5]]
+    assert not map_.footprint_clear(Pose(4.0, 4.9, 0.0), 0.2, 0.2), "its heading is in degrees"
+    assert map_.footprint_clear(Pose(4.9, 4.0, 0.0), 0.2, 0.2)
+    assert not map_.footprint_clear(Pose(7.0, 2.55, 0.0), 0.2, 0.2)
+
+
+def test_all_errors_of_a_file_are_told_at_once(tmp_path: Path) -> None:
+    file = tmp_path / "bad.toml"
+    file.write_text(
+        'name = "bad"\nbounds = { x_min = 5, y_min = 0, x_max = 1, y_max = 9 }\ncolour = "red"\n'
+        "[[circle]]\nx = nan\ny = 1\nradius = -1\n"
+        "[[wall]]\npoints = [[0, 0], [0, 0]]\nthickness = 0.1\n"
+    )
+    with pytest.raises(ConfigError) as caught:
+        load_map(file)
+    text = str(caught.value)
+    for word in ("bounds", "colour", "circle.0.x", "circle.0.radius", "wall.0", str(file)):
+        assert word in text
+    assert len(caught.value.problems) == 5
+
+
+def test_an_unknown_map_is_answered_with_the_known_ones() -> None:
+    with pytest.raises(ConfigError, match="did you mean 'courtyard'"):
+        load_map("courtyrad")
+    with pytest.raises(ConfigError, match="cannot read"):
+        load_map("/nowhere/at/all.toml")
+
+
+def test_a_file_that_is_not_toml_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "broken.toml"
+    file.write_text("name = \n")
+    with pytest.raises(ConfigError, match=r"broken.toml: expected TOML.*line 1"):
+        load_map(file)

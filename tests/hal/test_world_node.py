@@ -1,0 +1,465 @@
+"""The world as a node: commands, safety, requests, reports, snapshots."""
+
+import logging
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.hal.world_bench import KEYS, Wire, config
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import (
+    Clock,
+    Drive,
+    Estop,
+    Laser,
+    PlayerStatus,
+    Pose,
+    Poses,
+    RefereeState,
+    RequestKind,
+    RobotState,
+    SpeedLimit,
+    Stage,
+    WorldRequest,
+)
+from vrg.errors import ConfigError, WorldError
+from vrg.hal.models import MODELS
+from vrg.hal.sim.config import check_setup
+from vrg.hal.sim.node import WorldNode
+
+GO = (KEYS.drive("a"), Drive(left=3.0, right=3.0))
+GO_B = (KEYS.drive("b"), Drive(left=3.0, right=3.0))
+DISARM = Drive(left=0.0, right=0.0, armed=False)
+
+
+def wire(**options: object) -> Wire:
+    return Wire(config(("a", 0.0, 0.0, 0.0), ("b", 0.0, 3.0, 0.0), **options))
+
+
+def state(wire: Wire, name: str = "a") -> RobotState:
+    body = wire.heard[KEYS.robot_state(name).key]
+    assert isinstance(body, RobotState)
+    return body
+
+
+def speed(wire: Wire, name: str = "a") -> float:
+    poses = wire.heard[KEYS.poses.key]
+    assert isinstance(poses, Poses)
+    return next(abs(body.v) + abs(body.w) for body in poses.bodies if body.name == name)
+
+
+def x_of(wire: Wire, name: str = "a") -> float:
+    return wire.node.world.pose(name).x
+
+
+def referee(halted: str | None = None, estop: bool = False, a_may: bool = True) -> RefereeState:
+    players = [
+        PlayerStatus(name=n, team="t", role="r", state="s", may_move=may, radius=0.35)
+        for n, may in (("a", a_may), ("b", True))
+    ]
+    return RefereeState(
+        game="g", stage=Stage.PLAY_ROUND, halted=halted, waiting=[], clock=0.0, total=0.0, round=1, rounds=1,
+        score={}, players=players, zones=[], estop=estop,
+    )  # fmt: skip
+
+
+class TestReports:
+    def test_the_first_tick_reports_time_0_and_does_not_step(self) -> None:
+        world = wire()
+        world.tick()
+        clock = world.heard[KEYS.clock.key]
+        assert isinstance(clock, Clock)
+        assert (clock.time, clock.tick, clock.epoch, clock.estop) == (0.0, 0, 0, False)
+        assert x_of(world) == 0.0
+        world.tick()
+        assert world.heard[KEYS.clock.key].tick == 1  # type: ignore[attr-defined]
+
+    def test_the_clock_is_said_last(self) -> None:
+        world = wire()
+        world.tick()
+        keys = [key for key, _, _ in world.log]
+        assert keys[-1] == KEYS.clock.key
+        assert set(keys) == {
+            KEYS.clock.key, KEYS.poses.key,
+            *(topic(name).key for topic in (KEYS.robot_state, KEYS.laser) for name in "ab"),
+        }  # fmt: skip
+
+    def test_poses_are_true_and_the_ins_is_not(self) -> None:
+        world = wire()
+        world.tick(5)
+        assert x_of(world) == 0.0
+        assert state(world).ins.x != 0.0
+        assert abs(state(world).ins.x) < 0.2
+
+    def test_scans_come_at_the_lasers_rate(self) -> None:
+        world = wire()
+        world.tick(51)
+        stamps = [stamp for key, stamp, _ in world.log if key == KEYS.laser("a").key]
+        assert np.allclose(np.diff(stamps), 0.1)
+        assert len(stamps) == 11
+        scan = world.heard[KEYS.laser("a").key]
+        assert isinstance(scan, Laser)
+        assert scan.ranges.shape == (181,)
+
+    def test_lasers_may_be_off(self) -> None:
+        world = wire(lasers=False)
+        world.tick(20)
+        assert KEYS.laser("a").key not in world.heard
+
+    def test_the_same_seed_says_the_same_byte_for_byte(self) -> None:
+        def play(seed: int) -> list[object]:
+            world = wire(seed=seed)
+            world.tick(100, each=[GO])
+            return world.log  # type: ignore[return-value]
+
+        assert play(1) == play(1)
+        assert play(1) != play(2)
+
+
+class TestCommands:
+    def test_it_drives_and_the_other_stands(self) -> None:
+        world = wire()
+        world.tick(60, each=[GO])
+        assert speed(world) == pytest.approx(0.33, abs=0.01)
+        assert speed(world, "b") == 0.0
+        assert state(world).armed
+        assert not state(world, "b").armed
+
+    def test_silence_for_0_2_s_brakes(self) -> None:
+        world = wire()
+        world.tick(60, each=[GO])
+        world.tick(9)
+        assert speed(world) > 0.3
+        assert state(world).fault is None
+        world.tick(4)
+        assert speed(world) == 0.0
+        assert "no drive command" in (state(world).fault or "")
+        world.tick(60, each=[GO])
+        assert speed(world) > 0.3
+
+    def test_an_unarmed_command_brakes_at_once(self) -> None:
+        world = wire()
+        world.tick(60, each=[GO])
+        world.tick(4, each=[(KEYS.drive("a"), Drive(left=3.0, right=3.0, armed=False))])
+        assert speed(world) == 0.0
+        assert not state(world).armed
+
+    def test_a_speed_limit_caps_both_wheels_alike_and_nobody_is_told(self) -> None:
+        world = wire(noise=False)
+        world.say(KEYS.speed_limit("a"), SpeedLimit(v_max=0.22))
+        world.tick(60, each=[(KEYS.drive("a"), Drive(left=4.0, right=2.0))])
+        assert state(world).v == pytest.approx(0.22 * 0.75, abs=0.005)
+        assert state(world).fault is None
+
+    def test_a_limit_above_the_models_top_speed_changes_nothing(self) -> None:
+        world = wire()
+        world.say(KEYS.speed_limit("a"), SpeedLimit(v_max=50.0))
+        world.tick(100, each=[(KEYS.drive("a"), Drive(left=900.0, right=900.0))])
+        assert speed(world) == pytest.approx(MODELS["P2AT"].v_max)
+
+    def test_a_limit_may_come_before_its_robot(self) -> None:
+        world = wire()
+        world.say(KEYS.speed_limit("c"), SpeedLimit(v_max=0.2))
+        world.tick()
+        spawn = WorldRequest(kind=RequestKind.SPAWN, robot="c", model="P2AT", pose=Pose(5, 5, 0))
+        world.say(KEYS.world_request, spawn)
+        world.tick(60, each=[(KEYS.drive("c"), Drive(left=6.0, right=6.0))])
+        assert speed(world, "c") == pytest.approx(0.2)
+
+    def test_commands_for_a_robot_that_is_not_there_are_ignored(self) -> None:
+        world = wire()
+        world.tick(5, each=[(KEYS.drive("ghost"), Drive(left=1.0, right=1.0))])
+        assert state(world).fault is None
+
+
+class TestEmergencyStop:
+    def test_it_stops_every_robot_within_0_1_s_and_latches(self) -> None:
+        world = wire()
+        world.tick(100, each=[GO, GO_B])
+        world.say(KEYS.estop, Estop(engaged=True, by="me"))
+        world.tick(5, each=[GO, GO_B])
+        for name in "ab":
+            assert speed(world, name) == 0.0
+            assert state(world, name).estop
+            assert not state(world, name).armed
+        world.tick(100, each=[GO, GO_B])
+        assert speed(world) == 0.0
+        assert world.heard[KEYS.clock.key].estop  # type: ignore[attr-defined]
+
+    def test_after_release_a_player_that_goes_on_as_before_moves_nothing(self) -> None:
+        world = wire()
+        world.tick(60, each=[GO])
+        world.say(KEYS.estop, Estop(engaged=True, by="me"))
+        world.tick(20, each=[GO])
+        world.say(KEYS.estop, Estop(engaged=False, by="me"))
+        world.tick(60, each=[GO])
+        assert not state(world).estop
+        assert not state(world).armed
+        assert speed(world) == 0.0
+
+    def test_disarming_and_arming_after_release_moves_it_again(self) -> None:
+        world = wire()
+        world.tick(60, each=[GO])
+        world.say(KEYS.estop, Estop(engaged=True, by="me"))
+        world.tick(20, each=[GO])
+        world.say(KEYS.estop, Estop(engaged=False, by="me"))
+        world.tick(2, each=[GO])
+        world.tick(1, each=[(KEYS.drive("a"), DISARM)])
+        world.tick(60, each=[GO])
+        assert speed(world) > 0.3
+
+    def test_a_robot_disarmed_during_the_stop_is_armed_by_the_first_command_after_it(self) -> None:
+        world = wire()
+        world.tick(60, each=[GO])
+        world.say(KEYS.estop, Estop(engaged=True, by="me"))
+        world.tick(2, each=[GO])
+        world.tick(5, each=[(KEYS.drive("a"), DISARM)])
+        world.say(KEYS.estop, Estop(engaged=False, by="me"))
+        world.tick(2)
+        assert speed(world) == 0.0
+        world.tick(60, each=[GO])
+        assert speed(world) > 0.3
+
+    def test_arming_during_the_stop_does_not_count(self) -> None:
+        world = wire()
+        world.say(KEYS.estop, Estop(engaged=True, by="me"))
+        world.tick(5, each=[GO])
+        world.say(KEYS.estop, Estop(engaged=False, by="me"))
+        world.tick(60, each=[GO])
+        assert speed(world) == 0.0
+
+
+class TestReferee:
+    def test_without_a_referee_robots_may_move(self) -> None:
+        world = wire()
+        world.tick(60, each=[GO])
+        assert speed(world) > 0.3
+
+    @pytest.mark.parametrize("held", [referee(halted="by an official"), referee(estop=True), referee(a_may=False)])
+    def test_it_holds_a_robot(self, held: RefereeState) -> None:
+        world = wire()
+        world.tick(60, each=[GO, (KEYS.referee_state, referee())])
+        assert speed(world) > 0.3
+        world.tick(5, each=[GO, (KEYS.referee_state, held)])
+        assert speed(world) == 0.0
+        assert state(world).armed, "it is held, not disarmed"
+        world.tick(60, each=[GO, (KEYS.referee_state, referee())])
+        assert speed(world) > 0.3
+
+    def test_a_player_that_may_not_move_does_not_hold_the_others(self) -> None:
+        world = wire()
+        world.tick(60, each=[GO, GO_B, (KEYS.referee_state, referee(a_may=False))])
+        assert speed(world) == 0.0
+        assert speed(world, "b") > 0.3
+
+    def test_a_referee_silent_for_0_5_s_is_dead_and_all_stop(self) -> None:
+        world = wire()
+        world.tick(60, each=[GO, (KEYS.referee_state, referee())])
+        world.tick(24, each=[GO])
+        assert speed(world) > 0.3
+        world.tick(6, each=[GO])
+        assert speed(world) == 0.0
+
+
+class TestRequests:
+    def request(self, world: Wire, **fields: object) -> None:
+        world.say(KEYS.world_request, WorldRequest(**fields))  # type: ignore[arg-type]
+        world.tick()
+
+    def test_spawn_adds_a_robot_that_drives_and_reports(self) -> None:
+        world = wire()
+        world.tick(60, each=[GO])
+        odometry = state(world).odometry.x
+        self.request(world, kind=RequestKind.SPAWN, robot="c", model="ATRV-Jr", pose=Pose(5, 5, 0))
+        assert world.node.world.names == ["a", "b", "c"]
+        assert state(world).odometry.x >= odometry
+        world.tick(60, each=[(KEYS.drive("c"), Drive(left=3.0, right=3.0))])
+        assert speed(world, "c") > 0.3
+        assert KEYS.laser("c").key in world.heard
+
+    def test_remove_takes_one_out(self) -> None:
+        world = wire()
+        world.tick(10)
+        self.request(world, kind=RequestKind.REMOVE, robot="a")
+        assert world.node.world.names == ["b"]
+        world.tick(60, each=[GO, GO_B])
+        assert speed(world, "b") > 0.3
+
+    def test_reset_puts_all_at_their_start_with_zero_odometry(self) -> None:
+        world = wire(noise=False)
+        world.tick(100, each=[GO, GO_B])
+        self.request(world, kind=RequestKind.RESET)
+        for name, y in (("a", 0.0), ("b", 3.0)):
+            pose = world.node.world.pose(name)
+            assert (pose.x, pose.y) == pytest.approx((0.0, y), abs=0.02)
+            assert state(world, name).odometry.x == pytest.approx(0.0, abs=0.02)
+        assert speed(world) <= 0.03
+
+    def test_reset_may_be_for_one(self) -> None:
+        world = wire()
+        world.tick(100, each=[GO, GO_B])
+        self.request(world, kind=RequestKind.RESET, robot="b")
+        assert x_of(world) > 0.4
+        assert x_of(world, "b") == pytest.approx(0.0, abs=0.02)
+
+    def test_place_moves_one(self) -> None:
+        world = wire()
+        world.tick()
+        self.request(world, kind=RequestKind.PLACE, robot="a", pose=Pose(4, 4, 1))
+        assert world.node.world.pose("a") == Pose(4, 4, 1)
+
+    @pytest.mark.parametrize(
+        ("fields", "why"),
+        [
+            ({"kind": RequestKind.REMOVE, "robot": "ghost"}, "ghost"),
+            ({"kind": RequestKind.RESET, "robot": "ghost"}, "ghost"),
+            ({"kind": RequestKind.PLACE, "robot": "a"}, "expected a pose"),
+            ({"kind": RequestKind.PLACE, "pose": Pose(0, 0, 0)}, "expected a robot"),
+            ({"kind": RequestKind.PLACE, "robot": "a", "pose": Pose(-12, -22, 0)}, "wall or obstacle"),
+            ({"kind": RequestKind.PLACE, "robot": "a", "pose": Pose(500, 0, 0)}, "inside map"),
+            ({"kind": RequestKind.PLACE, "robot": "a", "pose": Pose(20.0, -16.9, 0)}, "overlap b"),
+            ({"kind": RequestKind.SPAWN, "robot": "c", "pose": Pose(5, -20, 0)}, "expected a model"),
+            ({"kind": RequestKind.SPAWN, "robot": "c", "model": "x", "pose": Pose(5, -20, 0)}, "P2AT"),
+            ({"kind": RequestKind.SPAWN, "robot": "b", "model": "P2AT", "pose": Pose(5, -20, 0)}, "not in the world"),
+        ],
+    )
+    def test_an_impossible_request_is_logged_and_changes_nothing(
+        self, fields: dict[str, object], why: str, caplog: pytest.LogCaptureFixture
+    ) -> None:
+        world = Wire(config(("a", 20.0, -20.0, 0.0), ("b", 20.0, -17.0, 0.0), map="courtyard"))
+        world.tick()
+        before = world.node.snapshot()
+        with caplog.at_level(logging.WARNING):
+            self.request(world, **fields)
+        assert why in caplog.text
+        assert world.node.world.snapshot().robots == restored(before).world.snapshot().robots
+
+
+def restored(snapshot: bytes) -> WorldNode:
+    """A world restored from a snapshot."""
+    node = WorldNode(config(map="courtyard"), Mailbox(), KEYS)
+    node.restore(snapshot)
+    return node
+
+
+class TestBattery:
+    def test_an_empty_battery_stops_the_robot_and_says_so(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setitem(MODELS, "flat", replace(MODELS["P2AT"], name="flat", battery_wh=0.03))
+        world = Wire(config(("a", 0.0, 0.0, 0.0), model="flat"))
+        world.tick(60, each=[GO])
+        assert 0.0 < state(world).battery < 1.0
+        assert speed(world) > 0.3
+        world.tick(200, each=[GO])
+        assert state(world).battery == 0.0
+        assert speed(world) == 0.0
+        assert "battery empty" in (state(world).fault or "")
+
+
+class TestSnapshot:
+    @pytest.mark.parametrize("engine", ["planar", "pybullet"])
+    def test_a_restored_world_goes_on_where_the_snapshot_was_taken(self, engine: str) -> None:
+        old = wire(engine=engine, noise=False)
+        old.tick(1)
+        old.say(KEYS.speed_limit("a"), SpeedLimit(v_max=0.4))
+        old.tick(100, each=[GO, (KEYS.drive("b"), Drive(left=1.0, right=2.0))])
+        kept = old.node.snapshot()
+        node = WorldNode(config(engine=engine, noise=False), Mailbox(), KEYS)
+        node.restore(kept)
+        assert node.start_tick == 100
+        new = Wire(config(), node=node)
+        new.tick()
+        clock = new.heard[KEYS.clock.key]
+        assert isinstance(clock, Clock)
+        assert (clock.tick, clock.epoch) == (100, 1)
+        assert clock.time == pytest.approx(2.0)
+        for name in "ab":
+            before, after = state(old, name), state(new, name)
+            assert after.odometry == before.odometry
+            assert after.encoders == before.encoders
+            assert after.battery == before.battery
+            assert old.node.world.pose(name) == new.node.world.pose(name)
+            assert speed(new, name) == 0.0, "at rest"
+            assert not after.armed
+        new.tick(60, each=[(KEYS.drive("a"), Drive(left=6.0, right=6.0))])
+        assert speed(new) == pytest.approx(0.4, abs=0.01), "limits are kept"
+        old.node.stop()
+        new.node.stop()
+
+    def test_a_restored_world_steps_from_its_second_tick(self) -> None:
+        old = wire()
+        old.tick(10)
+        node = WorldNode(config(), Mailbox(), KEYS)
+        node.restore(old.node.snapshot())
+        new = Wire(config(), node=node)
+        new.tick(2)
+        assert new.heard[KEYS.clock.key].tick == 10  # type: ignore[attr-defined]
+
+    def test_the_emergency_stop_survives_a_restart(self) -> None:
+        old = wire()
+        old.tick(60, each=[GO])
+        old.say(KEYS.estop, Estop(engaged=True, by="me"))
+        old.tick(5, each=[GO])
+        node = WorldNode(config(), Mailbox(), KEYS)
+        node.restore(old.node.snapshot())
+        new = Wire(config(), node=node)
+        new.tick(10, each=[GO])
+        assert state(new).estop
+        new.say(KEYS.estop, Estop(engaged=False, by="me"))
+        new.tick(60, each=[GO])
+        assert speed(new) == 0.0, "it must still be disarmed and armed"
+
+    def test_noise_goes_on_after_a_restart(self) -> None:
+        whole = wire(seed=3)
+        whole.tick(400)
+        old = wire(seed=3)
+        old.tick(200)
+        node = WorldNode(config(seed=3), Mailbox(), KEYS)
+        node.restore(old.node.snapshot())
+        new = Wire(config(), node=node)
+        new.tick(201)
+        assert state(new).ins == state(whole).ins
+
+    def test_damaged_bytes_are_refused(self) -> None:
+        node = WorldNode(config(), Mailbox(), KEYS)
+        with pytest.raises(WorldError, match="snapshot"):
+            node.restore(b"\x00garbage")
+        good = wire().node.snapshot()
+        with pytest.raises(WorldError, match="snapshot"):
+            node.restore(good[: len(good) // 2])
+
+
+class TestSetup:
+    def test_a_good_set_up_has_no_problems(self) -> None:
+        assert check_setup(config(("a", 20, -20, 0), ("b", 20, -18, 0), map="courtyard", engine="pybullet")) == []
+
+    def test_all_problems_are_told_at_once(self) -> None:
+        bad = config(
+            ("a", 20, -20, 0),
+            ("b", 20.2, -20, 1.0),
+            ("wall", -12, -22, 0),
+            ("far", 300, 0, 0),
+            ("a", 22, -22, 0),
+            ("no/name", 24, -24, 0),
+            map="courtyard",
+            engine="steam",
+            tick=0.0,
+            seed=-1,
+            rate=-2.0,
+        )
+        problems = check_setup(bad)
+        text = "\n".join(problems)
+        for words in (
+            "a and b", "robot wall: expected a free place", "robot far: expected a pose inside",
+            "a name of its own", "no/name", "engine", "tick", "seed", "rate",
+        ):  # fmt: skip
+            assert words in text
+        assert len(problems) == 9
+
+    def test_an_unknown_map_and_model_are_problems_not_exceptions(self) -> None:
+        problems = check_setup(config(("a", 0, 0, 0), map="atlantis", model="tricycle"))
+        assert len(problems) == 2
+
+    def test_a_world_with_problems_is_not_built(self) -> None:
+        with pytest.raises(ConfigError, match="a and b"):
+            WorldNode(config(("a", 0, 0, 0), ("b", 0.1, 0, 0)), Mailbox(), KEYS)

@@ -1,0 +1,93 @@
+"""Plane geometry, against brute force and symmetry."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from vrg.bus.messages import Pose
+from vrg.geometry import Rectangle, corners, interpolate, outline_distance, wrap
+
+coordinates = st.floats(-5, 5)
+poses = st.builds(Pose, coordinates, coordinates, st.floats(-10, 10))
+sizes = st.tuples(st.floats(0.1, 2), st.floats(0.1, 2))
+
+
+@given(st.floats(-100, 100))
+def test_a_wrapped_angle_is_the_same_direction(angle: float) -> None:
+    wrapped = wrap(angle)
+    assert -math.pi <= wrapped < math.pi
+    assert math.isclose(math.cos(wrapped), math.cos(angle), abs_tol=1e-9)
+    assert math.isclose(math.sin(wrapped), math.sin(angle), abs_tol=1e-9)
+
+
+@given(poses, poses)
+def test_interpolation_ends_at_its_ends_and_turns_the_short_way(a: Pose, b: Pose) -> None:
+    end = interpolate(a, b, 1.0)
+    assert (end.x, end.y) == pytest.approx((b.x, b.y))
+    assert abs(wrap(end.theta - b.theta)) < 1e-9
+    assert abs(interpolate(a, b, 0.5).theta - a.theta) <= math.pi / 2 + 1e-9
+
+
+def _outline(pose: Pose, size: tuple[float, float], n: int = 60) -> np.ndarray:
+    points = corners(pose, *size)
+    edges = zip(points, points[1:] + points[:1], strict=True)
+    return np.concatenate([np.linspace(p, q, n) for p, q in edges])
+
+
+@given(poses, poses, sizes, sizes)
+def test_outline_distance_agrees_with_brute_force(a: Pose, b: Pose, a_size, b_size) -> None:  # type: ignore[no-untyped-def]
+    distance = outline_distance(a, b, a_size, b_size)
+    assert distance == pytest.approx(outline_distance(b, a, b_size, a_size), abs=1e-9)
+    one, other = _outline(a, a_size), _outline(b, b_size)
+    sampled = float(np.min(np.linalg.norm(one[:, None] - other[None], axis=2)))
+    if distance > 0:
+        assert sampled - 0.06 <= distance <= sampled + 1e-9
+    else:
+        assume(sampled > 0.06)  # one lies inside the other
+        assert min(a_size[0] * a_size[1], b_size[0] * b_size[1]) > 0
+
+
+@given(poses, sizes)
+def test_a_body_inside_another_touches_it(pose: Pose, size: tuple[float, float]) -> None:
+    assert outline_distance(pose, pose, size, (size[0] / 3, size[1] / 3)) == 0.0
+
+
+def test_two_squares_side_by_side() -> None:
+    assert outline_distance(Pose(0, 0, 0), Pose(2, 0, 0), (1, 1), (1, 1)) == pytest.approx(1.0)
+    assert outline_distance(Pose(0, 0, 0), Pose(2, 0, math.pi / 4), (1, 1), (1, 1)) == pytest.approx(
+        1.5 - math.sqrt(0.5)
+    )
+
+
+BOX = Rectangle(0, 0, 10, 5)
+
+
+@given(st.tuples(st.floats(0, 10), st.floats(0, 5)), st.tuples(st.floats(-20, 20), st.floats(-20, 20)))
+def test_the_exit_lies_on_the_border(start: tuple[float, float], end: tuple[float, float]) -> None:
+    fraction = BOX.exit_fraction(start, end)
+    if BOX.contains(*end):
+        assert fraction is None
+        return
+    assert fraction is not None
+    x, y = (a + (b - a) * fraction for a, b in zip(start, end, strict=True))
+    assert BOX.shrunk(-1e-6).contains(x, y)
+    assert not BOX.shrunk(1e-6).contains(x, y)
+
+
+def test_who_starts_outside_has_left_at_once() -> None:
+    assert BOX.exit_fraction((-1, 2), (5, 2)) == 0.0
+
+
+def test_a_rectangle_shrunk_too_far_is_its_middle() -> None:
+    assert BOX.shrunk(100) == Rectangle(5, 2.5, 5, 2.5)
+
+
+@given(st.floats(-20, 20), st.floats(-20, 20))
+def test_the_nearest_point_is_inside(x: float, y: float) -> None:
+    nearest = BOX.nearest(x, y)
+    assert BOX.contains(*nearest)
+    if BOX.contains(x, y):
+        assert nearest == (x, y)

@@ -1,0 +1,180 @@
+"""Pictures, looked at pixel by pixel."""
+
+import dataclasses
+
+import pygame
+import pytest
+
+from vrg.bus import messages as m
+from vrg.bus.foxglove_scene import GREY, SKY_BLUE, VERMILLION
+from vrg.ui import palette, text
+from vrg.ui.banner import banners
+from vrg.ui.draw import Painter, render_png, save_png
+from vrg.ui.palette import Marker, ink_on, style_of
+from vrg.ui.scene import Scene
+from vrg.ui.text import Face, Fonts
+
+
+def colours_near(surface, point, radius=14):
+    """How many pixels of each colour there are around a point."""
+    found = {}
+    for dx in range(-radius, radius + 1):
+        for dy in range(-radius, radius + 1):
+            place = (round(point[0]) + dx, round(point[1]) + dy)
+            if surface.get_rect().collidepoint(place):
+                colour = tuple(surface.get_at(place))[:3]
+                found[colour] = found.get(colour, 0) + 1
+    return found
+
+
+def close_to(colours, wanted, tolerance=6):
+    return sum(n for c, n in colours.items() if max(abs(a - b) for a, b in zip(c, wanted, strict=True)) <= tolerance)
+
+
+def where(scene, view, name):
+    pose = next(body.pose for body in scene.bodies if body.name == name)
+    return view.point(pose.x, pose.y)
+
+
+def painted(scene, size=(1280, 800), **options):
+    surface = pygame.Surface(size)
+    return surface, Painter().draw(surface, scene, **options)
+
+
+@pytest.mark.parametrize("size", [(1280, 800), (600, 900)])
+def test_each_player_is_where_it_is_in_the_colour_of_its_role(scene_at, size):
+    scene = scene_at(13.5)
+    surface, view = painted(scene, size)
+    for name, colour in (("bruce", VERMILLION), ("nemo", SKY_BLUE), ("gill", GREY)):
+        assert close_to(colours_near(surface, where(scene, view, name)), colour) > 60, name
+
+
+def test_roles_differ_also_without_colour():
+    signs = {style_of(role, "active").marker for role in ("shark", "minnow")} | {style_of("minnow", "inactive").marker}
+    assert signs == {Marker.TRIANGLE, Marker.CIRCLE, Marker.CROSS}
+    assert style_of("never heard of", "").colour == style_of("never heard of", "active").colour
+
+
+def test_a_picture_can_be_written_without_a_display(scene_at, tmp_path):
+    scene = scene_at(5.0)
+    view = render_png(scene, tmp_path / "match.png", (900, 600))
+    picture = pygame.image.load(str(tmp_path / "match.png"))
+    assert picture.get_size() == (900, 600)
+    assert close_to(colours_near(picture, where(scene, view, "anchor")), VERMILLION) > 60
+    with pytest.raises(OSError, match="cannot write the picture"):
+        save_png(pygame.Surface((2, 2)), tmp_path / "no" / "such" / "folder.png")
+
+
+@pytest.mark.parametrize(
+    ("changes", "colour", "heading"),
+    [
+        ({"halted": "a cable"}, palette.CAUTION, "HALT"),
+        ({"estop": True}, palette.ALARM, "EMERGENCY STOP"),
+        ({"stage": m.Stage.GAME_OVER, "winner": "sharks"}, palette.GOOD, "GAME OVER"),
+        ({"stage": m.Stage.INITIALIZE, "waiting": ["dory is not armed"]}, palette.CALM, "Waiting for"),
+        ({"live": False}, palette.LOST, "NO CLOCK"),
+    ],
+)
+def test_a_banner_appears(scene_at, changes, colour, heading):
+    plain, _ = painted(scene_at(10.0))
+    scene = scene_at(10.0, **changes)
+    assert [banner.heading for banner in banners(scene)] == [heading]
+    surface, _ = painted(scene)
+    left_end = (110, 50)
+    assert close_to(colours_near(surface, left_end, 5), colour) > 80
+    assert close_to(colours_near(plain, left_end, 5), colour) == 0
+
+
+def test_banners_say_why(scene_at):
+    def said(**changes):
+        return " ".join(line for banner in banners(scene_at(10.0, **changes)) for line in banner.lines)
+
+    assert "a cable" in said(halted="a cable")
+    assert "dory is not armed" in said(waiting=["dory is not armed"])
+    assert "Winner: Sharks" in said(stage=m.Stage.GAME_OVER, winner="sharks")
+    assert "A draw" in said(stage=m.Stage.GAME_OVER, winner="draw")
+    assert "No winner" in said(stage=m.Stage.GAME_OVER)
+    assert banners(scene_at(10.0)) == []
+
+
+def test_the_gravest_banner_is_first(scene_at):
+    found = banners(scene_at(10.0, estop=True, live=False, halted="x"))
+    assert [banner.heading for banner in found] == ["EMERGENCY STOP", "NO CLOCK"]
+    assert found[0].lines == ("x",), "the referee halts because of the stop: one banner says it"
+
+
+def test_the_driven_player_is_ringed(scene_at):
+    scene = scene_at(10.0)
+    plain, view = painted(scene)
+    ringed, _ = painted(scene, driving="nemo")
+    place = where(scene, view, "nemo")
+    assert close_to(colours_near(ringed, place, 30), palette.CAUTION, 40) > 40
+    assert close_to(colours_near(plain, place, 30), palette.CAUTION, 40) == 0
+
+
+def test_where_to_line_up_is_shown_before_a_round(scene_at):
+    status = m.PlayerStatus(
+        name="nemo", team="minnows", role="minnow", state="active", may_move=True, radius=0.3,
+        mark=m.Pose(21.0, -19.0, 0.0),
+    )  # fmt: skip
+    empty, view = painted(scene_at(0.0, players=[status]))
+    marked, _ = painted(scene_at(0.0, players=[status], stage=m.Stage.INITIALIZE))
+    place = view.point(21.0, -19.0)
+    assert colours_near(empty, place) != colours_near(marked, place)
+
+
+def test_walls_are_drawn(scene_at):
+    scene = scene_at(0.0)
+    surface, view = painted(scene)
+    assert tuple(surface.get_at([round(v) for v in view.point(21.0, -24.0)]))[:3] == palette.WALL
+    assert tuple(surface.get_at([round(v) for v in view.point(26.8, -20.0)]))[:3] == palette.WALL
+
+
+def test_names_do_not_cover_bodies(scene_at):
+    scene = scene_at(10.0)
+    bare = dataclasses.replace(scene, bodies=tuple(dataclasses.replace(b, name="") for b in scene.bodies))
+    named, view = painted(scene)
+    nameless, _ = painted(bare)
+    for body in scene.bodies:
+        centre = [round(v) for v in view.point(body.pose.x, body.pose.y)]
+        assert named.get_at(centre) == nameless.get_at(centre), body.name
+
+
+@pytest.mark.parametrize("size", [(1, 1), (3, 900), (200, 120), (520, 200), (3840, 2160)])
+def test_any_size_can_be_drawn(scene_at, size):
+    painted(scene_at(13.5, halted="x", estop=True), size, driving="nemo")
+    painted(Scene(), size)
+
+
+def test_odd_words_are_drawn(scene_at):
+    strange = m.Call(number=3, rule="tag", text="x" * 500 + " \0 ☃ 日本", players=[], poses=[], clock=1.0)
+    scene = dataclasses.replace(scene_at(5.0, halted="y" * 900, waiting=["z" * 900] * 40), calls=(strange,))
+    painted(scene)
+
+
+def test_bodies_far_off_and_out_of_sight_are_no_trouble(scene_at):
+    scene = scene_at(5.0)
+    lost = dataclasses.replace(scene.bodies[0], pose=m.Pose(9e4, -9e4, 1.0), trail=((0.0, 0.0), (9e4, -9e4)))
+    painted(dataclasses.replace(scene, bodies=(lost, *scene.bodies[1:])))
+
+
+def test_a_machine_without_fonts_has_pygames_own(scene_at, monkeypatch):
+    monkeypatch.setattr(text, "_folder", lambda: None)
+    surface, _ = painted(scene_at(10.0))
+    assert close_to(colours_near(surface, (1080, 30), 60), palette.TEXT, 30) > 50
+
+
+def test_text_is_wrapped_and_shortened_to_its_width():
+    fonts = Fonts()
+    lines = fonts.wrap("one two three four five six seven", 90, 14, lines=3)
+    assert len(lines) == 3
+    assert all(fonts.width(line, 14) <= 90 for line in lines)
+    assert lines[-1].endswith("…")
+    assert fonts.shorten("word", 1000, 14) == "word"
+    assert fonts.shorten("word", 1, 14) == ""
+    assert fonts.render("a", 14, palette.TEXT, Face.BOLD) is fonts.render("a", 14, palette.TEXT, Face.BOLD)
+
+
+def test_words_upon_a_colour_are_legible():
+    assert ink_on(palette.CAUTION) == palette.INK
+    assert ink_on(palette.ALARM) == palette.TEXT

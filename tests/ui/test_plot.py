@@ -1,0 +1,89 @@
+"""The plot of the trajectories."""
+
+import dataclasses
+
+import matplotlib.image
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+
+from tests.ui import synthetic
+from vrg.bus.tracks import read_calls, read_tracks
+from vrg.ui import plot
+from vrg.ui.plot import plot_trajectories
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """The axes of each plot that is made."""
+    kept: list[Axes] = []
+    made = plot._figure
+
+    def keep(*args):
+        figure, panels, metre = made(*args)
+        kept.extend(panels)
+        return figure, panels, metre
+
+    monkeypatch.setattr(plot, "_figure", keep)
+    return kept
+
+
+def words(axes):
+    return [text.get_text() for text in axes.texts]
+
+
+def test_each_pass_has_a_panel_with_equal_axes(recorded, drawn, tmp_path):
+    plot_trajectories(recorded, tmp_path / "plot.png", title="A match")
+    assert [axes.get_title() for axes in drawn] == ["Pass 1", "Pass 2"]
+    assert all(axes.get_aspect() == 1.0 for axes in drawn)
+    picture = matplotlib.image.imread(tmp_path / "plot.png")
+    assert picture.shape[0] > 600
+    assert picture.shape[1] > 600
+
+
+def test_players_calls_and_zones_are_named(recorded, drawn, tmp_path):
+    plot_trajectories(recorded, tmp_path / "plot.png")
+    first, second = drawn
+    assert set(synthetic.NAMES) <= set(words(first))
+    assert {"gill 0:09.0", "squirt 0:12.5", "safe zone", "start"} <= set(words(first))
+    assert "gill 0:09.0" not in words(second)
+
+
+def test_physical_robots_are_dashed(recorded, drawn, tmp_path):
+    plot_trajectories(recorded, tmp_path / "plot.png")
+    long = [line for line in drawn[0].lines if len(line.get_xdata()) > 1]
+    dashed = {line.get_color(): line.get_linestyle() for line in long}
+    assert sorted(dashed.values()).count("--") == 2
+    assert len(dashed) == 7, "each player has a colour of its own"
+
+
+def test_a_line_passes_through_the_recorded_places(recorded, drawn, tmp_path):
+    track = read_tracks(recorded)["dory"]
+    plot_trajectories({"dory": track}, tmp_path / "plot.png")
+    [line] = [line for line in drawn[0].lines if len(line.get_xdata()) > 1]
+    played = track.rounds == 1
+    np.testing.assert_array_equal(line.get_ydata(), track.y[played])
+
+
+def test_no_line_joins_the_places_before_and_after_a_robot_was_moved(recorded, drawn, tmp_path):
+    track = read_tracks(recorded)["dory"]
+    moved = dataclasses.replace(track, x=np.where(track.times > 10.0, track.x + 3.0, track.x))
+    plot_trajectories({"dory": moved}, tmp_path / "plot.png")
+    assert np.isnan(drawn[0].lines[0].get_xdata()).sum() == 1
+
+
+def test_tracks_without_a_referee_are_plotted_whole(recorded, drawn, tmp_path):
+    silent = {
+        name: dataclasses.replace(
+            track, roles=[""] * 400, states=[""] * 400, rounds=track.rounds * 0, playing=np.zeros(400, dtype=bool)
+        )
+        for name, track in read_tracks(recorded).items()
+    }
+    plot_trajectories(silent, tmp_path / "plot.png", calls=read_calls(recorded))
+    assert len(drawn) == 1
+    assert "gill 0:09.0" in words(drawn[0])
+
+
+def test_without_tracks_there_is_nothing_to_plot(tmp_path):
+    with pytest.raises(ValueError, match="at least one track"):
+        plot_trajectories({}, tmp_path / "plot.png")

@@ -1,0 +1,123 @@
+"""What there is to see, gathered from messages."""
+
+import math
+
+from tests.ui import synthetic
+from vrg.bus import messages as m
+from vrg.bus.mailbox import Mailbox
+from vrg.ui.scene import (
+    CALLS_KEPT,
+    TRAIL_SECONDS,
+    TRAIL_STEP,
+    Scene,
+    SceneBuilder,
+    SceneInlets,
+    clock_text,
+    round_word,
+    title,
+)
+
+
+def test_a_scene_shows_every_body_with_its_role_and_state(scene_at):
+    scene = scene_at(13.5)
+    bodies = {body.name: body for body in scene.bodies}
+    assert set(bodies) == set(synthetic.NAMES)
+    assert (bodies["bruce"].role, bodies["bruce"].physical) == ("shark", True)
+    assert (bodies["gill"].state, bodies["gill"].out_of_play) == ("inactive", True)
+    assert not bodies["nemo"].out_of_play
+    assert bodies["nemo"].pose == synthetic.pose_at("nemo", 13.5)
+
+
+def test_a_scene_tells_the_match(scene_at):
+    scene = scene_at(13.5, halted="a cable", waiting=["dory is not armed"])
+    assert (scene.game, scene.stage, scene.round, scene.rounds) == ("sharks-and-minnows", m.Stage.PLAY_ROUND, 1, 2)
+    assert (scene.clock, scene.time, scene.halted, scene.waiting) == (13.5, 13.5, "a cable", ("dory is not armed",))
+    assert scene.score == (("sharks", 2), ("minnows", 0))
+    assert [call.rule for call in scene.calls] == ["tag", "out_of_bounds"]
+
+
+def test_before_the_first_message_a_scene_is_empty_and_not_live():
+    assert SceneBuilder().build(live=True) == Scene(live=False)
+
+
+def test_a_trail_has_a_bounded_length(scene_at):
+    trail = scene_at(30.0).bodies[0].trail
+    assert len(trail) <= TRAIL_SECONDS / TRAIL_STEP + 1
+    assert trail[-1] == (synthetic.pose_at("bruce", 30.0).x, synthetic.pose_at("bruce", 30.0).y)
+
+
+def test_a_robot_that_is_placed_elsewhere_leaves_no_trail_across_the_field():
+    builder = SceneBuilder()
+    for tick, x in enumerate((0.0, 0.2, 0.4, 9.0)):
+        body = m.Body(name="a", pose=m.Pose(x, 0.0, 0.0), v=1.0, w=0.0, physical=False)
+        builder.poses(m.Poses(bodies=[body]), tick * 0.2)
+    assert builder.build(True).bodies[0].trail == ((9.0, 0.0),)
+
+
+def test_trails_begin_anew_when_the_world_restarts():
+    builder = SceneBuilder()
+    builder.clock(m.Clock(time=5.0, tick=5, epoch=0, rate=1.0, estop=False))
+    builder.poses(synthetic.poses(5.0), 5.0)
+    builder.clock(m.Clock(time=4.0, tick=4, epoch=1, rate=1.0, estop=False))
+    builder.poses(synthetic.poses(4.0), 4.0)
+    assert all(len(body.trail) == 1 for body in builder.build(True).bodies)
+
+
+def test_only_the_last_calls_are_kept():
+    builder = SceneBuilder()
+    for number in range(1, 100):
+        builder.call(m.Call(number=number, rule="tag", text="", players=[], poses=[], clock=0.0))
+    assert [call.number for call in builder.build(True).calls] == list(range(100 - CALLS_KEPT, 100))
+
+
+def test_the_emergency_stop_is_shown_until_it_is_released_everywhere():
+    builder = SceneBuilder()
+    builder.estop(m.Estop(engaged=True, by="anna", reason="smoke"))
+    assert builder.build(True).estop
+    assert builder.build(True).estop_reason == "pressed by anna: smoke"
+    builder.clock(m.Clock(time=1.0, tick=1, epoch=0, rate=1.0, estop=True))
+    builder.estop(m.Estop(engaged=False, by="anna"))
+    assert builder.build(True).estop, "the world's own latch still holds"
+    builder.clock(m.Clock(time=1.1, tick=2, epoch=0, rate=1.0, estop=False))
+    assert not builder.build(True).estop
+
+
+def test_a_player_says_what_it_does_and_what_ails_it():
+    builder = SceneBuilder()
+    builder.referee(synthetic.state(0.0))
+    builder.report("dory", m.Report(mode="Minnow/Cross", armed=True, manual=True, fault="no laser"))
+    dory = builder.build(True).player("dory")
+    assert dory is not None
+    assert (dory.mode, dory.armed, dory.manual, dory.fault) == ("Minnow/Cross", True, True, "no laser")
+    assert builder.build(True).player("nobody") is None
+
+
+def test_the_inlets_bring_everything_that_a_scene_is_made_of(keys):
+    mailbox = Mailbox()
+    inlets, builder = SceneInlets(mailbox, keys), SceneBuilder(sizes={"nemo": (0.4, 0.3)})
+    match = synthetic.Match(keys)
+    for topic, body in (
+        (keys.clock, m.Clock(time=9.0, tick=9, epoch=0, rate=2.0, estop=False)),
+        (keys.poses, synthetic.poses(9.0)),
+        (keys.referee_state, synthetic.state(9.0)),
+        (keys.report("nemo"), m.Report(mode="x", armed=True)),
+        (keys.estop, m.Estop(engaged=True, by="anna")),
+        (keys.referee_event, synthetic.calls(9.0)[0]),
+    ):
+        match.say(mailbox, topic, body, 9.0, 0)
+    mailbox.handover(9.0)
+    assert [call.rule for call in inlets.feed(builder)] == ["tag"]
+    scene = builder.build(True)
+    nemo = next(body for body in scene.bodies if body.name == "nemo")
+    assert (scene.live, scene.rate, scene.estop, len(scene.calls), nemo.length) == (True, 2.0, True, 1, 0.4)
+    assert scene.player("nemo").armed
+    assert inlets.feed(builder) == []
+
+
+def test_words_are_written_as_people_write_them():
+    assert title("sharks-and-minnows") == "Sharks and Minnows"
+    assert title("play_round") == "Play Round"
+    assert round_word("sharks-and-minnows") == "pass"
+    assert round_word("roboflag") == "round"
+    assert clock_text(83.46) == "1:23.4"
+    assert clock_text(math.nextafter(0.3, 0)) == "0:00.3"

@@ -1,0 +1,178 @@
+"""The window, on SDL's dummy display; keys come as events."""
+
+import os
+import subprocess
+import sys
+
+import pygame
+import pytest
+
+from tests.ui import synthetic
+from vrg.bus import messages as m
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.node import Tick
+from vrg.ui.spectator import Spectator, display_available
+
+
+@pytest.fixture
+def window(keys, tmp_path):
+    spectator = Spectator("spectator", Mailbox(), keys, size=(640, 480), pictures=tmp_path)
+    yield spectator
+    spectator.stop()
+
+
+@pytest.fixture
+def match(keys):
+    return synthetic.Match(keys)
+
+
+def press(key, mod=0):
+    pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=key, mod=mod))
+
+
+def said(node):
+    return [out.message.body for out in node.mailbox.collect()]
+
+
+def test_the_window_opens_at_the_first_tick_and_shows_the_match(window, match):
+    assert not pygame.display.get_init()
+    match.step(window, 5.0, 0)
+    shown = pygame.display.get_surface()
+    assert shown.get_size() == (640, 480)
+    assert len({tuple(shown.get_at((x, y))) for x in range(0, 640, 7) for y in range(0, 480, 7)}) > 10
+    assert window.scene.clock == 5.0
+
+
+def test_keys_become_messages(window, match):
+    match.step(window, 5.0, 0)
+    press(pygame.K_SPACE)
+    press(pygame.K_h)
+    match.step(window, 5.1, 1)
+    stop, halt = said(window)
+    assert stop == m.Estop(engaged=True, by="spectator")
+    assert halt.action is m.OfficialAction.HALT
+
+
+def test_driving_by_hand_publishes_each_tick_until_it_is_given_back(window, match):
+    match.step(window, 5.0, 0)
+    press(pygame.K_TAB)
+    press(pygame.K_UP)
+    for number in range(1, 4):
+        match.step(window, 5.0 + number / 30, number)
+    assert said(window) == [m.Manual(forward=1.0, turn=0.0, lease=0.5)] * 3
+    pygame.event.post(pygame.event.Event(pygame.KEYUP, key=pygame.K_UP, mod=0))
+    match.step(window, 5.2, 4)
+    press(pygame.K_ESCAPE)
+    match.step(window, 5.3, 5)
+    match.step(window, 5.4, 6)
+    assert said(window) == [m.Manual(forward=0.0, turn=0.0, lease=lease) for lease in (0.5, 0.0)]
+
+
+def test_losing_the_keyboard_lets_go_of_the_arrows(window, match):
+    match.step(window, 5.0, 0)
+    press(pygame.K_TAB)
+    press(pygame.K_UP)
+    pygame.event.post(pygame.event.Event(pygame.WINDOWFOCUSLOST))
+    match.step(window, 5.1, 1)
+    assert said(window) == [m.Manual(forward=0.0, turn=0.0, lease=0.5)]
+
+
+def test_a_player_that_is_gone_is_not_driven(window, match):
+    match.step(window, 5.0, 0)
+    press(pygame.K_TAB)
+    match.step(window, 5.1, 1)
+    match.step(window, 5.2, 2, players=synthetic.players(5.2)[1:])
+    window.mailbox.collect()
+    match.step(window, 5.3, 3)
+    match.step(window, 5.4, 4)
+    assert said(window) == [m.Manual(forward=0.0, turn=0.0, lease=0.0)]
+
+
+def test_without_a_clock_nobody_is_driven_but_everything_can_be_stopped(window, match):
+    match.step(window, 5.0, 0)
+    press(pygame.K_TAB)
+    press(pygame.K_UP)
+    press(pygame.K_SPACE)
+    window.mailbox.handover(5.0)
+    window.tick(Tick(5.0, live=False))
+    assert said(window) == [m.Estop(engaged=True, by="spectator")]
+    assert not window.scene.live
+
+
+@pytest.mark.parametrize("how", ["key", "button"])
+def test_closing_the_window_is_seen_by_the_executor(window, match, how):
+    match.step(window, 5.0, 0)
+    assert not window.closed
+    if how == "key":
+        press(pygame.K_q)
+    else:
+        pygame.event.post(pygame.event.Event(pygame.QUIT))
+    match.step(window, 5.1, 1)
+    assert window.closed
+    assert not pygame.display.get_init()
+    match.step(window, 5.2, 2)
+    assert not pygame.display.get_init(), "it does not open again"
+
+
+def test_stopping_gives_the_player_back(window, match):
+    match.step(window, 5.0, 0)
+    press(pygame.K_TAB)
+    match.step(window, 5.1, 1)
+    said(window)
+    window.stop()
+    window.stop()
+    assert said(window) == [m.Manual(forward=0.0, turn=0.0, lease=0.0)]
+
+
+def test_pictures_are_numbered(window, match, tmp_path):
+    match.step(window, 5.0, 0)
+    for number in range(1, 3):
+        press(pygame.K_p)
+        match.step(window, 5.0 + number, number)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["picture-001.png", "picture-002.png"]
+    assert pygame.image.load(str(tmp_path / "picture-001.png")).get_size() == (640, 480)
+
+
+def test_a_picture_that_cannot_be_written_ends_nothing(keys, match, tmp_path, caplog):
+    window = Spectator("spectator", Mailbox(), keys, pictures=tmp_path / "nowhere")
+    match.step(window, 5.0, 0)
+    press(pygame.K_p)
+    match.step(window, 5.1, 1)
+    assert "cannot write the picture" in caplog.text
+    window.stop()
+
+
+def test_a_fast_match_is_not_drawn_at_every_tick(window, match, monkeypatch):
+    frames = []
+    monkeypatch.setattr(pygame.display, "flip", lambda: frames.append(1))
+    for number in range(300):
+        time = number / 30
+        clock = m.Clock(time=time, tick=number, epoch=0, rate=10.0, estop=False)
+        match.say(window.mailbox, match.keys.clock, clock, time, number)
+        window.mailbox.handover(time)
+        window.tick(Tick(time))
+        pygame.event.clear()
+    assert 30 <= len(frames) <= 40
+
+
+def test_a_display_that_nobody_sees_is_none():
+    assert not display_available()
+    assert not pygame.display.get_init()
+
+
+def test_the_mixer_is_never_started():
+    """In a process of its own, since pygame's modules keep their state."""
+    program = (
+        "import os, pygame\n"
+        "from tests.ui import synthetic\n"
+        "from vrg.bus.mailbox import Mailbox\n"
+        "from vrg.bus.topics import Keys\n"
+        "from vrg.ui.spectator import Spectator, display_available\n"
+        "window = Spectator('s', Mailbox(), Keys('m'))\n"
+        "synthetic.Match(Keys('m')).step(window, 1.0, 0)\n"
+        "assert pygame.mixer.get_init() is None\n"
+        "assert os.environ['SDL_AUDIODRIVER'] == 'dummy'\n"
+    )
+    environment = {**os.environ, "SDL_VIDEODRIVER": "dummy"}
+    environment.pop("SDL_AUDIODRIVER")
+    subprocess.run([sys.executable, "-c", program], check=True, env=environment, timeout=60)

@@ -1,0 +1,93 @@
+"""The match as text."""
+
+import io
+
+import pytest
+from rich.console import Console
+
+from tests.ui import synthetic
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.node import Tick
+from vrg.ui.table import TerminalTable, status_line, table
+
+
+def shown(keys, console, until, period=0.25, **changes):
+    node = TerminalTable("table", Mailbox(), keys, console=console)
+    match = synthetic.Match(keys)
+    for number in range(int(until / period) + 1):
+        match.step(node, number * period, number, **changes)
+    node.stop()
+    node.stop()
+    return console.file.getvalue()
+
+
+def test_a_log_gets_each_call_once_and_a_status_every_five_seconds(keys):
+    lines = shown(keys, Console(file=io.StringIO(), width=60), 16.0).splitlines()
+    assert [line.split()[0] for line in lines] == ["0:00.0", "0:05.0", "0:09.0", "0:10.0", "0:12.5", "0:15.0"]
+    assert lines[2].endswith("gill is inactive."), "a call is one line, however long"
+    assert "5 of 7 players in play" in lines[-1]
+
+
+def test_a_log_tells_what_hinders_the_match_when_it_begins_and_with_each_status(keys):
+    text = shown(keys, Console(file=io.StringIO()), 6.0, halted="a cable", waiting=["dory"])
+    assert text.count("HALT: a cable") == 2
+
+
+def test_reasons_that_change_all_the_time_do_not_fill_a_log(keys):
+    node = TerminalTable("table", Mailbox(), keys, console=(console := Console(file=io.StringIO())))
+    match = synthetic.Match(keys)
+    for number in range(20):
+        match.step(node, number * 0.25, number, waiting=[f"nemo is {number / 10} m from its mark"])
+    assert console.file.getvalue().count("Waiting for: nemo is 0.0 m from its mark") == 1
+    assert len(console.file.getvalue().splitlines()) == 2
+
+
+def test_a_log_has_no_escape_codes(keys):
+    assert "\x1b" not in shown(keys, Console(file=io.StringIO()), 13.0)
+
+
+def test_before_the_referee_speaks_a_log_says_nothing(keys):
+    console = Console(file=io.StringIO())
+    node = TerminalTable("table", Mailbox(), keys, console=console)
+    for number in range(100):
+        node.mailbox.handover(number * 0.25)
+        node.tick(Tick(number * 0.25))
+    assert console.file.getvalue() == ""
+
+
+def test_a_terminal_gets_a_table_in_place(keys):
+    console = Console(file=io.StringIO(), force_terminal=True, width=100, height=40)
+    text = shown(keys, console, 13.0)
+    assert "\x1b[" in text
+    for word in ("Sharks and Minnows", "bruce", "minnow", "inactive", "0:13.0", "squirt is out of bounds"):
+        assert word in text
+
+
+@pytest.mark.parametrize("name", ["bruce", "gill"])
+def test_the_table_shows_place_and_heading(scene_at, name):
+    console = Console(file=io.StringIO(), width=120)
+    console.print(table(scene_at(13.5)))
+    line = next(line for line in console.file.getvalue().splitlines() if f" {name} " in line)
+    pose = synthetic.pose_at(name, 13.5)
+    assert f"{pose.x:.2f}" in line
+    assert f"{pose.y:.2f}" in line
+    assert "°" in line
+
+
+def test_no_color_is_honoured(scene_at, monkeypatch):
+    monkeypatch.setenv("NO_COLOR", "1")
+    console = Console(file=io.StringIO(), force_terminal=True, color_system="truecolor", width=100)
+    console.print(table(scene_at(13.5)))
+    assert "38;2" not in console.file.getvalue()
+
+
+def test_words_of_players_are_no_markup(scene_at):
+    console = Console(file=io.StringIO(), width=120)
+    console.print(table(scene_at(5.0, halted="[red]x[/]", score={"[b]": 1})))
+    assert "[red]x[/]" in console.file.getvalue()
+
+
+def test_the_status_line(scene_at):
+    assert status_line(scene_at(13.5)) == (
+        "0:13.5  Play Round, pass 1 of 2; sharks 2, minnows 0; 5 of 7 players in play"
+    )

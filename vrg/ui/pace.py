@@ -1,0 +1,29 @@
+"""How often to draw, told from match time alone."""
+
+from typing import Final
+
+from vrg.bus.node import Tick
+
+FULL_SPEED_RATE: Final = 10.0
+"""Match seconds per real second that are assumed where the world runs as fast as it can."""
+
+
+class Pace:
+    """Says when a frame is due. Ticks come by match time: at ten times real time drawing each would be too much.
+
+    Args:
+        period: s of real time between frames.
+    """
+
+    def __init__(self, period: float) -> None:
+        self._period = period
+        self._last: float | None = None
+
+    def due(self, tick: Tick, rate: float) -> bool:
+        """Whether to draw now, at `rate` match seconds per real second; without a clock always."""
+        # A little less than the period, or rounding would skip every second tick.
+        wait = 0.9 * self._period * max(1.0, rate if rate > 0 else FULL_SPEED_RATE)
+        if tick.live and self._last is not None and 0 <= tick.time - self._last < wait:
+            return False
+        self._last = tick.time
+        return True
