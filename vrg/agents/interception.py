@@ -31,7 +31,7 @@ def intercept(
     """
     dx, dy = target[0] - pursuer[0], target[1] - pursuer[1]
     distance = math.hypot(dx, dy)
-    if distance <= reach:
+    if distance - reach < 1e-9:
         return Interception(0.0, target)
     s = k * speed
     a = velocity[0] ** 2 + velocity[1] ** 2 - s**2

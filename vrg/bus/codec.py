@@ -44,7 +44,8 @@ def decode(payload: bytes, message_type: type[T], key: str) -> Received[T]:
     """Decode and validate a message.
 
     Raises:
-        MessageError: truncated, of another version, an unknown or missing field, a value out of range or NaN.
+        MessageError: truncated, nested too deep, of another version, an unknown or missing field, a value out of
+            range or NaN.
     """
     decoder = _bodies.get(message_type)
     if decoder is None:
@@ -57,6 +58,6 @@ def decode(payload: bytes, message_type: type[T], key: str) -> Received[T]:
                 "run the same release of vrg everywhere"
             )
         body = decoder.decode(raw)
-    except (msgspec.DecodeError, msgspec.ValidationError, UnicodeDecodeError) as error:
+    except (msgspec.DecodeError, msgspec.ValidationError, UnicodeDecodeError, RecursionError) as error:
         raise MessageError(f"{key}: expected {message_type.__name__}: {error}") from None
     return Received(key, stamp, sequence, body)  # type: ignore[arg-type]

@@ -165,7 +165,15 @@ class SharksAndMinnowsPlayer(Strategy):
         if field is not None:
             point = field.shrunk(BORDER).nearest(*point)
         way = point[0] - view.pose.x, point[1] - view.pose.y
-        return self._steer(view, scaled(way, self.robot.v_max), ignore=self._target)
+        prey = next(p for p in _prey(view) if p.name == self._target)
+        return self._steer(view, scaled(way, self._approach_speed(view, prey)), ignore=self._target)
+
+    def _approach_speed(self, view: View, prey: PlayerStatus) -> float:
+        """Full speed, but near its prey no more than lets a shark stop short of it, should the prey stop now."""
+        between = math.dist(view.position, _place(prey)) - view.me.radius - prey.radius
+        braking = math.sqrt(2 * self.robot.a_max * max(0.0, between))
+        follow = math.hypot(*view.velocities.get(prey.name, (0.0, 0.0)))
+        return min(self.robot.v_max, max(braking, follow))
 
     def _steer(self, view: View, wanted: Vector, *, ignore: str = "", horizon: float = HORIZON) -> Twist:
         """The wanted velocity, around bodies and inside the field, as a twist."""

@@ -270,7 +270,7 @@ class SharksAndMinnows:
     def _end_of_pass(self, state: State, now: Field, findings: list[Finding]) -> Verdict[State]:
         zone = self.settings.end_zone(state.goal)
         remaining = state.active(MINNOW)
-        home = [n for n in remaining if n in now.poses and zone.contains(now.poses[n].x, now.poses[n].y)]
+        home = [n for n in sorted(remaining) if n in now.poses and zone.contains(now.poses[n].x, now.poses[n].y)]
         if len(home) < len(remaining):
             return Verdict(state, findings)
         state = structs.replace(state, crossed=state.crossed + len(home))

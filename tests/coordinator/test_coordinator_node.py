@@ -1,0 +1,202 @@
+"""The coordinator among its messages: halts, limits, resuming, and a journal that is always ahead of the calls."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.coordinator.test_sharks_and_minnows import SETTINGS, contestants
+from vrg.bus import messages as m
+from vrg.bus.codec import Received
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.node import Tick
+from vrg.bus.topics import Keys, Topic
+from vrg.coordinator.games.sharks_and_minnows import SharksAndMinnows
+from vrg.coordinator.journal import Header, Journal, read_journal
+from vrg.coordinator.node import PATIENCE, Coordinator
+from vrg.errors import JournalError
+
+KEYS = Keys("m")
+HEADER = Header(match="m", game="sharks-and-minnows", seed=3)
+
+
+class Table:
+    """A coordinator with the world and the players played by the test."""
+
+    def __init__(self, folder: Path) -> None:
+        self.journal = Journal(folder / "journal.jsonl", HEADER)
+        self.mailbox = Mailbox()
+        self.book = SharksAndMinnows(SETTINGS, contestants())
+        self.node = Coordinator(self.mailbox, KEYS, self.book, self.journal, seed=3)
+        self.places = {c.name: c.start for c in self.book.contestants.values()}
+        self.silent: set[str] = set()
+        self.time = 0.0
+        self.calls: list[m.Call] = []
+        self.requests: list[m.WorldRequest] = []
+        self.limits: dict[str, float] = {}
+        self.state: m.RefereeState | None = None
+
+    def hear(self, topic: Topic[m.Message], body: m.Message, sequence: int = 0) -> None:
+        for inlet in self.mailbox.inlets:
+            if inlet.topic.type is type(body):
+                inlet.offer(Received(topic.key, self.time, sequence, body))
+
+    def tick(self, *, live: bool = True, estop: bool = False) -> m.RefereeState:
+        if live:
+            self.time = round(self.time + 0.1, 6)
+            bodies = [m.Body(name=n, pose=p, v=0.0, w=0.0, physical=False) for n, p in self.places.items()]
+            self.hear(KEYS.poses, m.Poses(bodies=bodies))
+            self.hear(KEYS.clock, m.Clock(time=self.time, tick=0, epoch=0, rate=1.0, estop=estop))
+            for name in self.places:
+                if name not in self.silent:
+                    self.hear(KEYS.report(name), m.Report(mode="-", armed=True))
+        self.mailbox.handover(self.time)
+        self.node.tick(Tick(self.time, live))
+        for out in self.mailbox.collect():
+            body = out.message.body
+            if isinstance(body, m.Call):
+                self.calls.append(body)
+            elif isinstance(body, m.WorldRequest):
+                self.requests.append(body)
+            elif isinstance(body, m.SpeedLimit):
+                self.limits[out.message.key] = body.v_max
+            elif isinstance(body, m.RefereeState):
+                self.state = body
+        assert self.state is not None
+        return self.state
+
+    def ticks(self, number: int) -> m.RefereeState:
+        for _ in range(number):
+            state = self.tick()
+        return state
+
+    def tag(self) -> None:
+        """Put shark s0 beside minnow m0 in the open."""
+        self.places["s0"] = m.Pose(1.0, 5.0, 0.0)
+        self.places["m0"] = m.Pose(1.0, 5.7, 0.0)
+
+    def rules(self) -> list[str]:
+        return [c.rule for c in self.calls]
+
+
+@pytest.fixture
+def table(tmp_path: Path) -> Table:
+    return Table(tmp_path)
+
+
+def test_the_round_begins_when_all_report_and_stand_still(table: Table) -> None:
+    table.silent = {"m1"}
+    assert table.ticks(3).waiting == ["m1 does not report"]
+    table.silent = set()
+    assert table.tick().stage is m.Stage.PLAY_ROUND
+
+
+def test_each_robot_is_told_its_own_limit_and_nobody_else(table: Table) -> None:
+    table.ticks(3)
+    assert {k.split("/")[3]: v for k, v in table.limits.items()} == table.book.speed_limits(3)
+
+
+def test_a_tag_is_called_journalled_and_published(table: Table) -> None:
+    table.ticks(2)
+    table.tag()
+    state = table.tick()
+    assert table.rules() == ["begin", "tag"]
+    assert state.score == {"sharks": 1, "minnows": 0}
+    assert state.player("m0").state == "inactive"  # type: ignore[union-attr]
+    _, records = read_journal(table.journal.path)
+    assert records[-1].calls == [table.calls[-1]]
+    assert records[-1].standing.game["states"]["m0"] == "inactive"
+
+
+def test_a_stopped_clock_halts(table: Table) -> None:
+    table.ticks(2)
+    state = table.tick(live=False)
+    assert state.halted == "the world's clock has stopped"
+    assert table.tick().halted, "and only an official ends it"
+
+
+def test_an_emergency_stop_halts_and_holds_until_released_and_resumed(table: Table) -> None:
+    table.ticks(2)
+    table.hear(KEYS.estop, m.Estop(engaged=True, by="ann", reason="smoke"))
+    state = table.tick()
+    assert state.estop
+    assert state.halted == "emergency stop by ann: smoke"
+    resume = m.Official(action=m.OfficialAction.RESUME, by="ann")
+    table.hear(KEYS.official, resume)
+    assert table.tick().halted
+    assert "release it" in table.calls[-1].text
+    table.hear(KEYS.estop, m.Estop(engaged=False, by="ann"), 1)
+    state = table.tick(estop=True)  # the world has not heard it yet
+    assert (state.estop, state.halted is None) == (False, False)
+    table.hear(KEYS.official, resume, 1)
+    assert table.tick().halted is None
+
+
+def test_a_stop_that_the_world_latched_before_is_taken_over(table: Table) -> None:
+    state = table.tick(estop=True)
+    assert state.estop
+    assert state.halted == "emergency stop, latched in the world"
+
+
+def test_a_player_that_is_gone_for_long_halts_the_match(table: Table) -> None:
+    table.ticks(2)
+    table.silent = {"m1"}
+    assert table.ticks(int(PATIENCE / 0.1) - 2).halted is None
+    assert table.ticks(5).halted == "m1 has not reported for 5 s"
+
+
+def test_a_player_with_a_fault_keeps_a_halt_from_ending(table: Table) -> None:
+    table.ticks(2)
+    table.hear(KEYS.official, m.Official(action=m.OfficialAction.HALT, by="ann"))
+    table.tick()
+    table.silent = {"m1"}
+    table.hear(KEYS.report("m1"), m.Report(mode="-", armed=False, fault="battery empty"))
+    table.hear(KEYS.official, m.Official(action=m.OfficialAction.RESUME, by="ann"), 1)
+    table.tick()
+    assert "m1: battery empty" in table.calls[-1].text
+
+
+def test_stragglers_are_put_on_their_marks(table: Table) -> None:
+    table.places["m0"] = m.Pose(5.0, 10.0, 0.0)
+    table.ticks(605)
+    assert [(r.kind, r.robot, r.pose) for r in table.requests] == [
+        (m.RequestKind.PLACE, "m0", table.book.contestants["m0"].start)
+    ]
+
+
+def test_what_cannot_be_journalled_halts_is_not_announced_and_is_not_lost(
+    table: Table, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    table.ticks(2)
+    works = table.journal.append
+
+    def full(*_: object) -> None:
+        raise JournalError("journal.jsonl: cannot be written: No space left on device: free some space")
+
+    monkeypatch.setattr(table.journal, "append", full)
+    table.tag()
+    state = table.ticks(5)
+    assert "No space left on device" in (state.halted or "")
+    assert table.rules() == ["begin"]
+    monkeypatch.setattr(table.journal, "append", works)
+    table.tick()
+    assert table.rules() == ["begin", "tag", "halt"]
+    assert [c.number for c in table.calls] == [1, 2, 3]
+    table.hear(KEYS.official, m.Official(action=m.OfficialAction.RESUME, by="ann"))
+    assert table.tick().halted is None
+
+
+def test_a_restarted_coordinator_goes_on_with_the_same_score_stage_and_clock(tmp_path: Path) -> None:
+    table = Table(tmp_path)
+    table.ticks(2)
+    table.tag()
+    before = table.ticks(27)
+    table.journal.close()
+    again = Table(tmp_path)
+    again.time = table.time
+    again.places = table.places
+    after = again.tick()
+    assert after.halted == "the coordinator was restarted"
+    assert (after.score, after.stage, after.clock) == (before.score, before.stage, pytest.approx(before.clock))
+    again.hear(KEYS.official, m.Official(action=m.OfficialAction.RESUME, by="ann"))
+    assert again.tick().halted is None
+    assert again.calls[-1].number == len(table.calls) + 1, "calls go on counting"

@@ -1,0 +1,148 @@
+"""The journal survives what happens to machines."""
+
+import os
+import resource
+import signal
+from pathlib import Path
+
+import pytest
+
+from vrg.bus.messages import Call, Stage
+from vrg.coordinator.journal import Header, Journal, read_journal
+from vrg.coordinator.match import Standing
+from vrg.errors import JournalError
+
+HEADER = Header(match="m", game="g", seed=1)
+
+
+def standing(clock: float = 0.0, **changed: object) -> Standing:
+    values: dict[str, object] = {
+        "stage": Stage.PLAY_ROUND, "halted": None, "clock": clock, "total": clock, "in_stage": clock,
+        "calls": 1, "winner": None, "game": {"round": 1},
+    }  # fmt: skip
+    return Standing(**(values | changed))  # type: ignore[arg-type]
+
+
+def call(number: int) -> Call:
+    return Call(number=number, rule="tag", text="a tags b", players=["a"], poses=[], clock=1.0)
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "journal.jsonl"
+
+
+def filled(path: Path, records: int = 3) -> None:
+    with Journal(path, HEADER) as journal:
+        for i in range(records):
+            journal.append(float(i), [Stage.PLAY_ROUND], [call(i + 1)], standing(float(i)))
+
+
+def test_a_new_journal_has_nothing_to_go_on_from(path: Path) -> None:
+    with Journal(path, HEADER) as journal:
+        assert journal.standing is None
+
+
+def test_what_was_written_is_read_back(path: Path) -> None:
+    filled(path)
+    header, records = read_journal(path)
+    assert header == HEADER
+    assert [r.n for r in records] == [1, 2, 3]
+    assert records[2].calls == [call(3)]
+
+
+def test_a_journal_is_taken_up_where_it_ended(path: Path) -> None:
+    filled(path)
+    with Journal(path, HEADER) as journal:
+        assert journal.standing == standing(2.0)
+        journal.append(9.0, [], [call(4)], standing(9.0))
+    assert [r.n for r in read_journal(path)[1]] == [1, 2, 3, 4]
+
+
+@pytest.mark.parametrize("torn", [1, 10, 100])
+def test_a_torn_last_line_is_dropped_and_the_rest_is_good(path: Path, torn: int) -> None:
+    filled(path)
+    path.write_bytes(path.read_bytes()[:-torn])
+    with Journal(path, HEADER) as journal:
+        assert journal.standing == standing(1.0)
+        journal.append(9.0, [], [], standing(9.0))
+    assert [r.n for r in read_journal(path)[1]] == [1, 2, 3]
+
+
+def test_every_cut_leaves_a_journal_that_can_be_taken_up(path: Path) -> None:
+    filled(path)
+    whole = path.read_bytes()
+    for cut in range(0, len(whole), 17):
+        path.write_bytes(whole[:cut])
+        with Journal(path, HEADER) as journal:
+            journal.append(1.0, [], [], standing(1.0))
+        assert read_journal(path)[1][-1].standing == standing(1.0)
+
+
+def test_damage_before_the_last_line_is_told_with_its_line(path: Path) -> None:
+    filled(path)
+    lines = path.read_bytes().splitlines(keepends=True)
+    lines[2] = b"{}\n"
+    path.write_bytes(b"".join(lines))
+    with pytest.raises(JournalError, match=r"journal.jsonl:3: expected a record"):
+        read_journal(path)
+
+
+def test_the_journal_of_another_match_is_refused(path: Path) -> None:
+    filled(path)
+    with pytest.raises(JournalError, match="choose another run folder"):
+        Journal(path, Header(match="m", game="g", seed=2))
+
+
+def test_a_second_writer_is_refused(path: Path) -> None:
+    with Journal(path, HEADER), pytest.raises(JournalError, match="another coordinator is writing it"):
+        Journal(path, HEADER)
+    filled(path)
+
+
+def test_the_clock_of_the_newest_tick_is_kept_beside(path: Path) -> None:
+    filled(path)
+    with Journal(path, HEADER) as journal:
+        journal.mark(standing(2.7))
+    with Journal(path, HEADER) as journal:
+        assert journal.standing == standing(2.7)
+        journal.append(3.0, [], [], standing(3.0))
+        assert journal.standing == standing(3.0), "a mark of before the last record is old"
+
+
+@pytest.mark.parametrize("damage", [b"", b"{", b"x" * 120])
+def test_a_damaged_clock_mark_is_ignored(path: Path, damage: bytes) -> None:
+    filled(path)
+    path.with_name("journal.jsonl.clock").write_bytes(damage)
+    with Journal(path, HEADER) as journal:
+        assert journal.standing == standing(2.0)
+
+
+def test_a_full_disk_is_told_and_the_journal_stays_whole(path: Path) -> None:
+    filled(path)
+    before = path.read_bytes()
+    with Journal(path, HEADER) as journal:
+        limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+        handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (len(before) + 20, limits[1]))
+        try:
+            with pytest.raises(JournalError, match="free some space"):
+                journal.append(9.0, [], [call(4)], standing(9.0))
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+            signal.signal(signal.SIGXFSZ, handler)
+        assert path.read_bytes() == before
+        journal.append(9.0, [], [call(4)], standing(9.0))
+    assert [r.n for r in read_journal(path)[1]] == [1, 2, 3, 4]
+
+
+def test_a_folder_that_is_not_there_is_told(tmp_path: Path) -> None:
+    with pytest.raises(JournalError, match="cannot be opened"):
+        Journal(tmp_path / "no" / "journal.jsonl", HEADER)
+
+
+def test_closing_twice_is_harmless(path: Path) -> None:
+    journal = Journal(path, HEADER)
+    journal.close()
+    journal.close()
+    assert not os.path.exists(f"/proc/self/fd/{journal._file}")

@@ -1,0 +1,270 @@
+"""The stages of Algorithm 3.1 and what an official may do, with a rule book made for it."""
+
+from collections.abc import Sequence
+
+import pytest
+from msgspec import structs
+
+from vrg.bus.messages import Official, OfficialAction, PlayerStatus, Pose, Stage, Zone
+from vrg.coordinator.match import PLACE_AGAIN, Match, Outcome
+from vrg.coordinator.rulebook import Field, Finding, GameState, Verdict
+from vrg.errors import ConfigError
+
+
+class State(GameState, frozen=True, kw_only=True):
+    """Points of the only team."""
+
+    points: int = 0
+
+
+class Book:
+    """A game of two rounds: a player scores by being right of x = 10, fouls left of x = 0; 3 points end a round."""
+
+    name = "test-game"
+    rounds = 2
+    state_type = State
+
+    def initial(self) -> State:
+        return State()
+
+    def obstacles_to_start(self, state: State, now: Field) -> list[str]:
+        return [] if "a" in now.poses and now.poses["a"].x < 5 else ["a is not at home"]
+
+    def judge(self, state: State, before: Field, now: Field, clock: float) -> Verdict[State]:
+        x = now.poses["a"].x
+        if x < 0:
+            return Verdict(state, [_finding("foul", foul=True)])
+        if x > 10:
+            state = structs.replace(state, points=state.points + 1)
+            over = state.points % 3 == 0
+            winner = "team" if over and state.round == 2 else None
+            return Verdict(state, [_finding("goal")], round_over=over, winner=winner)
+        return Verdict(state)
+
+    def obstacles_to_resume(self, state: State, now: Field) -> list[str]:
+        return [] if now.poses["a"].x >= 0 else ["a is still outside"]
+
+    def next_round(self, state: State, now: Field) -> Verdict[State]:
+        return Verdict(structs.replace(state, round=state.round + 1))
+
+    def statuses(self, state: State, stage: Stage, now: Field) -> list[PlayerStatus]:
+        return [PlayerStatus(name="a", team="team", role="r", state="s", may_move=True, radius=0.3, mark=Pose(0, 0, 0))]
+
+    def zones(self, state: State) -> list[Zone]:
+        return []
+
+    def score(self, state: State) -> dict[str, int]:
+        return {"team": state.points}
+
+    def speed_limits(self, seed: int) -> dict[str, float]:
+        return {}
+
+    def overrule(self, state: State, action: OfficialAction, subject: str, value: str) -> State:
+        if action is not OfficialAction.SET_SCORE:
+            raise ConfigError(["only scores here"])
+        return structs.replace(state, points=int(value))
+
+
+def _finding(rule: str, foul: bool = False) -> Finding:
+    return Finding(rule=rule, text=rule, players=("a",), poses=(Pose(0, 0, 0),), foul=foul)
+
+
+def at(x: float) -> Field:
+    return Field({"a": Pose(x, 0, 0)})
+
+
+def playing() -> Match:
+    match = Match(Book(), lineup_limit=60.0)
+    match.step(0.1, at(1), [])
+    assert match.stage is Stage.PLAY_ROUND
+    return match
+
+
+def official(action: OfficialAction, subject: str | None = None, value: str | None = None) -> Official:
+    return Official(action=action, by="ann", reason="because", subject=subject, value=value)
+
+
+def rules(outcome: Outcome) -> list[str]:
+    return [f.rule for f in outcome.findings]
+
+
+def play(match: Match, xs: Sequence[float]) -> list[str]:
+    called: list[str] = []
+    for x in xs:
+        called += rules(match.step(0.1, at(x), []))
+    return called
+
+
+def test_a_match_waits_for_its_conditions_and_lists_what_is_missing() -> None:
+    match = Match(Book(), 60.0)
+    assert not match.step(0.1, at(7), ["b does not report"])
+    assert match.stage is Stage.INITIALIZE
+    assert match.waiting == ["b does not report", "a is not at home"]
+    assert match.clock == 0.0
+
+
+def test_it_begins_when_nothing_is_missing() -> None:
+    match = Match(Book(), 60.0)
+    outcome = match.step(0.1, at(1), [])
+    assert rules(outcome) == ["begin"]
+    assert outcome.stages == [Stage.PLAY_ROUND]
+
+
+def test_the_clock_runs_in_play_alone() -> None:
+    match = playing()
+    play(match, [1] * 10)
+    assert match.clock == pytest.approx(1.0)
+    play(match, [-1, -1, -1])
+    assert match.stage is Stage.FOUL
+    assert match.clock == pytest.approx(1.1), "the tick in which the foul happened was play"
+
+
+def test_after_a_foul_play_goes_on_when_the_rules_say_so() -> None:
+    match = playing()
+    assert play(match, [-1]) == ["foul"]
+    assert play(match, [-1]) == []
+    assert match.waiting == ["a is still outside"]
+    play(match, [1])
+    assert match.stage is Stage.PLAY_ROUND
+    assert match.waiting == []
+
+
+def test_a_round_ends_then_the_next_is_set_up() -> None:
+    match = playing()
+    assert play(match, [11, 11, 11]) == ["goal"] * 3
+    assert match.stage is Stage.ROUND_OVER
+    stages = [stage for _ in range(25) for stage in match.step(0.1, at(1), []).stages]
+    assert stages == [Stage.INITIALIZE, Stage.PLAY_ROUND]
+    assert match.game.round == 2
+    assert match.clock < 0.5
+    assert match.total == pytest.approx(0.3 + match.clock), "the match's clock is not set back"
+
+
+def _finished() -> Match:
+    match = playing()
+    play(match, [11, 11, 11, *[1] * 22, 11, 11, 11])
+    return match
+
+
+def test_the_game_ends_with_a_winner() -> None:
+    match = _finished()
+    outcome = match.step(0.1, at(1), [])
+    assert rules(outcome) == ["game_over"]
+    assert match.over
+    assert match.winner == "team"
+    assert not match.step(0.1, at(11), []), "nothing is judged any more"
+
+
+def test_halt_stops_clock_and_robots_and_nothing_is_judged() -> None:
+    match = playing()
+    assert rules(match.decide(official(OfficialAction.HALT), at(1), [])) == ["halt"]
+    assert play(match, [11, -1]) == []
+    assert match.clock == 0.0
+    state = match.state(at(1), estop=False)
+    assert state.halted == "called by ann (because)"
+    assert not any(p.may_move for p in state.players)
+
+
+def test_what_moved_during_a_halt_is_not_swept() -> None:
+    match = playing()
+    match.halt("x")
+    match.step(0.1, at(1), [])
+    match.decide(official(OfficialAction.RESUME), at(1), [])
+    seen: list[Field] = []
+    book_judge = match._book.judge
+
+    def judge(state: State, before: Field, now: Field, clock: float) -> Verdict[State]:
+        seen.append(before)
+        return book_judge(state, before, now, clock)
+
+    match._book.judge = judge
+    match.step(0.1, at(4), [])
+    assert seen == [at(4)]
+
+
+def test_resume_is_refused_while_something_is_missing_and_says_what() -> None:
+    match = playing()
+    match.halt("x")
+    outcome = match.decide(official(OfficialAction.RESUME), at(1), ["b does not report"])
+    assert rules(outcome) == ["refused"]
+    assert "b does not report" in outcome.findings[0].text
+    assert match.halted
+    assert rules(match.decide(official(OfficialAction.RESUME), at(1), [])) == ["resume"]
+    assert match.halted is None
+    assert match.stage is Stage.PLAY_ROUND
+
+
+def test_reasons_to_halt_add_up_and_are_told_once() -> None:
+    match = playing()
+    match.halt("one")
+    match.halt("two")
+    assert not match.halt("one")
+    assert match.halted == "one; two"
+
+
+def test_what_is_not_halted_cannot_be_resumed() -> None:
+    assert rules(playing().decide(official(OfficialAction.RESUME), at(1), [])) == ["refused"]
+
+
+def test_an_official_ends_a_match() -> None:
+    match = playing()
+    outcome = match.decide(official(OfficialAction.END), at(1), [])
+    assert rules(outcome) == ["ended"]
+    assert match.over
+    assert match.winner == "nobody"
+
+
+def test_an_official_overrules_and_the_call_says_so() -> None:
+    match = playing()
+    outcome = match.decide(official(OfficialAction.SET_SCORE, "team", "2"), at(1), [])
+    assert outcome.findings[0].text == "ann: set-score team 2 (because)"
+    assert match.game.points == 2
+
+
+def test_an_impossible_decision_changes_nothing() -> None:
+    match = playing()
+    outcome = match.decide(official(OfficialAction.SET_ROLE, "a", "b"), at(1), [])
+    assert rules(outcome) == ["refused"]
+    assert "only scores here" in outcome.findings[0].text
+
+
+@pytest.mark.parametrize("action", list(OfficialAction))
+def test_after_the_end_nothing_can_be_decided(action: OfficialAction) -> None:
+    match = _finished()
+    match.step(0.1, at(1), [])
+    assert rules(match.decide(official(action), at(1), [])) == ["refused"]
+
+
+def test_players_that_do_not_line_up_are_put_on_their_marks_again_and_again() -> None:
+    class Stubborn(Book):
+        def obstacles_to_start(self, state: State, now: Field) -> list[str]:
+            return ["a is 3.0 m from its mark"]
+
+    match = Match(Stubborn(), lineup_limit=5.0)
+    placed = [i for i in range(300) if match.step(0.1, at(7), []).place]
+    assert placed[0] in (49, 50)
+    assert placed[1] - placed[0] == pytest.approx(PLACE_AGAIN / 0.1, abs=1)
+
+
+def test_nobody_is_put_anywhere_while_a_player_is_absent() -> None:
+    match = Match(Book(), lineup_limit=1.0)
+    assert not any(match.step(0.1, at(7), ["a does not report"]) for _ in range(100))
+
+
+def test_a_match_taken_up_again_stands_where_it_was_in_halt() -> None:
+    match = playing()
+    play(match, [1, 1, 11, 1])
+    again = Match(Book(), 60.0, match.standing())
+    assert (again.stage, again.clock, again.game) == (Stage.PLAY_ROUND, pytest.approx(match.clock), match.game)
+    assert again.halted == "the coordinator was restarted"
+    again.decide(official(OfficialAction.RESUME), at(1), [])
+    assert play(again, [11]) == ["goal"]
+    assert again.game.points == 2
+
+
+def test_a_match_that_was_over_stays_over() -> None:
+    match = _finished()
+    match.step(0.1, at(1), [])
+    again = Match(Book(), 60.0, match.standing())
+    assert again.over
+    assert again.halted is None

@@ -1,0 +1,116 @@
+"""A whole match in one process: it ends, it is repeatable, and its players behave."""
+
+import math
+from pathlib import Path
+
+import pytest
+
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import Stage
+from vrg.bus.node import Node, Tick
+from vrg.config import MatchSetup, load_match, match_path
+from vrg.coordinator.journal import read_journal
+from vrg.geometry import Rectangle, outline_distance
+from vrg.hal.models import robot_model
+from vrg.launch.in_process import Ending, play
+from vrg.launch.nodes import open_journal
+from vrg.launch.run_folder import RunFolder
+
+
+class Witness(Node):
+    """Watches where everybody is, from the world's own mouth."""
+
+    kind = "witness"
+
+    def __init__(self, setup: MatchSetup) -> None:
+        super().__init__("witness", Mailbox(), 0.1)
+        self.poses = self.mailbox.subscribe(setup.keys.poses)
+        self.states = self.mailbox.subscribe(setup.keys.referee_state)
+        self.field = Rectangle(16.0, -32.0, 26.0, -13.0)
+        self.out: list[str] = []
+        self.touches: list[tuple[str, str]] = []
+        self.inactive_moves: list[str] = []
+        self._stood: dict[str, tuple[float, float]] = {}
+
+    def tick(self, tick: Tick) -> None:
+        assert self.poses.latest is not None
+        bodies = self.poses.latest.body.bodies
+        size = (robot_model("P2AT").length, robot_model("P2AT").width)
+        self.out += [b.name for b in bodies if not self.field.contains(b.pose.x, b.pose.y)]
+        for i, a in enumerate(bodies):
+            for b in bodies[:i]:
+                near = math.dist((a.pose.x, a.pose.y), (b.pose.x, b.pose.y)) < 0.8
+                if near and outline_distance(a.pose, b.pose, size, size) < 0.005 and not self._hunt(a.name, b.name):
+                    self.touches.append((a.name, b.name))
+        state = self.states.latest
+        if state is None or state.body.stage is not Stage.PLAY_ROUND:
+            self._stood.clear()
+            return
+        for body in bodies:
+            status = state.body.player(body.name)
+            if status is not None and status.state == "inactive" and body.v == 0.0:
+                place = self._stood.setdefault(body.name, (body.pose.x, body.pose.y))
+                if math.dist(place, (body.pose.x, body.pose.y)) > 0.05:
+                    self.inactive_moves.append(body.name)
+
+    def _hunt(self, a: str, b: str) -> bool:
+        """Whether one is a shark and the other a minnow: they meet within 0.3 m, and a tag is no time to brake."""
+        assert self.states.latest is not None
+        return {p.role for p in self.states.latest.body.players if p.name in (a, b)} == {"shark", "minnow"}
+
+
+def setup_for(engine: str, seed: int) -> MatchSetup:
+    return load_match(match_path("sharks-and-minnows"), engine=engine, seed=seed, lasers=False)
+
+
+def played(folder: Path, engine: str, seed: int) -> tuple[Ending, bytes, Witness]:
+    folder.mkdir(exist_ok=True)
+    setup, run = setup_for(engine, seed), RunFolder(folder)
+    witness = Witness(setup)
+    with open_journal(setup, run) as journal:
+        ending = play(setup, journal, watchers=[witness], limit=900.0)
+    return ending, run.journal.read_bytes(), witness
+
+
+@pytest.mark.parametrize("engine", ["planar", "pybullet"])
+def test_the_match_of_the_thesis_is_played_to_its_end(tmp_path: Path, engine: str) -> None:
+    ending, _, witness = played(tmp_path, engine, 0)
+    state = ending.state
+    assert state.stage is Stage.GAME_OVER
+    assert state.winner in ("sharks", "minnows")
+    inactive_or_shark = sum(p.role == "shark" or p.state == "inactive" for p in state.players)
+    assert state.score["sharks"] == inactive_or_shark - 1
+    assert witness.out == [], "nobody leaves the field"
+    assert witness.inactive_moves == [], "whoever is tagged stands"
+
+
+@pytest.mark.parametrize("engine", ["planar", "pybullet"])
+def test_one_seed_gives_one_journal_byte_for_byte(tmp_path: Path, engine: str) -> None:
+    first = played(tmp_path / "a", engine, 4)[1]
+    assert played(tmp_path / "b", engine, 4)[1] == first
+    assert played(tmp_path / "c", engine, 5)[1] != first
+
+
+def test_nobody_runs_into_anybody_but_a_shark_into_its_prey(tmp_path: Path) -> None:
+    for seed in range(4):
+        witness = played(tmp_path / str(seed), "planar", seed)[2]
+        assert witness.touches == []
+
+
+def test_the_journal_tells_the_whole_story(tmp_path: Path) -> None:
+    ending, _, _ = played(tmp_path, "planar", 1)
+    _, records = read_journal(tmp_path / "journal.jsonl")
+    calls = [call for record in records for call in record.calls]
+    assert [c.number for c in calls] == list(range(1, len(calls) + 1))
+    tags = [c for c in calls if c.rule in ("tag", "out_of_bounds") and c.players[0] != "player1"]
+    assert len(tags) == ending.state.score["sharks"]
+    assert [c.rule for c in calls if c.rule in ("begin", "pass_over", "game_over")][-1] == "game_over"
+    assert records[-1].standing.winner == ending.state.winner
+
+
+def test_a_match_can_be_broken_off(tmp_path: Path) -> None:
+    setup = setup_for("planar", 0)
+    with open_journal(setup, RunFolder(tmp_path)) as journal:
+        ending = play(setup, journal, pace=lambda time: time < 5.0)
+    assert ending.time == pytest.approx(5.0, abs=0.05)
+    assert ending.state.stage is not Stage.GAME_OVER

@@ -1,0 +1,38 @@
+"""Run folders."""
+
+from datetime import datetime
+from pathlib import Path
+
+import pytest
+
+from vrg.launch.run_folder import RunFolder, write_json, write_whole
+
+NOW = datetime(2026, 5, 17, 14, 3, 9)
+
+
+def test_a_run_has_a_folder_of_its_own_with_the_match_file(tmp_path: Path) -> None:
+    first = RunFolder.create(tmp_path / "runs", "final", NOW, "name = 'final'\n")
+    second = RunFolder.create(tmp_path / "runs", "final", NOW, "")
+    assert first.path.name == "final-20260517-140309"
+    assert second.path.name == "final-20260517-140309-2"
+    assert first.match_file.read_text() == "name = 'final'\n"
+    assert first.logs.is_dir()
+
+
+def test_a_file_is_replaced_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "f"
+    write_whole(path, b"old")
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.replace", full)
+    with pytest.raises(OSError, match="No space"):
+        write_whole(path, b"new")
+    assert path.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [path], "nothing half-written is left"
+
+
+def test_json_is_for_people_too(tmp_path: Path) -> None:
+    write_json(tmp_path / "r.json", {"winner": "sharks"})
+    assert (tmp_path / "r.json").read_text() == '{\n  "winner": "sharks"\n}\n'

@@ -1,0 +1,122 @@
+"""The matches that system tests share, and those that they have to themselves."""
+
+import contextlib
+import itertools
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import NoReturn
+
+import pytest
+
+from tests.system.harness import Disk, Match, long_match
+
+CI = bool(os.environ.get("CI"))
+
+
+class Arena:
+    """Holds at most one match at a time: two would share two cores."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._numbers = itertools.count(1)
+        self._shared: Match | None = None
+
+    def shared(self) -> Match:
+        """A long match in play that tests use one after the other; another one where the last test spoilt it."""
+        if self._shared is None or not self._shared.healthy:
+            self.clear()
+            self._shared = self.start(long_match("long"))
+        return self._shared
+
+    def start(self, text: str, **options: object) -> Match:
+        """A match of its own; the caller closes it."""
+        self.clear()
+        folder = self._folder / f"match{next(self._numbers)}"
+        folder.mkdir()
+        return Match(folder, text, **options).__enter__()  # type: ignore[arg-type]
+
+    def clear(self) -> None:
+        """End the shared match, if there is one; no process of it is left."""
+        if self._shared is not None:
+            match, self._shared = self._shared, None
+            match.close()
+
+
+@pytest.fixture(scope="session")
+def arena(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Arena]:
+    arena = Arena(tmp_path_factory.mktemp("arena"))
+    yield arena
+    arena.clear()
+
+
+@pytest.fixture
+def match(arena: Arena) -> Match:
+    """The shared match, in play, with every minnow moving."""
+    return arena.shared()
+
+
+@pytest.fixture
+def start(arena: Arena) -> Iterator[Callable[..., Match]]:
+    """Starts a match for one test alone; no process of it is left at the end."""
+    with contextlib.ExitStack() as stack:
+
+        def make(text: str, **options: object) -> Match:
+            running = arena.start(text, **options)
+            stack.callback(running.close)
+            return running
+
+        yield make
+
+
+def missing(what: str) -> NoReturn:
+    """Skip for want of something on this machine; CI has everything, so there it is an error."""
+    if CI:
+        pytest.fail(f"CI must have it: {what}")
+    pytest.skip(what)
+
+
+@pytest.fixture(scope="module")
+def display() -> Iterator[str]:
+    """A virtual screen on a display of its own."""
+    if shutil.which("Xvfb") is None:
+        missing("Xvfb is not installed: no screen for the spectator's window")
+    out, into = os.pipe()
+    process = subprocess.Popen(
+        ["Xvfb", "-displayfd", str(into), "-screen", "0", "1280x800x24", "-nolisten", "tcp"],
+        pass_fds=[into],
+        stderr=subprocess.DEVNULL,
+    )
+    os.close(into)
+    try:
+        with os.fdopen(out) as answer:
+            number = answer.readline().strip()
+        assert number, "Xvfb found no free display"
+        yield f":{number}"
+    finally:
+        process.terminate()
+        process.wait(10)
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Iterator[Disk]:
+    """A file system of 2 MB: mounted by root, or in a user's own namespace."""
+    folder = tmp_path / "small"
+    folder.mkdir()
+    options = ["-t", "tmpfs", "-o", "size=2m", "tmpfs"]
+    if sys.platform != "linux":
+        missing("only Linux mounts a small disk for a test")
+    if os.geteuid() == 0 and subprocess.run(["mount", *options, folder], check=False).returncode == 0:
+        try:
+            yield Disk(folder)
+        finally:
+            subprocess.run(["umount", "--lazy", folder], check=True)
+        return
+    script = f'mount {" ".join(options)} "$0" && exec "$@"'
+    wrap = ("unshare", "--user", "--map-root-user", "--mount", "sh", "-c", script, str(folder))
+    if subprocess.run([*wrap, "true"], check=False, capture_output=True).returncode != 0:
+        missing("neither root nor a user namespace: no small disk can be mounted")
+    yield Disk(folder, wrap, lambda pid: Path(f"/proc/{pid}/root{folder}"))

@@ -1,0 +1,477 @@
+"""Real matches of real processes, and an observer on their bus.
+
+Waits have deadlines in real time and conditions on what was observed; how long something took is told in match time
+only, from the stamps of messages.
+"""
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections import defaultdict, deque
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import psutil
+import zenoh
+
+from vrg.bus import messages as m
+from vrg.bus.codec import Received, decode
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.session import Session, configure, open_session
+from vrg.bus.topics import Keys, name_in
+from vrg.errors import MessageError
+from vrg.launch.run_folder import RunFolder
+
+PATIENCE = 30.0
+"""s of real time: far more than anything waited for takes, also on a busy machine."""
+AT_REST = 0.02
+"""m/s below which a robot stands, and rad/s / 2."""
+FRESH_FOR = 90.0
+"""s of play after which a shared match is too near its end for another test."""
+
+MINNOWS = ("ann", "bob", "cid")
+PLAYERS = ("shark", *MINNOWS)
+
+
+def match_text(name: str, *, length: float, width: float, zone: float, rules: str = "", rate: float = 1.0) -> str:
+    """A match file: one shark and three minnows, one pass, on open ground; they drive along y."""
+    half, side = length / 2, width / 2
+    places = {
+        "shark": (0.0, zone / 2 - half, 90.0),
+        "ann": (1.2 - side, half - zone / 2, -90.0),
+        "bob": (0.0, half - zone / 2, -90.0),
+        "cid": (side - 1.2, half - zone / 2, -90.0),
+    }
+    head = f"""
+name = "{name}"
+game = "sharks-and-minnows"
+map = "open"
+engine = "planar"
+rate = {rate}
+seed = 5
+
+[rules]
+x = [{-side}, {side}]
+y = [{-half}, {half}]
+zone_depth = {zone}
+{rules}
+"""
+    players = [
+        f'[[players]]\nname = "{player}"\nrole = "{"shark" if player == "shark" else "minnow"}"\n'
+        f"x = {x}\ny = {y}\nheading = {heading}\n"
+        for player, (x, y, heading) in places.items()
+    ]
+    return "\n".join([head, *players])
+
+
+def long_match(name: str) -> str:
+    """Two minutes pass before a shark and a minnow can meet."""
+    return match_text(name, length=190.0, width=60.0, zone=6.0)
+
+
+def short_match(name: str) -> str:
+    """Over in half a minute, whoever wins."""
+    return match_text(name, length=13.0, width=9.0, zone=2.5, rules="pass_limit = 25.0", rate=2.0)
+
+
+@dataclass
+class Heard:
+    """Everything that was heard, in the order of its arrival."""
+
+    clocks: list[Received[m.Clock]] = field(default_factory=list)
+    poses: list[Received[m.Poses]] = field(default_factory=list)
+    states: list[Received[m.RefereeState]] = field(default_factory=list)
+    calls: list[m.Call] = field(default_factory=list)
+    drives: dict[str, list[Received[m.Drive]]] = field(default_factory=lambda: defaultdict(list))
+    reports: dict[str, list[Received[m.Report]]] = field(default_factory=lambda: defaultdict(list))
+    robots: dict[str, list[Received[m.RobotState]]] = field(default_factory=lambda: defaultdict(list))
+    limits: dict[str, float] = field(default_factory=dict)
+    estops: list[tuple[float, m.Estop]] = field(default_factory=list)
+    """With the match time of the newest clock that had arrived before."""
+    bad: int = 0
+
+
+class Observer:
+    """Hears a match as any other process of it does; speaks as an official.
+
+    Args:
+        session: open. keys: of the match.
+        alert: called at each look; raises where waiting has become useless.
+    """
+
+    def __init__(self, session: Session, keys: Keys, alert: Callable[[], None] = lambda: None) -> None:
+        self.keys = keys
+        self.heard = Heard()
+        self._session = session
+        self._alert = alert
+        self._mailbox = Mailbox()
+        self._arrivals: deque[tuple[str, bytes]] = deque()
+        self._pause = threading.Event()
+        topics = (
+            keys.clock, keys.poses, keys.drive(), keys.robot_state(), keys.report(), keys.referee_state,
+            keys.referee_event, keys.speed_limit(), keys.estop,
+        )  # fmt: skip
+        for topic in topics:
+            session.watch_raw(topic.key, lambda key, payload: self._arrivals.append((key, payload)))
+
+    def look(self) -> None:
+        """Take in what has arrived."""
+        self._alert()
+        while self._arrivals:
+            self._hear(*self._arrivals.popleft())
+
+    def _hear(self, key: str, payload: bytes) -> None:
+        topic = self.keys.topic_of(key)
+        assert topic is not None
+        try:
+            received: Received = decode(payload, topic.type, key)
+        except MessageError:
+            self.heard.bad += 1
+            return
+        heard = self.heard
+        match received.body:
+            case m.Clock():
+                heard.clocks.append(received)
+            case m.Poses():
+                heard.poses.append(received)
+            case m.RefereeState():
+                heard.states.append(received)
+            case m.Call() as call:
+                heard.calls.append(call)
+            case m.Drive():
+                heard.drives[name_in(key)].append(received)
+            case m.Report():
+                heard.reports[name_in(key)].append(received)
+            case m.RobotState():
+                heard.robots[name_in(key)].append(received)
+            case m.SpeedLimit() as limit:
+                heard.limits[name_in(key)] = limit.v_max
+            case m.Estop() as estop:
+                heard.estops.append((self.now, estop))
+
+    def wait_until(self, condition: Callable[[], object], what: str, patience: float = PATIENCE) -> None:
+        """Look until the condition holds.
+
+        Raises:
+            AssertionError: it does not within `patience` seconds of real time; tells what was heard last.
+        """
+        deadline = time.monotonic() + patience
+        while True:
+            self.look()
+            if condition():
+                return
+            assert time.monotonic() < deadline, f"waited {patience:g} s for {what}; {self._situation()}"
+            self._pause.wait(0.01)
+
+    def _situation(self) -> str:
+        state = self.heard.states[-1].body if self.heard.states else None
+        modes = {name: reports[-1].body.mode for name, reports in self.heard.reports.items()}
+        words = "no referee" if state is None else f"{state.stage}, halted: {state.halted}, waiting: {state.waiting}"
+        return (
+            f"match time {self.now:.2f}, {words}, modes {modes}, last calls {[c.text for c in self.heard.calls[-3:]]}"
+        )
+
+    @property
+    def now(self) -> float:
+        """Match time of the newest clock, s."""
+        return self.heard.clocks[-1].stamp if self.heard.clocks else 0.0
+
+    @property
+    def epoch(self) -> int:
+        """Of the world."""
+        return self.heard.clocks[-1].body.epoch
+
+    @property
+    def state(self) -> m.RefereeState:
+        """The referee's newest."""
+        return self.heard.states[-1].body
+
+    @property
+    def playing(self) -> bool:
+        """Play goes on."""
+        return bool(self.heard.states) and self.state.stage is m.Stage.PLAY_ROUND and self.state.halted is None
+
+    def mode(self, player: str) -> str:
+        """What a player last reported to do."""
+        return self.heard.reports[player][-1].body.mode
+
+    def body(self, name: str, poses: Received[m.Poses] | None = None) -> m.Body:
+        """A robot in the newest poses, or in the given ones."""
+        return next(b for b in (poses or self.heard.poses[-1]).body.bodies if b.name == name)
+
+    def moving(self, *names: str) -> bool:
+        """Whether all of these robots drive, by the newest poses."""
+        return bool(self.heard.poses) and all(abs(self.body(name).v) > 0.1 for name in names)
+
+    def standing(self, *names: str) -> bool:
+        """Whether all of these robots stand, by the newest poses."""
+        return all(at_rest(self.body(name)) for name in names or PLAYERS)
+
+    def first_rest(self, name: str, since: int) -> float | None:
+        """Match time from which a robot stood, among the poses heard from number `since` on; None = it drove on."""
+        for poses in self.heard.poses[since:]:
+            if at_rest(self.body(name, poses)):
+                return poses.stamp
+        return None
+
+    def time_passes(self, seconds: float, what: str) -> None:
+        """Wait until that much match time has gone by."""
+        until = self.now + seconds
+        self.wait_until(lambda: self.now >= until, f"{seconds} s of match time: {what}")
+
+    def decide(self, action: m.OfficialAction, subject: str | None = None, value: str | None = None) -> None:
+        """Speak as an official."""
+        self._mailbox.publish(
+            self.keys.official, m.Official(action=action, by="observer", subject=subject, value=value)
+        )
+        out = self._mailbox.collect()
+        assert self._session.wait_for_listener(self.keys.official.key, self.keys.official.qos, PATIENCE)
+        self._session.send(out)
+
+
+def at_rest(body: m.Body) -> bool:
+    """Whether a robot stands."""
+    return abs(body.v) < AT_REST and abs(body.w) < 2 * AT_REST
+
+
+@dataclass(frozen=True)
+class Disk:
+    """A small file system of its own for run folders.
+
+    Args:
+        folder: where the match sees it.
+        wrap: put before the launcher's command.
+        reach: the folder as this process sees it, by the launcher's pid.
+    """
+
+    folder: Path
+    wrap: tuple[str, ...] = ()
+    reach: Callable[[int], Path] | None = None
+
+
+class Match:
+    """A match that `vrg play` runs as processes; a context manager that leaves none of them behind.
+
+    Args:
+        folder: a fresh one for this match's files and state.
+        text: of the match file.
+        environment: added to this process' own.
+        window: with a spectator's window.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        text: str,
+        *,
+        environment: dict[str, str] | None = None,
+        window: bool = False,
+        disk: Disk | None = None,
+    ) -> None:
+        self.file = folder / "match.toml"
+        self.file.write_text(text, encoding="utf-8")
+        self.output = folder / "output.txt"
+        self._disk = disk or Disk(folder / "runs")
+        self._state_home = folder / "state"
+        self._state_home.mkdir()
+        # Tests of the windows, collected in the same run, ask SDL for no screen.
+        gone = ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER", "SDL_AUDIODRIVER")
+        self._environment = {k: v for k, v in os.environ.items() if k not in gone} | (environment or {})
+        self._environment |= {"XDG_STATE_HOME": str(self._state_home), "PYTHONUNBUFFERED": "1"}
+        command = [sys.executable, "-m", "vrg", "play", str(self.file), "--runs", str(self._disk.folder)]
+        with self.output.open("wb") as output:
+            self.launcher = subprocess.Popen(
+                [*self._disk.wrap, *command, *([] if window else ["--headless"])],
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                env=self._environment,
+                start_new_session=True,
+            )
+        self._resources = contextlib.ExitStack()
+        self._closed = False
+
+    def __enter__(self) -> "Match":
+        try:
+            self._connect()
+        except BaseException:
+            self.close()
+            raise
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _connect(self) -> None:
+        registry = self._state_home / "vrg"
+        wait_until(lambda: list(registry.glob("*.json")), "the match to register itself", self._check_launcher)
+        entry = json.loads(next(registry.glob("*.json")).read_text())
+        assert entry["pid"] == self.launcher.pid
+        self.endpoint: str = entry["router"]
+        self.keys = Keys(entry["match"])
+        run = Path(entry["run"])
+        if self._disk.reach is not None:
+            run = self._disk.reach(self.launcher.pid) / run.relative_to(self._disk.folder)
+        self.run = RunFolder(run)
+        self.observer = self.join()
+        self.observer.wait_until(lambda: self.observer.playing, "play to begin")
+        self.observer.wait_until(lambda: self.observer.moving(*MINNOWS), "minnows to move")
+
+    def join(self) -> Observer:
+        """A further observer, from now on."""
+        session = self._resources.enter_context(open_session(self.endpoint))
+        return Observer(session, self.keys, self._check_launcher)
+
+    def _check_launcher(self) -> None:
+        assert self.launcher.poll() is None, f"vrg play ended with status {self.launcher.returncode}:\n{self.said()}"
+
+    def said(self) -> str:
+        """What the launcher has printed so far, unwrapped."""
+        return " ".join(self.output.read_text(encoding="utf-8", errors="replace").split())
+
+    def log(self, name: str) -> str:
+        """A process' log so far."""
+        return (self.run.logs / f"{name}.log").read_text(encoding="utf-8", errors="replace")
+
+    def child(self, name: str) -> psutil.Process:
+        """The process of a player by its name, or of `router`, `world`, `coordinator`, `recorder`, `spectator`."""
+        for process in psutil.Process(self.launcher.pid).children():
+            with contextlib.suppress(psutil.NoSuchProcess):
+                arguments = process.cmdline()[3:]
+                kind = arguments[0] if arguments else ""
+                if name == (arguments[2] if kind == "player" else kind):
+                    return process
+        raise AssertionError(f"no process {name} runs; {self.said()}")
+
+    def vrg(self, *arguments: str, timeout: float = 60.0) -> subprocess.CompletedProcess[str]:
+        """Run another `vrg` command on this machine."""
+        return subprocess.run(
+            [sys.executable, "-m", "vrg", *arguments],
+            env=self._environment,
+            capture_output=True,
+            text=True,
+            timeout=timeout,
+            check=False,
+            stdin=subprocess.DEVNULL,
+        )
+
+    def command(self, *arguments: str) -> str:
+        """Run another `vrg` command that succeeds; what it printed."""
+        done = self.vrg(*arguments)
+        assert done.returncode == 0, f"vrg {' '.join(arguments)}: status {done.returncode}: {done.stdout}{done.stderr}"
+        return done.stdout
+
+    def resume(self) -> None:
+        """Go on after a halt by `vrg official resume`, once nothing hinders it; everybody who may then moves."""
+        observer = self.observer
+        observer.wait_until(lambda: observer.state.halted and not observer.state.waiting, "nothing to hinder a resume")
+        self.command("official", "resume", "--reason", "the test goes on")
+        observer.wait_until(lambda: observer.playing, "play to go on")
+        observer.wait_until(lambda: observer.moving(*MINNOWS), "minnows to move again")
+
+    def wait_replaced(self, name: str, old: psutil.Process) -> psutil.Process:
+        """Wait until another process has taken the place of one that died or hung; the old one is gone."""
+        found: list[psutil.Process] = []
+
+        def replaced() -> bool:
+            with contextlib.suppress(AssertionError):
+                found[:] = [self.child(name)]
+            return bool(found) and found[0].pid != old.pid
+
+        self.observer.wait_until(replaced, f"{name} to be started again")
+        assert not old.is_running(), f"the old {name} still runs"
+        return found[0]
+
+    def survivors(self) -> list[psutil.Process]:
+        """Every process that this match has started, the launcher included, and that runs."""
+        return [p for p in psutil.process_iter() if p.pid != os.getpid() and _lives_in(p, str(self._state_home))]
+
+    def wait_ended(self, patience: float = PATIENCE) -> int:
+        """Wait for the launcher's end, and assert that no process is left; the launcher's exit status."""
+        self._resources.close()
+        status = self.launcher.wait(patience)
+        left = self.survivors()
+        assert not left, f"left behind: {[p.cmdline() for p in left]}"
+        return status
+
+    @property
+    def healthy(self) -> bool:
+        """Whether another test can use this match: play goes on, and long enough."""
+        with contextlib.suppress(AssertionError):
+            self.observer.look()
+            self.observer.time_passes(0.3, "a sign of life")
+            return self.observer.playing and self.observer.state.clock < FRESH_FOR
+        return False
+
+    def close(self) -> None:
+        """End the match if it still runs. Idempotent.
+
+        Raises:
+            AssertionError: a process is left behind; it is killed.
+        """
+        if self._closed:
+            return
+        self._closed = True
+        self._resources.close()
+        if self.launcher.poll() is None:
+            self.launcher.send_signal(signal.SIGINT)
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                self.launcher.wait(PATIENCE)
+        left = self.survivors()
+        for process in left:
+            with contextlib.suppress(psutil.NoSuchProcess):
+                process.kill()
+        if self.launcher.poll() is None:
+            self.launcher.wait(PATIENCE)
+        assert not left, f"left behind: {left}\n{self.said()}"
+
+
+def _lives_in(process: psutil.Process, state_home: str) -> bool:
+    """Whether a process has inherited a match's state folder: nobody else has one of that name."""
+    try:
+        if process.status() == psutil.STATUS_ZOMBIE:
+            return False
+        return process.environ().get("XDG_STATE_HOME") == state_home
+    except (psutil.NoSuchProcess, psutil.AccessDenied):
+        return False
+
+
+def wait_until(
+    condition: Callable[[], object], what: str, alert: Callable[[], None] = lambda: None, patience: float = PATIENCE
+) -> None:
+    """Wait for something outside the bus.
+
+    Raises:
+        AssertionError: it does not come within `patience` seconds of real time.
+    """
+    deadline = time.monotonic() + patience
+    pause = threading.Event()
+    while not condition():
+        alert()
+        assert time.monotonic() < deadline, f"waited {patience:g} s for {what}"
+        pause.wait(0.02)
+
+
+@contextlib.contextmanager
+def raw_publisher(endpoint: str) -> Iterator[Callable[[str, bytes], None]]:
+    """Publish any bytes on any key, as a broken or foreign program might."""
+    session = zenoh.open(configure("client", connect=endpoint))
+    try:
+        yield lambda key, payload: session.put(key, payload)
+    finally:
+        session.close()
+
+
+def concrete_keys(keys: Keys, names: Sequence[str]) -> list[str]:
+    """Every key of a match that carries messages, with the robots' and players' names put in."""
+    families = [
+        keys.clock, keys.poses, keys.world_request, keys.referee_state, keys.referee_event, keys.official, keys.estop,
+    ]  # fmt: skip
+    each = [keys.drive, keys.robot_state, keys.laser, keys.speed_limit, keys.report, keys.manual]
+    return [t.key for t in families] + [of(name).key for of in each for name in names]

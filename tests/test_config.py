@@ -1,0 +1,157 @@
+"""Match files: everything wrong is said at once, with file, line and field."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from vrg.config import MatchSetup, load_match, match_path
+from vrg.errors import ConfigError
+
+GOOD = match_path("sharks-and-minnows").read_text(encoding="utf-8")
+
+
+@pytest.fixture
+def load(tmp_path: Path) -> Callable[[str], MatchSetup]:
+    def write_and_load(text: str) -> MatchSetup:
+        path = tmp_path / "match.toml"
+        path.write_text(text, encoding="utf-8")
+        return load_match(path)
+
+    return write_and_load
+
+
+Load = Callable[[str], MatchSetup]
+
+
+def problems(load: Load, text: str) -> list[str]:
+    with pytest.raises(ConfigError) as error:
+        load(text)
+    return [p.split("match.toml:")[1] for p in error.value.problems]
+
+
+def test_the_match_of_the_thesis_is_good(load: Load) -> None:
+    setup = load(GOOD)
+    assert [p.name for p in setup.file.players] == [f"player{i}" for i in range(1, 8)]
+    assert setup.rulebook().rounds == 2
+    assert setup.player("player1").pose.theta == pytest.approx(1.5708, abs=1e-4)
+
+
+def test_an_unknown_key_is_told_with_its_line(load: Load) -> None:
+    assert problems(load, GOOD.replace("seed = 0", "sed = 0")) == ["8: sed: unknown field"]
+    assert problems(load, GOOD.replace('role = "shark"', 'role = "shark"\ncolour = "red"')) == [
+        "20: players.0.colour: unknown field"
+    ]
+    assert problems(load, GOOD.replace("zone_depth", "zone_dept")) == ["14: rules.zone_dept: unknown field"]
+
+
+def test_what_is_missing_is_told_at_its_table(load: Load) -> None:
+    assert problems(load, GOOD.replace('name = "player2"\n', "")) == ["24: players.1.name: missing"]
+    assert problems(load, GOOD.replace('map = "courtyard"\n', "")) == ["1: map: missing"]
+
+
+def test_all_problems_are_told_at_once_in_the_order_of_the_file(load: Load) -> None:
+    text = GOOD.replace("seed = 0", "seed = -1").replace("tag", "tag").replace("x = 19.0", 'x = "east"')
+    text = text.replace("zone_depth = 4.0", "zone_depth = 40.0")
+    found = problems(load, text)
+    assert [int(p.split(":")[0]) for p in found] == sorted(int(p.split(":")[0]) for p in found)
+    assert [p.split(": ")[1] for p in found] == ["seed", "rules", "players.2.x"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ('map = "courtyard"', 'map = "atlantis"', "atlantis"),
+        ('engine = "pybullet"', 'engine = "warp"', "expected one of"),
+        ('game = "sharks-and-minnows"', 'game = "chess"', "game: expected one of sharks-and-minnows, got 'chess'"),
+        ('role = "shark"', 'role = "whale"', "players.0.role: expected one of shark, minnow, got 'whale'"),
+        ('role = "shark"', 'role = "shark"\nbackend = "steam"', "players.0.backend: expected one of"),
+        ('role = "shark"', 'role = "shark"\nmodel = "R2D2"', "players.0.model: expected one of"),
+        ('role = "shark"', 'role = "shark"\nstrategy = "nowhere:Nobody"', "players.0.strategy: nowhere:Nobody: cannot"),
+        ('role = "shark"', 'role = "shark"\nstrategy = "Nobody"', "expected `module:Class`"),
+        ('name = "player1"', 'name = "player 1"', "players.0.name: expected 1 to 64"),
+        ('name = "player2"', 'name = "player1"', "player1"),
+        ("x = 21.5\ny = -16.0", "x = 21.2\ny = -15.5", "overlap"),
+        ("x = 21.0\ny = -30.0", "x = 21.0\ny = -33.0", "out of bounds"),
+        ("x = 21.0\ny = -30.0", "x = 21.0\ny = -20.0", "starts in the zone"),
+        ("x = 21.0\ny = -30.0", "x = 2100.0\ny = -30.0", "player1"),
+        ("x = 21.0\ny = -30.0", "x = nan\ny = -30.0", "finite"),
+        ('role = "minnow"', 'role = "shark"', "at least 1 is needed"),
+        ("seed = 0", "rate = 0.0", "rate: "),
+        ("x = [16.0, 26.0]", "x = [26.0, 16.0]", "low border first"),
+    ],
+)
+def test_set_ups_that_cannot_be_played_are_refused(load: Load, old: str, new: str, told: str) -> None:
+    assert old in GOOD
+    found = problems(load, GOOD.replace(old, new))
+    assert any(told in p for p in found), found
+    assert all(p.split(":")[0].isdigit() for p in found), "every problem has its line"
+
+
+def test_what_is_no_toml_is_told_with_its_line(load: Load) -> None:
+    assert problems(load, GOOD + "\n[[players]\n")[0].startswith("66: not TOML")
+
+
+def test_no_players_are_refused(load: Load) -> None:
+    head = GOOD[: GOOD.index("[[players]]")]
+    assert any("players: missing" in p for p in problems(load, head))
+
+
+def test_a_file_or_a_game_can_be_named(tmp_path: Path) -> None:
+    assert match_path("sharks-and-minnows").is_file()
+    with pytest.raises(ConfigError, match="no such file"):
+        match_path("nothing.toml")
+    with pytest.raises(ConfigError, match="expected a match file"):
+        match_path("chess")
+
+
+def test_the_command_line_overrides_and_the_text_says_so() -> None:
+    setup = load_match(match_path("sharks-and-minnows"), engine="planar", seed=7, rate=2.5, lasers=None)
+    assert (setup.file.engine, setup.file.seed, setup.file.rate) == ("planar", 7, 2.5)
+    for line in ('engine = "planar"', "seed = 7", "rate = 2.5"):
+        assert line in setup.text.splitlines()
+    assert 'engine = "pybullet"' not in setup.text
+
+
+def test_an_overridden_value_is_checked_too() -> None:
+    with pytest.raises(ConfigError, match="seed"):
+        load_match(match_path("sharks-and-minnows"), seed=-3)
+
+
+STRATEGY = """
+from vrg.agents.control import Twist
+from vrg.agents.strategy import Strategy
+
+class Spinner(Strategy):
+    def act(self, view):
+        return Twist(0.0, 1.0)
+
+class NoStrategy:
+    pass
+"""
+
+
+def test_a_players_own_strategy_is_found_beside_the_match_file(load: Load, tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(STRATEGY)
+    setup = load(GOOD.replace('role = "shark"', 'role = "shark"\nstrategy = "mine.py:Spinner"'))
+    assert type(setup.strategy("player1")).__name__ == "Spinner"
+    assert type(setup.strategy("player2")).__name__ == "SharksAndMinnowsPlayer"
+
+
+def test_a_file_with_an_error_in_it_is_told_before_anything_starts(load: Load, tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text("import nothing_of_this_name\n")
+    found = problems(load, GOOD.replace('role = "shark"', 'role = "shark"\nstrategy = "mine.py:Spinner"'))
+    assert "players.0.strategy" in found[0]
+    assert "nothing_of_this_name" in found[0]
+
+
+def test_what_is_no_strategy_is_refused(load: Load, tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(STRATEGY)
+    setup = load(GOOD.replace('role = "shark"', 'role = "shark"\nstrategy = "mine.py:NoStrategy"'))
+    with pytest.raises(ConfigError, match="subclass of"):
+        setup.strategy("player1")
+
+
+def test_an_unknown_player_is_answered_with_the_known_ones(load: Load) -> None:
+    with pytest.raises(ConfigError, match="player1, player2"):
+        load(GOOD).player("player9")

@@ -1,0 +1,58 @@
+"""Lines of fields in TOML text."""
+
+import tomllib
+
+import pytest
+
+from vrg.toml_lines import line_of, lines_of, syntax_error_line
+
+TEXT = """\
+# a comment
+name = "m"   # another
+dotted.key = 1
+
+[rules]
+depth = 3
+
+[[players]]
+name = "a"
+
+[[players]]
+name = "b"
+[players.options]
+x = 1
+
+[a . "b c"]
+d = 2
+"""
+
+
+@pytest.mark.parametrize(
+    ("path", "line"),
+    [
+        (("name",), 2),
+        (("dotted", "key"), 3),
+        (("rules",), 5),
+        (("rules", "depth"), 6),
+        (("players",), 8),
+        (("players", 0, "name"), 9),
+        (("players", 1), 11),
+        (("players", 1, "name"), 12),
+        (("a", "b c", "d"), 17),
+    ],
+)
+def test_every_field_has_its_line(path: tuple[str | int, ...], line: int) -> None:
+    assert line_of(lines_of(TEXT), path) == line
+
+
+def test_a_missing_field_has_the_line_of_its_table() -> None:
+    lines = lines_of(TEXT)
+    assert line_of(lines, ("players", 1, "role")) == 11
+    assert line_of(lines, ("rules", "x", "y")) == 5
+    assert line_of(lines, ("nothing",)) == 1
+
+
+def test_the_line_of_a_syntax_error() -> None:
+    with pytest.raises(tomllib.TOMLDecodeError) as error:
+        tomllib.loads("a = 1\nb = \n")
+    assert syntax_error_line(error.value) == 2
