@@ -1,0 +1,30 @@
+"""A minnow of one's own: it hugs the border on the side where fewer sharks are, then runs home."""
+
+from vrg.agents.avoidance import Obstacle, steer
+from vrg.agents.control import STILL, Twist, linearise, scaled
+from vrg.agents.players.sharks_and_minnows import SharksAndMinnowsPlayer
+from vrg.agents.strategy import View
+
+
+class WallHugger(SharksAndMinnowsPlayer):
+    """Plays like the others, save while it crosses."""
+
+    def _cross(self, view: View) -> Twist:
+        field, safe = view.zone("field"), view.zone("safe")
+        if field is None or safe is None:
+            return STILL
+        others = view.others()
+        sharks = [p.pose.x for p in others if p.role == "shark" and p.pose is not None]
+        middle = (field.x_min + field.x_max) / 2
+        left_is_safer = sum(x > middle for x in sharks) >= sum(x < middle for x in sharks)
+        bounds = field.shrunk(0.8)
+        lane = bounds.x_min if left_is_safer else bounds.x_max
+
+        home = safe.shrunk(0.5).nearest(*view.position)
+        wanted = scaled((2 * (lane - view.pose.x), home[1] - view.pose.y), self.robot.v_max)
+        bodies = [
+            Obstacle((p.pose.x, p.pose.y), view.velocities.get(p.name, (0.0, 0.0)), p.radius + view.me.radius + 0.15)
+            for p in others
+            if p.pose is not None
+        ]
+        return linearise(steer(view.position, wanted, bodies, bounds, horizon=2.5), view.pose.theta, d=0.25)
