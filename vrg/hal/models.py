@@ -87,7 +87,7 @@ class RobotModel:
 _LMS200 = (
     "Laser: SICK LMS200 in mm mode, 181 beams at 1 degree, 10 Hz over a 38400 baud line and a full scale of 8.19 m "
     "(Player manual, driver sicklms200), rounded down to the 8 m of SICK's technical description, whose 10 mm "
-    "resolution and 5 mm statistical error (1 sigma) are quoted from memory."
+    "resolution and 5 mm statistical error (1 sigma) were not checked against the document itself."
 )
 
 
@@ -124,7 +124,7 @@ MODELS: dict[str, RobotModel] = {
             laser=_lms200(0.15, 0.35),
             source=(
                 "Length, width, height, wheel diameter (0.22 m), top speed (0.7 m/s), turn rate (140 degrees/s) and "
-                "battery (3 x 7 Ah x 12 V): Pioneer 2/3 Operations Manual, ActivMedia, quoted from memory. "
+                "battery (3 x 7 Ah x 12 V): Pioneer 2/3 Operations Manual, ActivMedia; not checked against the document itself. "
                 "Estimated: mass (body, batteries, laser), wheelbase, track, acceleration, encoder ticks (a Pioneer "
                 "3-AT's), idle power, rolling resistance, efficiency, laser mount. Brake: locked rubber on dry "
                 "concrete, friction 0.92. Effective track: measured in the pybullet engine, see vrg.hal.sim.bullet; "
