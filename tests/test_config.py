@@ -42,7 +42,7 @@ def test_an_unknown_key_is_told_with_its_line(load: Load) -> None:
     assert problems(load, GOOD.replace('role = "shark"', 'role = "shark"\ncolour = "red"')) == [
         "20: players.0.colour: unknown field"
     ]
-    assert problems(load, GOOD.replace("zone_depth", "zone_dept")) == ["14: rules.zone_dept: unknown field"]
+    assert problems(load, GOOD.replace("zone_depth", "zone_dept")) == ["15: rules.zone_dept: unknown field"]
 
 
 def test_what_is_missing_is_told_at_its_table(load: Load) -> None:

@@ -1,10 +1,7 @@
 """Match files: one TOML file describes a match, and everything wrong with it is said at once."""
 
-import importlib
-import importlib.util
 import math
 import re
-import sys
 import tomllib
 from dataclasses import dataclass
 from importlib.resources import files
@@ -13,6 +10,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
+from vrg.agents.importing import import_object
 from vrg.agents.players import default_strategy
 from vrg.agents.strategy import Strategy
 from vrg.bus.messages import Pose
@@ -23,7 +21,7 @@ from vrg.errors import ConfigError
 from vrg.hal.backends import backend_names
 from vrg.hal.models import MODELS, robot_model
 from vrg.hal.sim.config import RobotSetup, WorldConfig, check_setup
-from vrg.toml_lines import line_of, lines_of, syntax_error_line
+from vrg.toml_text import line_of, lines_of, syntax_error_line, with_values
 
 
 class _Table(BaseModel):
@@ -157,7 +155,7 @@ class MatchSetup:
         """
         player = self.player(name)
         target = player.strategy or default_strategy(self.file.game)
-        kind = _import(target, self.base)
+        kind = import_object(target, self.base)
         if not (isinstance(kind, type) and issubclass(kind, Strategy)):
             raise ConfigError([f"{target}: expected a subclass of vrg.agents.strategy.Strategy, got {kind!r}"])
         return kind(name, robot_model(player.model))
@@ -175,7 +173,7 @@ def match_path(game_or_path: str) -> Path:
             raise ConfigError([f"{path}: no such file"])
         return path
     if game_or_path in GAMES:
-        return Path(str(files("vrg.coordinator.games"))) / f"{game_or_path.replace('-', '_')}.toml"
+        return Path(str(files("vrg.coordinator.games"))) / game_or_path.replace("-", "_") / "match.toml"
     raise ConfigError([f"expected a match file (*.toml) or a game ({', '.join(sorted(GAMES))}), got {game_or_path!r}"])
 
 
@@ -189,7 +187,11 @@ def load_match(path: Path, *, base: Path | None = None, **overrides: str | int |
     Raises:
         ConfigError: with every problem as `file:line: field: what is wrong`.
     """
-    text = _override(path.read_text(encoding="utf-8"), {k: v for k, v in overrides.items() if v is not None})
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError([f"{path}: cannot be read: {error}"]) from None
+    text = with_values(text, {k: v for k, v in overrides.items() if v is not None})
     base = base or path.resolve().parent
     try:
         data = tomllib.loads(text)
@@ -226,7 +228,7 @@ def _check(file: MatchFile, text: str, path: Path, base: Path, lines: dict[tuple
             problems.append(f"{path}:{line}: players.{i}.role: expected one of {known}, got {player.role!r}")
         target = player.strategy or default_strategy(file.game)
         try:
-            _import(target, base)
+            import_object(target, base)
         except ConfigError as error:
             line = line_of(lines, ("players", i, "strategy"))
             problems += [f"{path}:{line}: players.{i}.strategy: {p}" for p in error.problems]
@@ -294,49 +296,3 @@ def _locate(problem: str, file: MatchFile, path: Path, lines: dict[tuple[str | i
 def _line_number(problem: str) -> tuple[int, str]:
     match = re.match(r".*?:(\d+): ", problem)
     return (int(match[1]) if match else 0, problem)
-
-
-def _override(text: str, values: dict[str, str | int | float | bool]) -> str:
-    """The same file with other values of top-level fields."""
-    lines = text.splitlines()
-    known = lines_of(text)
-    fresh = []
-    for key, value in values.items():
-        written = f"{key} = {_toml(value)}"
-        if (key,) in known:
-            lines[known[(key,)] - 1] = written
-        else:
-            fresh.append(written)
-    return "\n".join([*fresh, *lines]) + "\n"
-
-
-def _toml(value: str | float | bool) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    return f'"{value}"' if isinstance(value, str) else repr(value)
-
-
-def _import(target: str, base: Path) -> object:
-    """`module:Class`, or `file.py:Class` with the file relative to `base`."""
-    module_name, _, name = target.rpartition(":")
-    if not module_name or not name:
-        raise ConfigError([f"expected `module:Class` or `file.py:Class`, got {target!r}"])
-    try:
-        if module_name.endswith(".py"):
-            module = _import_file((base / module_name).resolve())
-        else:
-            module = importlib.import_module(module_name)
-        found: object = getattr(module, name)
-    except Exception as error:
-        raise ConfigError([f"{target}: cannot be imported: {type(error).__name__}: {error}"]) from error
-    return found
-
-
-def _import_file(path: Path) -> Any:
-    spec = importlib.util.spec_from_file_location(path.stem, path)
-    if spec is None or spec.loader is None:
-        raise ImportError(f"{path} is no Python file")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[path.stem] = module
-    spec.loader.exec_module(module)
-    return module

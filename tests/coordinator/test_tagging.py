@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrg.bus.messages import Pose
-from vrg.coordinator.games.tagging import first_tag
+from vrg.coordinator.games.sharks_and_minnows.tagging import first_tag
 from vrg.geometry import Rectangle, interpolate, outline_distance
 
 P2AT = (0.5, 0.49)

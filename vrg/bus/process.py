@@ -152,7 +152,7 @@ class _HeardClock:
     Attributes:
         now: match time of the newest clock message, s.
         heard: there has been one.
-        stalled: none has come for STALL seconds of real time.
+        stalled: none has come for STALL seconds of real time, or the router is away and nobody is heard.
     """
 
     def __init__(self, session: Session, keys: Keys) -> None:
@@ -176,7 +176,7 @@ class _HeardClock:
     def wait(self, timeout: float) -> bool:
         """Wait for the next message, `timeout` seconds at most; True if the world was restarted since the last."""
         with self._arrived:
-            self._arrived.wait_for(lambda: self._fresh, timeout)
+            quiet = not self._arrived.wait_for(lambda: self._fresh, timeout)
             self._fresh = False
         self._session.receive()
         self._mailbox.handover(self.now)
@@ -186,9 +186,11 @@ class _HeardClock:
             self.heard, self.stalled = True, False
             restarted = message.body.epoch != self._epoch
             self._epoch = message.body.epoch
-        if not self.stalled and time.monotonic() - self._heard_at > STALL:
-            self.stalled = True
-            log.warning("the world's clock has stopped at %.2f s", self.now)
+        if not self.stalled:
+            cut = quiet and not self._session.connected
+            if cut or time.monotonic() - self._heard_at > STALL:
+                self.stalled = True
+                log.warning("%s at %.2f s", "the router is away" if cut else "the world's clock has stopped", self.now)
         return restarted
 
 

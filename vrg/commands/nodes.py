@@ -66,7 +66,7 @@ def _setup(match: str, base: Path | None) -> MatchSetup:
 
 def _run_folder(run: Path | None, setup: MatchSetup) -> RunFolder:
     folder = RunFolder(run or Path("runs") / setup.file.name)
-    folder.logs.mkdir(parents=True, exist_ok=True)
+    folder.prepare()
     return folder
 
 

@@ -139,9 +139,10 @@ class Journal:
     def _write(self, at: int, line: Struct) -> int:
         data = _json.encode(line) + b"\n"
         try:
-            written = os.pwrite(self._file, data, at)
-            if written < len(data):
-                raise OSError(28, f"only {written} of {len(data)} bytes could be written")
+            written = 0
+            while written < len(data):
+                # Where only a part fits, writing the rest says why.
+                written += os.pwrite(self._file, data[written:], at + written)
             os.fsync(self._file)
         except OSError as error:
             os.ftruncate(self._file, at)

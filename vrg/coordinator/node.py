@@ -60,6 +60,7 @@ class Coordinator(Node):
         self._officials = mailbox.subscribe(keys.official)
         self._estops = mailbox.subscribe(keys.estop)
         self._estop = False
+        self._epoch: int | None = None
         self._last_time: float | None = None
         self._field = Field({})
         self._unsaved: list[Outcome] = []
@@ -98,6 +99,10 @@ class Coordinator(Node):
             # The world latched a stop that was pressed while this process was away.
             self._estop = True
             outcomes.append(self.match.halt("emergency stop, latched in the world"))
+        if clock is not None and clock.body.epoch != self._epoch:
+            if self._epoch is not None:
+                outcomes.append(self.match.halt("the world was restarted and goes on from its snapshot"))
+            self._epoch = clock.body.epoch
         outcomes += [self.match.decide(o.body, self._field, absent) for o in self._officials.take()]
         return outcomes
 

@@ -124,7 +124,8 @@ MODELS: dict[str, RobotModel] = {
             laser=_lms200(0.15, 0.35),
             source=(
                 "Length, width, height, wheel diameter (0.22 m), top speed (0.7 m/s), turn rate (140 degrees/s) and "
-                "battery (3 x 7 Ah x 12 V): Pioneer 2/3 Operations Manual, ActivMedia; not checked against the document itself. "
+                "battery (3 x 7 Ah x 12 V): Pioneer 2/3 Operations Manual, ActivMedia; not checked "
+                "against the document itself. "
                 "Estimated: mass (body, batteries, laser), wheelbase, track, acceleration, encoder ticks (a Pioneer "
                 "3-AT's), idle power, rolling resistance, efficiency, laser mount. Brake: locked rubber on dry "
                 "concrete, friction 0.92. Effective track: measured in the pybullet engine, see vrg.hal.sim.bullet; "
@@ -156,7 +157,8 @@ MODELS: dict[str, RobotModel] = {
             laser=_lms200(0.27, 0.62),
             source=(
                 "Length, width, height, mass (50 kg and the laser), top speed (1 m/s), turn rate (120 degrees/s) and "
-                "battery (672 Wh): iRobot ATRV-Jr data sheet, quoted from memory. Estimated: wheel radius, "
+                "battery (672 Wh): iRobot ATRV-Jr data sheet; not checked against the "
+                "document itself. Estimated: wheel radius, "
                 "wheelbase, track, acceleration, encoder ticks, idle power, rolling resistance, efficiency, laser "
                 "mount. Brake: as for P2AT. Effective track: measured in the pybullet engine. "
             )

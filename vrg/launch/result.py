@@ -1,6 +1,7 @@
 """What is left when a match has ended: the result, and the plot of the trajectories."""
 
 import json
+import logging
 from typing import Any
 
 from vrg import __version__
@@ -10,9 +11,11 @@ from vrg.coordinator.journal import read_journal
 from vrg.errors import JournalError
 from vrg.launch.run_folder import RunFolder, write_json
 
+log = logging.getLogger(__name__)
+
 
 def write_result(setup: MatchSetup, folder: RunFolder, state: RefereeState | None, ended: str) -> dict[str, Any]:
-    """Write result.json.
+    """Write result.json; what cannot be written is told, and still returned.
 
     Args:
         state: the referee's last.
@@ -40,7 +43,10 @@ def write_result(setup: MatchSetup, folder: RunFolder, state: RefereeState | Non
         "processes": _statistics(folder),
         "vrg": __version__,
     }
-    write_json(folder.result, result)
+    try:
+        write_json(folder.result, result)
+    except OSError as error:
+        log.error("the result cannot be kept: %s", error)
     return result
 
 

@@ -7,6 +7,8 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+from vrg.errors import LaunchError
+
 
 @dataclass(frozen=True)
 class RunFolder:
@@ -21,6 +23,9 @@ class RunFolder:
         Args:
             now: local real time, for the folder's name.
             text: of the match file as it is played, overrides included.
+
+        Raises:
+            LaunchError: the folder cannot be made.
         """
         stem = f"{match}-{now:%Y%m%d-%H%M%S}"
         for attempt in range(1, 1000):
@@ -29,11 +34,27 @@ class RunFolder:
                 path.mkdir(parents=True)
             except FileExistsError:
                 continue
+            except OSError as error:
+                raise _unusable(path, error) from error
             folder = cls(path)
-            folder.logs.mkdir()
-            folder.match_file.write_text(text, encoding="utf-8")
+            folder.prepare()
+            try:
+                folder.match_file.write_text(text, encoding="utf-8")
+            except OSError as error:
+                raise _unusable(path, error) from error
             return folder
-        raise FileExistsError(f"{parent / stem}: a thousand runs in one second")
+        raise LaunchError(f"{parent / stem}: a thousand runs in one second")
+
+    def prepare(self) -> None:
+        """Make what is missing of the folder.
+
+        Raises:
+            LaunchError: it cannot be made.
+        """
+        try:
+            self.logs.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise _unusable(self.path, error) from error
 
     @property
     def match_file(self) -> Path:
@@ -69,6 +90,10 @@ class RunFolder:
     def plot(self) -> Path:
         """The trajectories."""
         return self.path / "trajectories.png"
+
+
+def _unusable(path: Path, error: OSError) -> LaunchError:
+    return LaunchError(f"{path}: the run folder cannot be made: {error.strerror}: choose another place")
 
 
 def write_whole(path: Path, data: bytes) -> None:

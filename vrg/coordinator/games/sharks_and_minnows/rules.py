@@ -4,116 +4,25 @@ Minnows cross a rectangle from one end to the other; sharks tag them. A tagged m
 stands still until the pass is over and is a shark in the next.
 """
 
-from collections.abc import Iterable, Sequence
-from typing import Literal
+from collections.abc import Sequence
 
 import numpy as np
 from msgspec import structs
-from pydantic import BaseModel, ConfigDict, model_validator
-from pydantic import Field as Setting
 
 from vrg.bus.messages import OfficialAction, PlayerStatus, Pose, Stage, Zone
-from vrg.coordinator.games.lineup import line_up
-from vrg.coordinator.games.tagging import first_tag
-from vrg.coordinator.rulebook import Contestant, Field, Finding, GameState, Verdict
+from vrg.coordinator.games.sharks_and_minnows.lineup import line_up
+from vrg.coordinator.games.sharks_and_minnows.settings import Settings
+from vrg.coordinator.games.sharks_and_minnows.state import ACTIVE, INACTIVE, MINNOW, SHARK, State, opposite
+from vrg.coordinator.games.sharks_and_minnows.tagging import first_tag
+from vrg.coordinator.rulebook import Contestant, Field, Finding, Verdict
 from vrg.errors import ConfigError
-from vrg.geometry import Rectangle, circumradius, interpolate
+from vrg.geometry import circumradius, interpolate
 
-SHARK, MINNOW = "shark", "minnow"
-ACTIVE, INACTIVE = "active", "inactive"
 SHARKS, MINNOWS = "sharks", "minnows"
 """The teams; a player belongs to the team of its first role for the whole match."""
 
 MARK_REACH = 0.5
 """m from its mark within which a player is lined up."""
-
-
-class Settings(BaseModel):
-    """The [rules] table of a match file. Lengths in m, times in s.
-
-    Args:
-        x, y: (low, high) borders of the field.
-        along: the axis along which minnows cross.
-        first_goal: the end the minnows cross to in the first pass, where the sharks line up.
-        zone_depth: of the end zones.
-        tag_distance: between the outlines of a shark and a minnow.
-        passes: more or fewer than the rule's floor((minnows - sharks) / 2) = an extension.
-        pass_limit: minnows still outside the end zone after this long become inactive = an extension.
-        slowest: each player's top speed is drawn between this fraction of its model's and the whole.
-        lineup_limit: virtual robots that are not on their marks after this long are put there.
-    """
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-    x: tuple[float, float]
-    y: tuple[float, float]
-    along: Literal["x", "y"] = "y"
-    first_goal: Literal["low", "high"] = "low"
-    zone_depth: float = Setting(3.0, gt=0, allow_inf_nan=False)
-    tag_distance: float = Setting(0.30, gt=0, allow_inf_nan=False)
-    passes: int | None = Setting(None, ge=1)
-    pass_limit: float | None = Setting(None, gt=0, allow_inf_nan=False)
-    slowest: float = Setting(0.6, gt=0, le=1)
-    lineup_limit: float = Setting(60.0, gt=0, allow_inf_nan=False)
-
-    @model_validator(mode="after")
-    def _playable(self) -> "Settings":
-        for name, (low, high) in (("x", self.x), ("y", self.y)):
-            if not low < high:
-                raise ValueError(f"{name}: expected the low border first, got [{low}, {high}]")
-        low, high = self.x if self.along == "x" else self.y
-        if high - low <= 2 * self.zone_depth:
-            raise ValueError(
-                f"zone_depth: two end zones of {self.zone_depth} m do not fit into a field {high - low:g} m long"
-            )
-        return self
-
-    @property
-    def field(self) -> Rectangle:
-        """The playing field."""
-        return Rectangle(self.x[0], self.y[0], self.x[1], self.y[1])
-
-    def end_zone(self, end: str) -> Rectangle:
-        """The zone at the `low` or `high` end."""
-        f, depth = self.field, self.zone_depth
-        if self.along == "x":
-            if end == "low":
-                return Rectangle(f.x_min, f.y_min, f.x_min + depth, f.y_max)
-            return Rectangle(f.x_max - depth, f.y_min, f.x_max, f.y_max)
-        if end == "low":
-            return Rectangle(f.x_min, f.y_min, f.x_max, f.y_min + depth)
-        return Rectangle(f.x_min, f.y_max - depth, f.x_max, f.y_max)
-
-
-class State(GameState, frozen=True, kw_only=True):
-    """Everything that the referee of this game remembers; a round is a pass.
-
-    Args:
-        roles, states: by player.
-        goal: the end that the minnows cross to in this pass.
-        marks: where each player is to line up.
-        caught: minnows taken out so far. crossed: safe crossings so far.
-    """
-
-    roles: dict[str, str]
-    states: dict[str, str]
-    goal: str
-    marks: dict[str, Pose]
-    caught: int = 0
-    crossed: int = 0
-
-    def with_state(self, names: Iterable[str], state: str) -> "State":
-        """The same with the players of these names in `state`."""
-        return structs.replace(self, states={**self.states, **dict.fromkeys(names, state)})
-
-    def active(self, role: str) -> list[str]:
-        """Names of the active players of a role."""
-        return [n for n, r in self.roles.items() if r == role and self.states[n] == ACTIVE]
-
-
-def opposite(end: str) -> str:
-    """The other end of the field."""
-    return "high" if end == "low" else "low"
 
 
 class SharksAndMinnows:

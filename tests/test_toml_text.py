@@ -4,7 +4,7 @@ import tomllib
 
 import pytest
 
-from vrg.toml_lines import line_of, lines_of, syntax_error_line
+from vrg.toml_text import line_of, lines_of, syntax_error_line, with_values
 
 TEXT = """\
 # a comment
@@ -56,3 +56,11 @@ def test_the_line_of_a_syntax_error() -> None:
     with pytest.raises(tomllib.TOMLDecodeError) as error:
         tomllib.loads("a = 1\nb = \n")
     assert syntax_error_line(error.value) == 2
+
+
+def test_other_values_stand_in_place_of_the_old_ones_and_new_ones_at_the_top() -> None:
+    changed = with_values(TEXT, {"name": "n", "seed": 3, "noise": False})
+    data = tomllib.loads(changed)
+    assert (data["name"], data["seed"], data["noise"]) == ("n", 3, False)
+    assert data["rules"] == {"depth": 3}
+    assert changed.count('name = "n"') == 1

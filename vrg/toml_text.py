@@ -1,4 +1,4 @@
-"""On which line of a TOML file a field stands; neither tomllib nor pydantic knows."""
+"""TOML as text: on which line a field stands, which neither tomllib nor pydantic knows, and other values for some."""
 
 import re
 import tomllib
@@ -49,3 +49,23 @@ def syntax_error_line(error: tomllib.TOMLDecodeError) -> int:
 
 def _parts(dotted: str) -> Path:
     return tuple(part.strip().strip("\"'") for part in dotted.split("."))
+
+
+def with_values(text: str, values: dict[str, str | int | float | bool]) -> str:
+    """The same file with other values of top-level fields."""
+    lines = text.splitlines()
+    known = lines_of(text)
+    fresh = []
+    for key, value in values.items():
+        written = f"{key} = {_toml(value)}"
+        if (key,) in known:
+            lines[known[(key,)] - 1] = written
+        else:
+            fresh.append(written)
+    return "\n".join([*fresh, *lines]) + "\n"
+
+
+def _toml(value: str | float | bool) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return f'"{value}"' if isinstance(value, str) else repr(value)

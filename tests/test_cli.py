@@ -1,0 +1,184 @@
+"""The `vrg` command: what is wrong is said in words, with its place, and as an exit status."""
+
+import re
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from vrg import __version__
+from vrg.cli import main
+from vrg.config import match_path
+
+GOOD = match_path("sharks-and-minnows").read_text(encoding="utf-8")
+
+
+@dataclass(frozen=True)
+class Done:
+    status: int
+    out: str
+    err: str
+
+
+@pytest.fixture
+def vrg(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Callable[..., Done]:
+    """Run the command line in this process, in an empty folder, where no match runs."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.setenv("COLUMNS", "200")
+
+    def run(*arguments: str) -> Done:
+        monkeypatch.setattr(sys, "argv", ["vrg", *arguments])
+        status: object = 0
+        try:
+            main()
+        except SystemExit as end:
+            status = end.code
+        out, err = capsys.readouterr()
+        return Done(status if isinstance(status, int) else 0, out, err)
+
+    return run
+
+
+def changed(*changes: tuple[str, str]) -> str:
+    """The default match with other words in place of the first of these."""
+    text = GOOD
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    return text
+
+
+def line_of(text: str, words: str) -> int:
+    return text[: text.index(words)].count("\n") + 1
+
+
+def test_the_version_is_printed(vrg: Callable[..., Done]) -> None:
+    assert vrg("--version") == Done(0, f"{__version__}\n", "")
+
+
+def test_a_good_match_file_is_called_good(vrg: Callable[..., Done]) -> None:
+    done = vrg("check", "sharks-and-minnows")
+    assert done.status == 0
+    assert "good: sharks-and-minnows, 7 players, 2 rounds" in done.out
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("nosuch.toml", "vrg: nosuch.toml: no such file"),
+        ("chess", "expected a match file (*.toml) or a game (sharks-and-minnows), got 'chess'"),
+    ],
+)
+@pytest.mark.parametrize("command", ["play", "check", "world", "coordinator", "recorder"])
+def test_a_match_that_is_not_there(vrg: Callable[..., Done], command: str, name: str, said: str) -> None:
+    done = vrg(command, name)
+    assert done.status == 1
+    assert said in done.err
+    assert not Path("runs").exists()
+
+
+def first_player(line: str) -> list[tuple[str, str]]:
+    return [('role = "shark"', f'role = "shark"\n{line}')]
+
+
+BAD: dict[str, tuple[list[tuple[str, str]], str | None, str]] = {
+    "an unknown field": ([("seed = 0", 'colour = "red"')], "colour", "colour: unknown field"),
+    "an unknown rule": ([("zone_depth", "zone_width")], "zone_width", "rules.zone_width: unknown field"),
+    "an unknown field of a player": (first_player("age = 3"), "age = 3", "players.0.age: unknown field"),
+    "no game": ([('game = "sharks-and-minnows"', "")], None, "game: missing"),
+    "an unknown game": ([('"sharks-and-minnows"', '"chess"')], "game =", "game: expected one of sharks-and-minnows"),
+    "an unknown map": ([('"courtyard"\nengine', '"moon"\nengine')], "map =", "map: "),
+    "an unknown engine": ([('"pybullet"', '"magic"')], "engine =", "engine: expected one of "),
+    "an unknown backend": (first_player('backend = "spirit"'), "backend", "players.0.backend: expected one of "),
+    "an unknown model": (first_player('model = "K9"'), "model", "players.0.model: expected one of "),
+    "an unknown role": ([('"shark"', '"whale"')], "role =", "players.0.role: expected one of shark, minnow"),
+    "no pass": ([('role = "minnow"', 'role = "shark" #')] * 4, None, "passes; at least 1 is needed: add minnows"),
+    "robots that overlap": ([("x = 21.5", "x = 22.0")], None, "player5 and player6: expected room between them"),
+    "a start out of bounds": ([("x = 17.0", "x = 15.0")], None, "player2 starts at (15, -16), out of bounds"),
+    "a start outside the map": ([("x = 17.0", "x = 99.0")], None, "expected a pose inside map courtyard"),
+    "a word for a number": ([("x = 17.0", 'x = "left"')], 'x = "left"', "players.1.x: "),
+    "a number that is none": ([("x = 17.0", "x = nan")], "x = nan", "players.1.x: "),
+    "no TOML": ([("[rules]", "[rules")], "[rules", "not TOML"),
+    "no such strategy": (first_player('strategy = "my.py:Me"'), "strategy", "players.0.strategy: my.py:Me: cannot"),
+}
+
+
+@pytest.mark.parametrize("command", ["play", "check"])
+@pytest.mark.parametrize(("changes", "place", "said"), BAD.values(), ids=BAD)
+def test_a_bad_match_file_is_refused_with_its_line(
+    vrg: Callable[..., Done], command: str, changes: list[tuple[str, str]], place: str | None, said: str
+) -> None:
+    text = changed(*changes)
+    Path("bad.toml").write_text(text, encoding="utf-8")
+    done = vrg(command, "bad.toml")
+    assert done.status == 1
+    assert said in done.err
+    assert "Traceback" not in done.err
+    for problem in done.err.removeprefix("vrg: ").splitlines():
+        assert re.match(r"bad\.toml:\d+: \S+", problem), problem
+    if place is not None:
+        assert f"bad.toml:{line_of(text, place)}: " in done.err
+    assert not Path("runs").exists(), "nothing was started"
+
+
+def test_every_problem_of_a_match_file_is_told_at_once(vrg: Callable[..., Done]) -> None:
+    text = changed(
+        ('map = "courtyard"', "colour = 3"), ("zone_depth = 4.0", "zone_depth = -1.0"), ("x = 17.0", "x = []")
+    )
+    Path("bad.toml").write_text(text, encoding="utf-8")
+    done = vrg("check", "bad.toml")
+    assert done.status == 1
+    for field in ("map: missing", "colour: unknown field", "rules.zone_depth: ", "players.1.x: "):
+        assert field in done.err
+
+
+def test_a_match_file_that_is_no_text_is_refused(vrg: Callable[..., Done]) -> None:
+    Path("bad.toml").write_bytes(b"\xff\xfe\x00")
+    done = vrg("check", "bad.toml")
+    assert done.status == 1
+    assert "bad.toml: cannot be read: " in done.err
+
+
+def test_a_run_folder_that_cannot_be_made_is_told(vrg: Callable[..., Done]) -> None:
+    Path("file").touch()
+    done = vrg("play", "sharks-and-minnows", "--runs", "file")
+    assert done.status == 1
+    assert "the run folder cannot be made: Not a directory" in done.err
+    done = vrg("world", "sharks-and-minnows", "--run", "file/run")
+    assert done.status == 1
+    assert "the run folder cannot be made: Not a directory" in done.err
+
+
+def test_a_player_that_is_not_in_the_match_is_refused(vrg: Callable[..., Done]) -> None:
+    done = vrg("player", "sharks-and-minnows", "nemo")
+    assert done.status == 1
+    assert "expected the name of a player of this match (player1, " in done.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["win"], "No such command 'win'"),
+        (["play"], "Missing argument"),
+        (["play", "sharks-and-minnows", "--fast"], "No such option"),
+        (["play", "sharks-and-minnows", "--rate", "0"], "expected 0.1 to 100 or max, got '0'"),
+        (["play", "sharks-and-minnows", "--rate", "nan"], "expected 0.1 to 100 or max, got 'nan'"),
+        (["play", "sharks-and-minnows", "--rate", "max"], "max needs --in-process"),
+        (["play", "sharks-and-minnows", "--engine", "magic"], "magic"),
+        (["play", "sharks-and-minnows", "--seed", "-1"], "-1"),
+        (["official", "set-score", "sharks", "many"], "many"),
+        (["official", "halt"], "no match runs on this machine"),
+        (["estop"], "no match runs on this machine"),
+        (["topic", "list"], "no match runs on this machine"),
+        (["topic", "echo", "clock", "--count", "0"], "0"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_wrong_usage_is_status_2(vrg: Callable[..., Done], arguments: list[str], said: str) -> None:
+    done = vrg(*arguments)
+    assert done.status == 2
+    assert said in done.err
+    assert not Path("runs").exists()
