@@ -32,8 +32,8 @@ class Statistics:
 
     Args:
         ticks: ticks done. missed: ticks that were due and never came.
-        cpu: s of processor time. wall: s of real time since the executor began.
-        dropped: bad messages.
+        cpu: s of processor time, wall: s of real time, both since the executor began.
+        dropped: bad messages, and events that came faster than they were taken.
     """
 
     ticks: int = 0
@@ -120,7 +120,7 @@ def run_node(
     clock = _HeardClock(session, keys)
     session.attach(node.mailbox)
     claim(session, keys, node.kind, node.name)
-    statistics, began = Statistics(), time.monotonic()
+    statistics = Statistics(cpu=-time.process_time(), wall=-time.monotonic())
     last = -1
     called = time.monotonic()
     try:
@@ -142,7 +142,7 @@ def run_node(
                 continue
             called = time.monotonic()
     finally:
-        _finish(node, session, statistics, began)
+        _finish(node, session, statistics)
     return statistics
 
 
@@ -218,7 +218,7 @@ def run_world(
     """
     session.attach(node.mailbox)
     claim(session, keys, node.kind, node.name)
-    statistics, began = Statistics(), time.monotonic()
+    statistics = Statistics(cpu=-time.process_time(), wall=-time.monotonic())
     step = node.period / rate
     number, due = first_tick, time.monotonic()
     try:
@@ -235,7 +235,7 @@ def run_world(
                 statistics.missed += int(-pause / step)
                 due = time.monotonic()
     finally:
-        _finish(node, session, statistics, began)
+        _finish(node, session, statistics)
     return statistics
 
 
@@ -246,12 +246,12 @@ def _call(node: Node, session: Session, tick: Tick, statistics: Statistics) -> N
     statistics.ticks += 1
 
 
-def _finish(node: Node, session: Session, statistics: Statistics, began: float) -> None:
+def _finish(node: Node, session: Session, statistics: Statistics) -> None:
     """Leave the robots stopped, whatever has happened."""
     try:
         node.stop()
     finally:
         session.send(node.mailbox.collect())
-        statistics.wall = time.monotonic() - began
-        statistics.cpu = time.process_time()
-        statistics.dropped = sum(inlet.dropped for inlet in node.mailbox.inlets)
+        statistics.wall += time.monotonic()
+        statistics.cpu += time.process_time()
+        statistics.dropped = sum(inlet.dropped for inlet in node.mailbox.inlets) + session.dropped

@@ -81,13 +81,18 @@ def open_session(endpoint: str = DEFAULT_ENDPOINT, *, patience: float = 10.0) ->
 
 
 class Session:
-    """Publishes what mailboxes collect, and lets arrivals wait for their inlets' next handover."""
+    """Publishes what mailboxes collect, and lets arrivals wait for their inlets' next handover.
+
+    Attributes:
+        dropped: events that were lost because `receive` was not called for too long; the oldest go first.
+    """
 
     def __init__(self, raw: zenoh.Session) -> None:
         self._raw = raw
         self._publishers: dict[str, _Publisher] = {}
         self._subscribers: list[_Subscriber] = []
         self._tokens: list[zenoh.LivelinessToken] = []
+        self.dropped = 0
         self._queue: deque[tuple[Inlet[Message], str, bytes]] = deque(maxlen=QUEUE_LIMIT)
         self._newest: dict[tuple[int, str], tuple[Inlet[Message], bytes]] = {}
 
@@ -176,10 +181,12 @@ class Session:
     def _subscribe(self, inlet: Inlet[Message], on_arrival: Callable[[Inlet[Message]], None] | None) -> None:
         qos = inlet.topic.qos
         number = id(inlet)
+        only_key = None if "*" in inlet.topic.key else inlet.topic.key
 
         def on_sample(sample: zenoh.Sample) -> None:
-            key, payload = str(sample.key_expr), sample.payload.to_bytes()
+            key, payload = only_key or str(sample.key_expr), sample.payload.to_bytes()
             if qos is Qos.EVENT:
+                self.dropped += len(self._queue) == QUEUE_LIMIT
                 self._queue.append((inlet, key, payload))
             else:
                 self._newest[(number, key)] = (inlet, payload)

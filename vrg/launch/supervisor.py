@@ -66,9 +66,11 @@ class Supervisor:
             self._router_since = time.monotonic()
             try:
                 with open_session(self._endpoint, patience=READY_PATIENCE):
-                    router.ready = True
+                    router.ready = router.pid is not None
             except BusError as error:
                 raise LaunchError(f"{router.spec.name}: {error}\n{router.last_words()}") from error
+            if not router.ready:
+                raise LaunchError(f"another router has taken {self._endpoint} just now; try again")
 
     def _wait_ready(self, members: list[ManagedProcess], progress: Callable[[str], None]) -> None:
         deadline = time.monotonic() + READY_PATIENCE

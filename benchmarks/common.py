@@ -1,0 +1,158 @@
+"""What the benchmarks share: match set-ups in memory, a reference workload, medians, tables."""
+
+import argparse
+import json
+import os
+import platform
+import statistics
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from vrg.config import MatchSetup, load_match
+
+LENGTH = 19.0
+"""m of field along which minnows cross, as in the courtyard."""
+WIDTH_PER_ROBOT = 1.25
+"""m; as many robots on a square metre as in the courtyard, however many there are."""
+
+
+def arguments(description: str | None) -> argparse.ArgumentParser:
+    """A parser with the options that every benchmark has."""
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true", help="a short run, to see that it works")
+    parser.add_argument("--json", action="store_true", help="print JSON in place of tables")
+    return parser
+
+
+def machine() -> str:
+    """What this ran on, in a line; the load says how much others disturbed it."""
+    system = f"{platform.system()} {platform.machine()}, Python {platform.python_version()}"
+    return f"{os.cpu_count()} cores, {system}, load {os.getloadavg()[0]:.1f}"
+
+
+def show(title: str, rows: Sequence[dict[str, Any]], notes: Sequence[str], *, as_json: bool) -> None:
+    """Print rows of one shape as a table or as JSON; None is printed as a dash."""
+    if as_json:
+        print(json.dumps({"title": title, "machine": machine(), "rows": list(rows), "notes": list(notes)}, indent=2))
+        return
+    console = Console(highlight=False, width=None if sys.stdout.isatty() else 160)
+    table = Table(title=title, title_justify="left")
+    for number, name in enumerate(rows[0] if rows else []):
+        table.add_column(name, justify="left" if number == 0 else "right")
+    for row in rows:
+        table.add_row(*(_cell(value) for value in row.values()))
+    console.print(table)
+    for note in [*notes, machine()]:
+        console.print(note, markup=False, soft_wrap=True)
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return "-"
+    if isinstance(value, float):
+        return f"{value:,.0f}" if abs(value) >= 100 else f"{value:.3g}"
+    return str(value)
+
+
+def median(values: Sequence[float]) -> float:
+    """The middle one."""
+    return statistics.median(values)
+
+
+def quantile(values: Sequence[float], share: float) -> float:
+    """The value that `share` (0 to 1) of them do not exceed."""
+    ordered = sorted(values)
+    return ordered[min(len(ordered) - 1, int(share * len(ordered)))]
+
+
+@dataclass(frozen=True)
+class Cost:
+    """s of real time and of this process' processor time. The second is less disturbed by others on the machine."""
+
+    wall: float
+    cpu: float
+
+
+class Stopwatch:
+    """Begins when it is made."""
+
+    def __init__(self) -> None:
+        self._wall, self._cpu = time.perf_counter(), time.process_time()
+
+    def read(self) -> Cost:
+        """Since it began."""
+        return Cost(time.perf_counter() - self._wall, time.process_time() - self._cpu)
+
+
+def reference() -> Cost:
+    """One unit of a fixed piece of work like ours, half plain Python and half small numpy arrays.
+
+    Ratios to it may be compared between machines and between hours of a busy machine.
+    """
+    watch = Stopwatch()
+    store: dict[str, float] = {}
+    for i in range(120_000):
+        key = f"{i & 63}"
+        store[key] = store.get(key, 0.0) * 0.5 + i
+    grid = np.linspace(0.0, 1.0, 200)
+    for i in range(6_000):
+        turned = grid * np.cos(i) + np.sqrt(grid)
+        np.maximum(turned, grid, out=turned)
+        turned.argmin()
+    return watch.read()
+
+
+def write_match(
+    folder: Path, robots: int, *, engine: str, lasers: bool, name: str = "benchmark", seed: int = 0, rate: float = 1.0
+) -> MatchSetup:
+    """A match of Sharks and Minnows, one shark to seven minnows, in a walled yard wide enough for all of them.
+
+    Args:
+        folder: for the match file and its map. robots: 8 or more.
+    """
+    width = WIDTH_PER_ROBOT * robots
+    (folder / "yard.toml").write_text(_map_text(width))
+    (folder / "match.toml").write_text(
+        f'name = "{name}"\ngame = "sharks-and-minnows"\nmap = "yard.toml"\nengine = "{engine}"\n'
+        f"seed = {seed}\nrate = {rate}\nlasers = {str(lasers).lower()}\n\n"
+        f"[rules]\nx = [0.0, {width}]\ny = [0.0, {LENGTH}]\nzone_depth = 4.0\n\n" + _players_text(robots, width)
+    )
+    return load_match(folder / "match.toml")
+
+
+def _players_text(robots: int, width: float) -> str:
+    sharks = robots // 8
+    tables = []
+    for role, count, rows, heading in (("shark", sharks, (2.0,), 90), ("minnow", robots - sharks, (16.0, 17.3), -90)):
+        for i in range(count):
+            x, y = width * (i + 0.5) / count, rows[i % len(rows)]
+            tables.append(
+                f'[[players]]\nname = "{role}{i + 1}"\nrole = "{role}"\nx = {x:.3f}\ny = {y}\nheading = {heading}\n'
+            )
+    return "\n".join(tables)
+
+
+def _map_text(width: float) -> str:
+    """A wall 4 m around the field; per 10 m of it two planters and two columns at either end."""
+    low_x, low_y, high_x, high_y = -4.0, -4.0, width + 4.0, LENGTH + 4.0
+    corners = [[low_x, low_y], [high_x, low_y], [high_x, high_y], [low_x, high_y], [low_x, low_y]]
+    text = (
+        f'name = "yard"\nbounds = {{ x_min = {low_x}, y_min = {low_y}, x_max = {high_x}, y_max = {high_y} }}\n'
+        f"[[wall]]\npoints = {corners}\nthickness = 0.3\n"
+    )
+    for part in range(round(width / 10)):
+        for y in (-2.0, LENGTH + 2.0):
+            x = 10.0 * part
+            text += f"[[box]]\nx = {x + 2}\ny = {y}\nlength = 3.0\nwidth = 1.2\nheading = 20.0\n"
+            text += f"[[box]]\nx = {x + 7}\ny = {y}\nlength = 1.8\nwidth = 0.5\n"
+            text += f"[[circle]]\nx = {x + 4.5}\ny = {y}\nradius = 0.25\n"
+            text += f"[[circle]]\nx = {x + 9.5}\ny = {y}\nradius = 0.6\n"
+    return text
