@@ -1,5 +1,6 @@
 """The bus over a real router, between sessions of their own."""
 
+import contextlib
 import socket
 import threading
 import time
@@ -99,6 +100,40 @@ def test_events_arrive_all_and_in_order(endpoint: str) -> None:
 
         wait(all_here, "500 events")
         assert got == list(range(500))
+
+
+def test_events_that_were_missed_while_the_router_was_away_come_later() -> None:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    with contextlib.ExitStack() as stack:
+        router = contextlib.ExitStack()
+        router.enter_context(open_router(endpoint))
+        one, other = (stack.enter_context(open_session(endpoint)) for _ in range(2))
+        sender, receiver = Mailbox(), Mailbox()
+        inlet = receiver.subscribe(KEYS.referee_event)
+        other.attach(receiver)
+        assert one.wait_for_listener(KEYS.referee_event.key, KEYS.referee_event.qos, PATIENCE)
+        numbers: list[int] = []
+
+        def send(number: int) -> None:
+            sender.publish(KEYS.referee_event, call(number))
+            one.send(sender.collect())
+
+        def heard(number: int) -> bool:
+            receive(other, receiver)
+            numbers.extend(c.body.number for c in inlet.take())
+            return number in numbers
+
+        send(1)
+        wait(lambda: heard(1), "the first")
+        router.close()
+        wait(lambda: not one.connected and not other.connected, "the router to be missed")
+        send(2)
+        send(3)
+        stack.enter_context(open_router(endpoint))
+        wait(lambda: heard(3), "what was missed")
+        assert numbers == [1, 2, 3]
 
 
 def test_nobody_at_the_endpoint_is_told_with_what_to_do() -> None:

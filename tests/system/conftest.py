@@ -12,7 +12,7 @@ from typing import NoReturn
 
 import pytest
 
-from tests.system.harness import Disk, Match, long_match
+from tests.system.harness import MINNOWS, Disk, Match, long_match
 
 CI = bool(os.environ.get("CI"))
 
@@ -56,7 +56,9 @@ def arena(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Arena]:
 @pytest.fixture
 def match(arena: Arena) -> Match:
     """The shared match, in play, with every minnow moving."""
-    return arena.shared()
+    shared = arena.shared()
+    shared.observer.wait_until(lambda: shared.observer.moving(*MINNOWS), "minnows to move")
+    return shared
 
 
 @pytest.fixture

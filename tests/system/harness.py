@@ -1,4 +1,4 @@
-"""Real matches of real processes, and an observer on their bus.
+"""Real matches of real processes, each with an observer on its bus.
 
 Waits have deadlines in real time and conditions on what was observed; how long something took is told in match time
 only, from the stamps of messages.
@@ -12,26 +12,18 @@ import subprocess
 import sys
 import threading
 import time
-from collections import defaultdict, deque
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import psutil
 import zenoh
 
-from vrg.bus import messages as m
-from vrg.bus.codec import Received, decode
-from vrg.bus.mailbox import Mailbox
-from vrg.bus.session import Session, configure, open_session
-from vrg.bus.topics import Keys, name_in
-from vrg.errors import MessageError
+from tests.system.observer import PATIENCE, Observer
+from vrg.bus.session import configure, open_session
+from vrg.bus.topics import Keys
 from vrg.launch.run_folder import RunFolder
 
-PATIENCE = 30.0
-"""s of real time: far more than anything waited for takes, also on a busy machine."""
-AT_REST = 0.02
-"""m/s below which a robot stands, and rad/s / 2."""
 FRESH_FOR = 90.0
 """s of play after which a shared match is too near its end for another test."""
 
@@ -78,166 +70,6 @@ def long_match(name: str) -> str:
 def short_match(name: str) -> str:
     """Over in half a minute, whoever wins."""
     return match_text(name, length=13.0, width=9.0, zone=2.5, rules="pass_limit = 25.0", rate=2.0)
-
-
-@dataclass
-class Heard:
-    """Everything that was heard, in the order of its arrival."""
-
-    clocks: list[Received[m.Clock]] = field(default_factory=list)
-    poses: list[Received[m.Poses]] = field(default_factory=list)
-    states: list[Received[m.RefereeState]] = field(default_factory=list)
-    calls: list[m.Call] = field(default_factory=list)
-    drives: dict[str, list[Received[m.Drive]]] = field(default_factory=lambda: defaultdict(list))
-    reports: dict[str, list[Received[m.Report]]] = field(default_factory=lambda: defaultdict(list))
-    robots: dict[str, list[Received[m.RobotState]]] = field(default_factory=lambda: defaultdict(list))
-    limits: dict[str, float] = field(default_factory=dict)
-    estops: list[tuple[float, m.Estop]] = field(default_factory=list)
-    """With the match time of the newest clock that had arrived before."""
-    bad: int = 0
-
-
-class Observer:
-    """Hears a match as any other process of it does; speaks as an official.
-
-    Args:
-        session: open. keys: of the match.
-        alert: called at each look; raises where waiting has become useless.
-    """
-
-    def __init__(self, session: Session, keys: Keys, alert: Callable[[], None] = lambda: None) -> None:
-        self.keys = keys
-        self.heard = Heard()
-        self._session = session
-        self._alert = alert
-        self._mailbox = Mailbox()
-        self._arrivals: deque[tuple[str, bytes]] = deque()
-        self._pause = threading.Event()
-        topics = (
-            keys.clock, keys.poses, keys.drive(), keys.robot_state(), keys.report(), keys.referee_state,
-            keys.referee_event, keys.speed_limit(), keys.estop,
-        )  # fmt: skip
-        for topic in topics:
-            session.watch_raw(topic.key, lambda key, payload: self._arrivals.append((key, payload)))
-
-    def look(self) -> None:
-        """Take in what has arrived."""
-        self._alert()
-        while self._arrivals:
-            self._hear(*self._arrivals.popleft())
-
-    def _hear(self, key: str, payload: bytes) -> None:
-        topic = self.keys.topic_of(key)
-        assert topic is not None
-        try:
-            received: Received = decode(payload, topic.type, key)
-        except MessageError:
-            self.heard.bad += 1
-            return
-        heard = self.heard
-        match received.body:
-            case m.Clock():
-                heard.clocks.append(received)
-            case m.Poses():
-                heard.poses.append(received)
-            case m.RefereeState():
-                heard.states.append(received)
-            case m.Call() as call:
-                heard.calls.append(call)
-            case m.Drive():
-                heard.drives[name_in(key)].append(received)
-            case m.Report():
-                heard.reports[name_in(key)].append(received)
-            case m.RobotState():
-                heard.robots[name_in(key)].append(received)
-            case m.SpeedLimit() as limit:
-                heard.limits[name_in(key)] = limit.v_max
-            case m.Estop() as estop:
-                heard.estops.append((self.now, estop))
-
-    def wait_until(self, condition: Callable[[], object], what: str, patience: float = PATIENCE) -> None:
-        """Look until the condition holds.
-
-        Raises:
-            AssertionError: it does not within `patience` seconds of real time; tells what was heard last.
-        """
-        deadline = time.monotonic() + patience
-        while True:
-            self.look()
-            if condition():
-                return
-            assert time.monotonic() < deadline, f"waited {patience:g} s for {what}; {self._situation()}"
-            self._pause.wait(0.01)
-
-    def _situation(self) -> str:
-        state = self.heard.states[-1].body if self.heard.states else None
-        modes = {name: reports[-1].body.mode for name, reports in self.heard.reports.items()}
-        words = "no referee" if state is None else f"{state.stage}, halted: {state.halted}, waiting: {state.waiting}"
-        return (
-            f"match time {self.now:.2f}, {words}, modes {modes}, last calls {[c.text for c in self.heard.calls[-3:]]}"
-        )
-
-    @property
-    def now(self) -> float:
-        """Match time of the newest clock, s."""
-        return self.heard.clocks[-1].stamp if self.heard.clocks else 0.0
-
-    @property
-    def epoch(self) -> int:
-        """Of the world."""
-        return self.heard.clocks[-1].body.epoch
-
-    @property
-    def state(self) -> m.RefereeState:
-        """The referee's newest."""
-        return self.heard.states[-1].body
-
-    @property
-    def playing(self) -> bool:
-        """Play goes on."""
-        return bool(self.heard.states) and self.state.stage is m.Stage.PLAY_ROUND and self.state.halted is None
-
-    def mode(self, player: str) -> str:
-        """What a player last reported to do."""
-        return self.heard.reports[player][-1].body.mode
-
-    def body(self, name: str, poses: Received[m.Poses] | None = None) -> m.Body:
-        """A robot in the newest poses, or in the given ones."""
-        return next(b for b in (poses or self.heard.poses[-1]).body.bodies if b.name == name)
-
-    def moving(self, *names: str) -> bool:
-        """Whether all of these robots drive, by the newest poses."""
-        return bool(self.heard.poses) and all(abs(self.body(name).v) > 0.1 for name in names)
-
-    def standing(self, *names: str) -> bool:
-        """Whether all of these robots stand, by the newest poses."""
-        return all(at_rest(self.body(name)) for name in names or PLAYERS)
-
-    def first_rest(self, name: str, since: int) -> float | None:
-        """Match time from which a robot stood, among the poses heard from number `since` on; None = it drove on."""
-        for poses in self.heard.poses[since:]:
-            if at_rest(self.body(name, poses)):
-                return poses.stamp
-        return None
-
-    def time_passes(self, seconds: float, what: str) -> None:
-        """Wait until that much match time has gone by."""
-        until = self.now + seconds
-        self.wait_until(lambda: self.now >= until, f"{seconds} s of match time: {what}")
-
-    def decide(self, action: m.OfficialAction, subject: str | None = None, value: str | None = None) -> None:
-        """Speak as an official."""
-        self._mailbox.publish(
-            self.keys.official, m.Official(action=action, by="observer", subject=subject, value=value)
-        )
-        out = self._mailbox.collect()
-        assert self._session.wait_for_listener(self.keys.official.key, self.keys.official.qos, PATIENCE)
-        self._session.send(out)
-
-
-def at_rest(body: m.Body) -> bool:
-    """Whether a robot stands."""
-    return abs(body.v) < AT_REST and abs(body.w) < 2 * AT_REST
 
 
 @dataclass(frozen=True)
@@ -437,7 +269,7 @@ def _lives_in(process: psutil.Process, state_home: str) -> bool:
     try:
         if process.status() == psutil.STATUS_ZOMBIE:
             return False
-        return process.environ().get("XDG_STATE_HOME") == state_home
+        return bool(process.environ().get("XDG_STATE_HOME") == state_home)
     except (psutil.NoSuchProcess, psutil.AccessDenied):
         return False
 
@@ -463,9 +295,9 @@ def raw_publisher(endpoint: str) -> Iterator[Callable[[str, bytes], None]]:
     """Publish any bytes on any key, as a broken or foreign program might."""
     session = zenoh.open(configure("client", connect=endpoint))
     try:
-        yield lambda key, payload: session.put(key, payload)
+        yield session.put
     finally:
-        session.close()
+        session.close()  # type: ignore[no-untyped-call]
 
 
 def concrete_keys(keys: Keys, names: Sequence[str]) -> list[str]:

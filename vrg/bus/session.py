@@ -7,11 +7,13 @@ and a publication from inside a callback can hang. So callbacks here only enqueu
 
 import json
 import logging
+import os
 import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from datetime import timedelta
 
 import zenoh
 import zenoh.ext
@@ -19,7 +21,7 @@ import zenoh.ext
 from vrg.bus.codec import encode
 from vrg.bus.mailbox import QUEUE_LIMIT, Inlet, Mailbox, Outgoing
 from vrg.bus.messages import Message
-from vrg.bus.topics import Qos
+from vrg.bus.topics import Qos, router_alive
 from vrg.errors import BusError
 
 log = logging.getLogger(__name__)
@@ -29,6 +31,14 @@ LEASE_MS = 1000
 """A frozen process is seen after this long; the default of zenoh is ten times that."""
 EVENTS_KEPT = 64
 """Events that a publisher keeps for subscribers that missed some while the router was away."""
+
+RECOVERY_PERIOD = timedelta(seconds=1)
+"""Between questions for events that were missed."""
+
+# A heartbeat would give all old events to who joins late, as if they were new; questions go only to who was heard.
+# The stub asks for a number, the library for a timedelta.
+_RECOVER_EVENTS = zenoh.ext.RecoveryConfig(periodic_queries=RECOVERY_PERIOD, heartbeat=None)  # type: ignore[arg-type]
+_RECOVER_STATE = zenoh.ext.RecoveryConfig(periodic_queries=None, heartbeat=True)
 
 _Publisher = zenoh.Publisher | zenoh.ext.AdvancedPublisher
 _Subscriber = zenoh.Subscriber[None] | zenoh.ext.AdvancedSubscriber[None]
@@ -203,7 +213,7 @@ class Session:
                 inlet.topic.key,
                 on_sample,
                 history=late if qos is Qos.STATE else None,
-                recovery=zenoh.ext.RecoveryConfig(periodic_queries=None, heartbeat=True),
+                recovery=_RECOVER_STATE if qos is Qos.STATE else _RECOVER_EVENTS,
             )
         )
 
@@ -245,6 +255,8 @@ def open_router(endpoint: str = DEFAULT_ENDPOINT) -> Iterator[None]:
             f"Choose another endpoint with --router ({error})"
         ) from None
     try:
+        token = raw.liveliness().declare_token(router_alive(os.getpid()))
         yield
+        token.undeclare()  # type: ignore[no-untyped-call]
     finally:
         raw.close()  # type: ignore[no-untyped-call]

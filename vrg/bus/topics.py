@@ -147,6 +147,11 @@ class Keys:
         ]  # fmt: skip
 
 
+def router_alive(pid: int) -> str:
+    """Key of the liveliness token of a router's process: a router belongs to no match."""
+    return f"vrg-router/{pid}"
+
+
 def key_matches(expression: str, key: str) -> bool:
     """Whether a concrete key is in the set of a key expression whose chunks may be `*` or a last `**`."""
     wanted, given = expression.split("/"), key.split("/")

@@ -1,5 +1,6 @@
 """`vrg play` and `vrg check`."""
 
+import contextlib
 import enum
 import os
 import sys
@@ -21,7 +22,7 @@ from vrg.bus.process import run_node, stop_on_signals
 from vrg.bus.session import Session, open_session
 from vrg.commands.options import MatchArgument
 from vrg.config import MatchSetup, load_match, match_path
-from vrg.errors import VrgError
+from vrg.errors import LaunchError, VrgError
 from vrg.launch import in_process, nodes
 from vrg.launch.local import LocalMatch, free_endpoint
 from vrg.launch.result import plot, write_result
@@ -30,6 +31,8 @@ from vrg.ui.table import TerminalTable
 
 LINGER = 5.0
 """s of real time that windows stay open when the game is over."""
+ENDPOINTS_TRIED = 3
+"""Launchers that are started at once can choose the same endpoint; all but one of them then choose again."""
 
 
 class EngineName(enum.StrEnum):
@@ -150,12 +153,9 @@ def _pace(stop: threading.Event, rate: float) -> Callable[[float], bool]:
 def _play_processes(
     setup: MatchSetup, folder: RunFolder, console: Console, stop: threading.Event, *, window: bool
 ) -> RefereeState | None:
-    endpoint = free_endpoint()
-    local = LocalMatch(
-        setup, folder, endpoint, window=window, announce=lambda text: console.print(f"[yellow]{text}[/yellow]")
-    )
+    local = _served(setup, folder, console, window=window)
     done = threading.Event()
-    table = threading.Thread(target=_show_table, args=(setup, endpoint, console, done))
+    table = threading.Thread(target=_show_table, args=(setup, local.endpoint, console, done))
     with Progress(TextColumn("starting {task.description}"), BarColumn(), console=console, transient=True) as progress:
         task = progress.add_task("processes", total=len(local.names) - 1)
 
@@ -166,12 +166,29 @@ def _play_processes(
             progress.stop()
             table.start()
 
-        try:
-            return local.run(stop, progress=ready, started=started, linger=LINGER if window else 1.0).state
-        finally:
+        def ending() -> None:
             done.set()
             if table.ident is not None:
                 table.join()
+
+        linger = LINGER if window else 1.0
+        return local.run(stop, progress=ready, started=started, ending=ending, linger=linger).state
+
+
+def _served(setup: MatchSetup, folder: RunFolder, console: Console, *, window: bool) -> LocalMatch:
+    """A match whose router runs, at the first endpoint where it can."""
+
+    def announce(text: str) -> None:
+        console.print(f"[yellow]{text}[/yellow]")
+
+    for _ in range(ENDPOINTS_TRIED - 1):
+        local = LocalMatch(setup, folder, free_endpoint(), window=window, announce=announce)
+        with contextlib.suppress(LaunchError):
+            local.serve()
+            return local
+    local = LocalMatch(setup, folder, free_endpoint(), window=window, announce=announce)
+    local.serve()
+    return local
 
 
 def _show_table(setup: MatchSetup, endpoint: str, console: Console, done: threading.Event) -> None:

@@ -13,6 +13,7 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import RefereeState, Stage
 from vrg.bus.session import DEFAULT_ENDPOINT, Session, open_session
 from vrg.config import MatchSetup
+from vrg.errors import LaunchError
 from vrg.launch.managed import ProcessSpec
 from vrg.launch.registry import RunningMatch, register
 from vrg.launch.run_folder import RunFolder
@@ -87,7 +88,7 @@ class LocalMatch:
     ) -> None:
         self._setup = setup
         self._folder = folder
-        self._endpoint = endpoint
+        self.endpoint = endpoint
         self._supervisor = Supervisor(
             specs(setup, folder, endpoint, serve=serve, window=window), endpoint, setup.keys, folder.logs, announce
         )
@@ -97,20 +98,34 @@ class LocalMatch:
         """Of the processes."""
         return [p.spec.name for p in self._supervisor.processes]
 
+    def serve(self) -> None:
+        """Start the router; `run` starts the others.
+
+        Raises:
+            LaunchError: it cannot serve at the endpoint; nothing runs.
+        """
+        try:
+            self._supervisor.start_router()
+        except LaunchError:
+            self._supervisor.stop()
+            raise
+
     def run(
         self,
         stop: threading.Event,
         *,
         progress: Callable[[str], None],
         started: Callable[[Session], None],
+        ending: Callable[[], None],
         linger: float,
     ) -> LocalEnding:
-        """Start, watch over and stop the match. Whatever happens, no process is left behind.
+        """Start, watch over and stop the match that is served. Whatever happens, no process is left behind.
 
         Args:
             stop: set it to break the match off.
             progress: told each process that is ready.
             started: called once all are, with the launcher's session.
+            ending: called before the processes are stopped.
             linger: s of real time that everything stays after the game is over, for those who watch.
 
         Raises:
@@ -119,8 +134,7 @@ class LocalMatch:
         supervisor = self._supervisor
         state: RefereeState | None = None
         try:
-            supervisor.start_router()
-            with open_session(self._endpoint) as session, self._registered():
+            with open_session(self.endpoint) as session, self._registered():
                 mailbox = Mailbox()
                 referee = mailbox.subscribe(self._setup.keys.referee_state)
                 session.attach(mailbox)
@@ -138,14 +152,17 @@ class LocalMatch:
                         if time.monotonic() - over_since >= linger:
                             break
         finally:
-            supervisor.stop()
+            try:
+                ending()
+            finally:
+                supervisor.stop()
         return LocalEnding(state, interrupted=stop.is_set())
 
     @contextlib.contextmanager
     def _registered(self) -> Iterator[None]:
         entry = RunningMatch(
             match=self._setup.file.name,
-            router=self._endpoint,
+            router=self.endpoint,
             run=str(self._folder.path.resolve()),
             pid=os.getpid(),
         )

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from vrg.bus.session import Session, open_session
-from vrg.bus.topics import Keys
+from vrg.bus.topics import Keys, router_alive
 from vrg.errors import BusError, LaunchError
 from vrg.launch.managed import STOP_PATIENCE, ManagedProcess, ProcessSpec
 
@@ -59,18 +59,26 @@ class Supervisor:
         """Start the router, if it is this supervisor's.
 
         Raises:
-            LaunchError: it does not answer.
+            LaunchError: it does not answer, or another one has taken its endpoint.
         """
         for router in [p for p in self.processes if p.spec.token is None]:
             router.start()
             self._router_since = time.monotonic()
             try:
-                with open_session(self._endpoint, patience=READY_PATIENCE):
-                    router.ready = router.pid is not None
+                with open_session(self._endpoint, patience=READY_PATIENCE) as session:
+                    self._wait_own(router, session)
             except BusError as error:
                 raise LaunchError(f"{router.spec.name}: {error}\n{router.last_words()}") from error
-            if not router.ready:
-                raise LaunchError(f"another router has taken {self._endpoint} just now; try again")
+
+    def _wait_own(self, router: ManagedProcess, session: Session) -> None:
+        """Wait until the router that answers is the one that was started, and not one that was faster."""
+        deadline = time.monotonic() + READY_PATIENCE
+        while (pid := router.pid) is not None and time.monotonic() < deadline:
+            if session.alive(router_alive(pid)):
+                router.ready = True
+                return
+            time.sleep(0.02)
+        raise LaunchError(f"{router.spec.name} does not serve at {self._endpoint}:\n{router.last_words()}")
 
     def _wait_ready(self, members: list[ManagedProcess], progress: Callable[[str], None]) -> None:
         deadline = time.monotonic() + READY_PATIENCE

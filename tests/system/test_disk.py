@@ -1,0 +1,91 @@
+"""The disk of the run folder is full: play goes on or halts with the reason, and nothing written is lost."""
+
+import contextlib
+import json
+import os
+import signal
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from tests.system.harness import PLAYERS, Disk, Match, long_match
+from tests.system.observer import Observer
+from vrg.bus.messages import OfficialAction, Stage
+from vrg.bus.tracks import read_tracks
+from vrg.coordinator.journal import read_journal
+from vrg.launch.run_folder import RunFolder
+
+pytestmark = pytest.mark.system
+
+
+def fill(path: Path) -> None:
+    """Write until nothing more fits."""
+    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT)
+    with contextlib.suppress(OSError):
+        while os.write(descriptor, bytes(4096)):
+            pass
+    os.close(descriptor)
+
+
+def halted_or_scored(observer: Observer, score: int) -> bool:
+    return observer.state.halted is not None or observer.state.score["sharks"] == score
+
+
+@contextlib.contextmanager
+def still_open(folder: Path) -> Iterator[Path]:
+    """The folder, also when the name space in which its disk was mounted is gone."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        yield Path(f"/proc/self/fd/{descriptor}")
+    finally:
+        os.close(descriptor)
+
+
+def test_a_full_disk_halts_the_match_and_loses_nothing(start: Callable[..., Match], small_disk: Disk) -> None:
+    match = start(long_match("crowded"), disk=small_disk)
+    observer = match.observer
+    filler = match.run.path / "filler"
+    fill(filler)
+    # Calls are journalled until the last page is full.
+    for score in range(1, 50):
+        observer.decide(OfficialAction.SET_SCORE, "sharks", str(score))
+        fill(filler)
+        observer.wait_until(partial(halted_or_scored, observer, score), "the score or a halt")
+        if observer.state.halted:
+            break
+    assert "No space left on device: free some space" in (observer.state.halted or "")
+    observer.wait_until(observer.standing, "all robots to stand")
+    _, records = read_journal(match.run.journal)
+    assert records[-1].standing.game["caught"] == score - 1, "what was announced is what was written"
+    assert set(read_tracks(match.run.recording)) == set(PLAYERS)
+    observer.decide(OfficialAction.RESUME)
+    observer.time_passes(0.5, "asked to resume on a full disk")
+    assert observer.state.halted
+
+    filler.unlink()
+    match.resume()
+    assert observer.state.score["sharks"] == score
+    match.command("official", "end")
+    observer.wait_until(lambda: observer.state.stage is Stage.GAME_OVER, "the end")
+    with still_open(match.run.path) as path:
+        run = RunFolder(path)
+        assert match.wait_ended() == 0
+        _, records = read_journal(run.journal)
+        assert records[-1].standing.stage is Stage.GAME_OVER
+        assert json.loads(run.result.read_text())["score"]["sharks"] == score
+        assert set(read_tracks(run.recording)) == set(PLAYERS)
+
+
+def test_a_match_on_a_full_disk_ends_without_a_result_file(start: Callable[..., Match], small_disk: Disk) -> None:
+    match = start(long_match("stuck"), disk=small_disk)
+    filler = match.run.path / "filler"
+    fill(filler)
+    match.observer.time_passes(1.0, "on a full disk")
+    match.launcher.send_signal(signal.SIGINT)
+    with still_open(match.run.path) as path:
+        assert match.wait_ended() == 130
+        read_journal(RunFolder(path).journal)
+    assert "the result cannot be kept" in match.said()
+    assert "Traceback" not in match.said()

@@ -1,0 +1,94 @@
+"""How a match ends: by its rules, by its user, by an accident. No process is ever left behind."""
+
+import json
+import signal
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.system.conftest import Arena
+from tests.system.harness import PLAYERS, Match, long_match, short_match, wait_until
+from tests.system.observer import PATIENCE
+from vrg.bus.messages import Stage
+from vrg.bus.tracks import read_calls, read_tracks
+from vrg.coordinator.journal import read_journal
+
+pytestmark = pytest.mark.system
+
+
+def test_a_short_match_is_played_to_its_end(start: Callable[..., Match]) -> None:
+    match = start(short_match("short"))
+    assert match.wait_ended(4 * PATIENCE) == 0
+    said, run = match.said(), match.run
+    assert "killed" not in said
+    assert "started again" not in said
+    assert "NO CLOCK" not in said.split("Game Over")[-1], "the launcher does not watch its own end"
+    assert "Recorded in" in said
+
+    result = json.loads(run.result.read_text())
+    assert result["ended"] == "game over"
+    assert result["winner"] in ("sharks", "minnows")
+    assert f"{result['winner'].capitalize()} win" in said
+    header, records = read_journal(run.journal)
+    assert header.match == "short"
+    assert records[-1].standing.stage is Stage.GAME_OVER
+    assert records[-1].standing.winner == result["winner"]
+    calls = [call for record in records for call in record.calls]
+    assert [call.number for call in calls] == list(range(1, len(calls) + 1))
+    assert [(c["rule"], c["text"]) for c in result["calls"]] == [(c.rule, c.text) for c in calls]
+
+    tracks = read_tracks(run.recording)
+    assert set(tracks) == set(PLAYERS)
+    assert all(len(track.times) > 50 for track in tracks.values())
+    assert [call.number for call in read_calls(run.recording)] == [call.number for call in calls]
+    assert run.plot.read_bytes().startswith(b"\x89PNG")
+    for name in ("router", "world", "referee", "recorder", *PLAYERS):
+        log = match.log(name)
+        assert "stopping: SIGTERM" in log, name
+        assert "Traceback" not in log, log
+    for name in ("world", "referee", "recorder", *PLAYERS):
+        statistics = json.loads((run.logs / f"{name}.json").read_text())
+        assert statistics["ticks"] > 50
+        assert statistics["dropped"] == 0
+    assert not list((run.path).glob(".*")), "no half-written file is left"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["Ctrl-C", "SIGTERM"])
+def test_a_match_that_is_interrupted_says_so_and_leaves_nobody(
+    start: Callable[..., Match], number: signal.Signals
+) -> None:
+    match = start(long_match("interrupted"))
+    match.launcher.send_signal(number)
+    assert match.wait_ended() == 130
+    assert "Interrupted" in match.said()
+    assert "killed" not in match.said()
+    result = json.loads(match.run.result.read_text())
+    assert result["ended"] == "interrupted"
+    assert result["winner"] is None
+    assert set(read_tracks(match.run.recording)) == set(PLAYERS)
+    read_journal(match.run.journal)
+
+
+def test_an_interrupt_while_processes_start_leaves_nobody(arena: Arena, tmp_path: Path) -> None:
+    arena.clear()
+    match = Match(tmp_path, long_match("early"))
+    try:
+        wait_until(lambda: len(match.survivors()) > 2, "the first processes")
+        match.launcher.send_signal(signal.SIGINT)
+        assert match.wait_ended() == 130
+        assert "Interrupted" in match.said()
+        assert "Traceback" not in match.said()
+    finally:
+        match.close()
+
+
+def test_nobody_outlives_a_launcher_that_is_killed(start: Callable[..., Match]) -> None:
+    match = start(long_match("orphans"))
+    assert len(match.survivors()) == 9
+    match.launcher.kill()
+    wait_until(lambda: not match.survivors(), "every process to end by itself")
+    for name in ("world", "referee", "recorder", *PLAYERS):
+        assert "stopping: the supervisor is gone" in match.log(name), name
+    assert set(read_tracks(match.run.recording)) == set(PLAYERS)
+    read_journal(match.run.journal)

@@ -1,0 +1,31 @@
+"""Several matches on one machine, of people who know nothing of each other."""
+
+import contextlib
+from pathlib import Path
+
+import pytest
+
+from tests.system.conftest import Arena
+from tests.system.harness import Match, long_match
+
+pytestmark = pytest.mark.system
+
+
+def test_two_matches_that_start_at_once_are_both_played(arena: Arena, tmp_path: Path) -> None:
+    arena.clear()
+    with contextlib.ExitStack() as stack:
+        matches = []
+        for name in ("left", "right"):
+            folder = tmp_path / name
+            folder.mkdir()
+            matches.append(Match(folder, long_match("same")))
+            stack.callback(matches[-1].close)
+        left, right = (match.__enter__() for match in matches)
+        assert left.endpoint != right.endpoint
+        left.command("official", "halt")
+        left.observer.wait_until(lambda: left.observer.state.halted, "the halt of one")
+        clock = right.observer.state.clock
+        right.observer.wait_until(lambda: right.observer.state.clock > clock, "the other to go on")
+        assert right.observer.playing
+        for match in matches:
+            assert "started again" not in match.said()

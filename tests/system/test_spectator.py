@@ -1,0 +1,32 @@
+"""A window is nobody whom a match needs."""
+
+import signal
+from collections.abc import Iterator
+
+import pytest
+
+from tests.system.conftest import Arena
+from tests.system.harness import MINNOWS, Match, long_match
+
+pytestmark = pytest.mark.system
+
+
+@pytest.fixture(scope="module")
+def watched(arena: Arena, display: str) -> Iterator[Match]:
+    """A match with a window on it."""
+    match = arena.start(long_match("watched"), environment={"DISPLAY": display}, window=True)
+    yield match
+    match.close()
+
+
+@pytest.mark.parametrize("fault", [signal.SIGKILL, signal.SIGSTOP], ids=["dies", "hangs"])
+def test_a_window_that_fails_is_opened_again_and_play_goes_on(watched: Match, fault: signal.Signals) -> None:
+    observer = watched.observer
+    old = watched.child("spectator")
+    calls = len(observer.heard.calls)
+    old.send_signal(fault)
+    watched.wait_replaced("spectator", old)
+    observer.wait_until(lambda: observer.alive("spectator", "window"), "the new window to be ready")
+    assert observer.playing
+    assert observer.moving(*MINNOWS)
+    assert observer.heard.calls[calls:] == [], "nothing was called, nobody was halted"
