@@ -39,12 +39,13 @@ from vrg.agents.player import PERIOD
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Stage
 from vrg.bus.node import Tick
-from vrg.bus.process import run_world, stop_on_signals
+from vrg.bus.process import run_world
 from vrg.bus.session import Session, open_session
+from vrg.bus.stopping import stop_on_signals
 from vrg.bus.topics import Keys, name_in
 from vrg.config import MatchSetup, load_match
 from vrg.hal.sim.config import WorldConfig
-from vrg.hal.sim.node import WorldNode
+from vrg.hal.sim.world_node import WorldNode
 from vrg.launch.local import free_endpoint, specs
 from vrg.launch.run_folder import RunFolder, write_json
 from vrg.launch.supervisor import Supervisor

@@ -1,5 +1,6 @@
 """Match files: everything wrong is said at once, with file, line and field."""
 
+import importlib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -51,7 +52,7 @@ def test_what_is_missing_is_told_at_its_table(load: Load) -> None:
 
 
 def test_all_problems_are_told_at_once_in_the_order_of_the_file(load: Load) -> None:
-    text = GOOD.replace("seed = 0", "seed = -1").replace("tag", "tag").replace("x = 19.0", 'x = "east"')
+    text = GOOD.replace("seed = 0", "seed = -1").replace("x = 19.0", 'x = "east"')
     text = text.replace("zone_depth = 4.0", "zone_depth = 40.0")
     found = problems(load, text)
     assert [int(p.split(":")[0]) for p in found] == sorted(int(p.split(":")[0]) for p in found)
@@ -128,6 +129,9 @@ class Spinner(Strategy):
 
 class NoStrategy:
     pass
+
+class Half(Strategy):
+    pass
 """
 
 
@@ -147,9 +151,45 @@ def test_a_file_with_an_error_in_it_is_told_before_anything_starts(load: Load, t
 
 def test_what_is_no_strategy_is_refused(load: Load, tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(STRATEGY)
-    setup = load(GOOD.replace('role = "shark"', 'role = "shark"\nstrategy = "mine.py:NoStrategy"'))
-    with pytest.raises(ConfigError, match="subclass of"):
-        setup.strategy("player1")
+    for name, told in (("NoStrategy", "subclass of"), ("Half", "cannot be made: TypeError")):
+        found = problems(load, GOOD.replace('role = "shark"', f'role = "shark"\nstrategy = "mine.py:{name}"'))
+        assert told in found[0]
+
+
+def test_a_strategy_file_may_have_the_name_of_a_library_and_neighbours(load: Load, tmp_path: Path) -> None:
+    (tmp_path / "queue.py").write_text("from neighbour import SPEED\n" + STRATEGY)
+    (tmp_path / "neighbour.py").write_text("SPEED = 1.0\n")
+    setup = load(GOOD.replace('role = "shark"', 'role = "shark"\nstrategy = "queue.py:Spinner"'))
+    assert type(setup.strategy("player1")).__name__ == "Spinner"
+    assert importlib.import_module("queue").Queue
+
+
+def test_the_first_player_that_a_problem_names_gives_the_line(load: Load) -> None:
+    """Also where a player is called like a word of the rules."""
+    text = GOOD.replace('name = "player1"', 'name = "shark"').replace("x = 17.0\ny = -16.0", "x = 17.0\ny = -20.0")
+    assert problems(load, text)[0].startswith("24: players: player2 is a minnow and starts")
+
+
+@pytest.mark.parametrize("name", ["world", "referee", "recorder", "router", "spectator"])
+def test_names_of_other_processes_are_refused(load: Load, name: str) -> None:
+    assert any("another process" in p for p in problems(load, GOOD.replace('name = "player3"', f'name = "{name}"')))
+
+
+def test_end_zones_must_be_free_of_the_maps_obstacles(load: Load, tmp_path: Path) -> None:
+    (tmp_path / "yard.toml").write_text(
+        'name = "yard"\n[bounds]\nx_min = 0.0\ny_min = -40.0\nx_max = 40.0\ny_max = 0.0\n'
+        "[[circle]]\nx = 25.0\ny = -31.0\nradius = 0.4\n"
+    )
+    found = problems(load, GOOD.replace('map = "courtyard"', 'map = "yard.toml"'))
+    assert len(found) == 1
+    assert "the safe zone, x 16 to 26, y -32 to -28, must be free" in found[0]
+
+
+def test_an_override_does_not_shift_the_lines(tmp_path: Path) -> None:
+    path = tmp_path / "match.toml"
+    path.write_text(GOOD.replace("zone_depth", "zone_dept"))
+    with pytest.raises(ConfigError, match=r"match.toml:15: rules.zone_dept"):
+        load_match(path, rate=2.0)
 
 
 def test_an_unknown_player_is_answered_with_the_known_ones(load: Load) -> None:

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from vrg import __version__
-from vrg.commands import diagram, doctor, nodes, official, play, topic
+from vrg.commands import diagram, doctor, official, play, processes, topic
 from vrg.errors import VrgError
 
 # What pygame prints on import would be the first line of every command.
@@ -25,7 +25,14 @@ app.add_typer(official.app, name="official")
 app.add_typer(topic.app, name="topic")
 app.command()(diagram.diagram)
 app.command()(doctor.doctor)
-for node in (nodes.router, nodes.world, nodes.coordinator, nodes.player, nodes.recorder, nodes.spectator):
+for node in (
+    processes.router,
+    processes.world,
+    processes.coordinator,
+    processes.player,
+    processes.recorder,
+    processes.spectator,
+):
     app.command(rich_help_panel="Single processes")(node)
 
 

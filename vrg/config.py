@@ -21,7 +21,11 @@ from vrg.errors import ConfigError
 from vrg.hal.backends import backend_names
 from vrg.hal.models import MODELS, robot_model
 from vrg.hal.sim.config import RobotSetup, WorldConfig, check_setup
+from vrg.hal.sim.map import load_map
 from vrg.toml_text import line_of, lines_of, syntax_error_line, with_values
+
+PROCESS_NAMES = ("router", "world", "referee", "recorder", "spectator")
+"""A player's process and log are named after the player; these names are taken."""
 
 
 class _Table(BaseModel):
@@ -61,6 +65,8 @@ class PlayerEntry(_Table):
     @field_validator("name")
     @classmethod
     def _name(cls, value: str) -> str:
+        if value in PROCESS_NAMES:
+            raise ValueError(f"{value!r} is the name of another process of a match")
         return _check_name(value)
 
     @field_validator("model")
@@ -153,12 +159,7 @@ class MatchSetup:
         Raises:
             ConfigError: it cannot be imported, or is no Strategy.
         """
-        player = self.player(name)
-        target = player.strategy or default_strategy(self.file.game)
-        kind = import_object(target, self.base)
-        if not (isinstance(kind, type) and issubclass(kind, Strategy)):
-            raise ConfigError([f"{target}: expected a subclass of vrg.agents.strategy.Strategy, got {kind!r}"])
-        return kind(name, robot_model(player.model))
+        return _make_strategy(self.file, self.player(name), self.base)
 
 
 def match_path(game_or_path: str) -> Path:
@@ -191,13 +192,13 @@ def load_match(path: Path, *, base: Path | None = None, **overrides: str | int |
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError([f"{path}: cannot be read: {error}"]) from None
+    lines = lines_of(text)
     text = with_values(text, {k: v for k, v in overrides.items() if v is not None})
     base = base or path.resolve().parent
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ConfigError([f"{path}:{syntax_error_line(error)}: not TOML: {error}"]) from None
-    lines = lines_of(text)
     try:
         file = MatchFile.model_validate(data)
     except ValidationError as error:
@@ -226,9 +227,8 @@ def _check(file: MatchFile, text: str, path: Path, base: Path, lines: dict[tuple
             line = line_of(lines, ("players", i, "role"))
             known = ", ".join(game.roles)
             problems.append(f"{path}:{line}: players.{i}.role: expected one of {known}, got {player.role!r}")
-        target = player.strategy or default_strategy(file.game)
         try:
-            import_object(target, base)
+            _make_strategy(file, player, base)
         except ConfigError as error:
             line = line_of(lines, ("players", i, "strategy"))
             problems += [f"{path}:{line}: players.{i}.strategy: {p}" for p in error.problems]
@@ -236,12 +236,45 @@ def _check(file: MatchFile, text: str, path: Path, base: Path, lines: dict[tuple
     if not problems:
         settings = game.settings.model_validate(file.rules)
         try:
-            make_rulebook(file.game, settings, _contestants(file))
+            book = make_rulebook(file.game, settings, _contestants(file))
+            problems += [_locate(p, file, path, lines) for p in _cluttered_zones(book, world)]
         except ConfigError as error:
             problems += [_locate(p, file, path, lines) for p in error.problems]
     if problems:
         raise ConfigError(sorted(problems, key=_line_number))
     return MatchSetup(file, text, base, settings, world)
+
+
+def _make_strategy(file: MatchFile, player: PlayerEntry, base: Path) -> Strategy:
+    """A player's strategy.
+
+    Raises:
+        ConfigError: it cannot be imported or made, or is no Strategy.
+    """
+    target = player.strategy or default_strategy(file.game)
+    kind = import_object(target, base)
+    if not (isinstance(kind, type) and issubclass(kind, Strategy)):
+        raise ConfigError([f"{target}: expected a subclass of vrg.agents.strategy.Strategy, got {kind!r}"])
+    try:
+        return kind(player.name, robot_model(player.model))
+    except Exception as error:
+        raise ConfigError([f"{target}: cannot be made: {type(error).__name__}: {error}"]) from error
+
+
+def _cluttered_zones(book: RuleBook[Any], world: WorldConfig) -> list[str]:
+    """Zones where players line up, but where the map has walls or ends."""
+    map_ = load_map(world.map)
+    problems = []
+    for zone in book.zones(book.initial()):
+        if zone.kind == "field":
+            continue
+        middle = Pose((zone.x_min + zone.x_max) / 2, (zone.y_min + zone.y_max) / 2, 0.0)
+        if not map_.footprint_clear(middle, zone.x_max - zone.x_min, zone.y_max - zone.y_min):
+            problems.append(
+                f"rules: the {zone.name} zone, x {zone.x_min:g} to {zone.x_max:g}, y {zone.y_min:g} to {zone.y_max:g}, "
+                f"must be free of walls and obstacles and inside the bounds of map {map_.name!r}"
+            )
+    return problems
 
 
 def _contestants(file: MatchFile) -> list[Contestant]:
@@ -286,10 +319,14 @@ def _explain(
 
 
 def _locate(problem: str, file: MatchFile, path: Path, lines: dict[tuple[str | int, ...], int]) -> str:
-    """Put file and line before a problem that names a player or a top-level field."""
-    for i, player in enumerate(file.players):
-        if re.search(rf"\b{re.escape(player.name)}\b(?!-)", problem):
-            return f"{path}:{line_of(lines, ('players', i))}: {problem}"
+    """Put file and line before a problem that names players, of whom the first counts, or a top-level field."""
+    named = [
+        (found.start(), i)
+        for i, player in enumerate(file.players)
+        if (found := re.search(rf"(?<![\w-]){re.escape(player.name)}(?![\w-])", problem))
+    ]
+    if named:
+        return f"{path}:{line_of(lines, ('players', min(named)[1]))}: {problem}"
     return f"{path}:{line_of(lines, (problem.split(':', maxsplit=1)[0],))}: {problem}"
 
 

@@ -60,8 +60,6 @@ def test_in_a_corner_a_minnow_slips_past_on_the_side_with_room() -> None:
     assert math.dist(end, (9.3, 19.3)) > 0.5
 
 
-# Steering
-
 ROCK = Obstacle((5.0, 10.0), (0.0, 0.0), 1.0)
 
 

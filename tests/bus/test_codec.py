@@ -71,6 +71,7 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
         subject=st.none() | names, value=st.none() | st.text(max_size=10),
     ),
     m.Estop: st.builds(m.Estop, engaged=st.booleans(), by=names, reason=st.text(max_size=20)),
+    m.Pulse: st.builds(m.Pulse, ticks=counts, missed=counts),
     m.Laser: st.builds(
         m.Laser,
         angle_min=angles, angle_step=angles, range_max=coordinates,

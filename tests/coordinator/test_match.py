@@ -27,8 +27,8 @@ class Book:
     def initial(self) -> State:
         return State()
 
-    def obstacles_to_start(self, state: State, now: Field) -> list[str]:
-        return [] if "a" in now.poses and now.poses["a"].x < 5 else ["a is not at home"]
+    def obstacles_to_start(self, state: State, now: Field) -> dict[str, str]:
+        return {} if "a" in now.poses and now.poses["a"].x < 5 else {"a": "is not at home"}
 
     def judge(self, state: State, before: Field, now: Field, clock: float) -> Verdict[State]:
         x = now.poses["a"].x
@@ -36,15 +36,15 @@ class Book:
             return Verdict(state, [_finding("foul", foul=True)])
         if x > 10:
             state = structs.replace(state, points=state.points + 1)
-            over = state.points % 3 == 0
-            winner = "team" if over and state.round == 2 else None
-            return Verdict(state, [_finding("goal")], round_over=over, winner=winner)
+            return Verdict(state, [_finding("goal")], round_over=state.points % 3 == 0)
         return Verdict(state)
 
     def obstacles_to_resume(self, state: State, now: Field) -> list[str]:
         return [] if now.poses["a"].x >= 0 else ["a is still outside"]
 
     def next_round(self, state: State, now: Field) -> Verdict[State]:
+        if state.round == 2:
+            return Verdict(state, winner="team" if state.points > 3 else "nature")
         return Verdict(structs.replace(state, round=state.round + 1))
 
     def statuses(self, state: State, stage: Stage, now: Field) -> list[PlayerStatus]:
@@ -81,7 +81,7 @@ def playing() -> Match:
 
 
 def official(action: OfficialAction, subject: str | None = None, value: str | None = None) -> Official:
-    return Official(action=action, by="ann", reason="because", subject=subject, value=value)
+    return Official(action=action, by="ann", reason="because", subject=subject, value=value, id="7")
 
 
 def rules(outcome: Outcome) -> list[str]:
@@ -148,11 +148,18 @@ def _finished() -> Match:
 
 def test_the_game_ends_with_a_winner() -> None:
     match = _finished()
-    outcome = match.step(0.1, at(1), [])
-    assert rules(outcome) == ["game_over"]
+    assert play(match, [1] * 25) == ["game_over"]
     assert match.over
     assert match.winner == "team"
     assert not match.step(0.1, at(11), []), "nothing is judged any more"
+
+
+def test_the_last_call_can_still_be_overruled() -> None:
+    match = _finished()
+    play(match, [1] * 5)
+    match.decide(official(OfficialAction.SET_SCORE, "team", "0"), at(1), [])
+    play(match, [1] * 25)
+    assert match.winner == "nature"
 
 
 def test_halt_stops_clock_and_robots_and_nothing_is_judged() -> None:
@@ -200,6 +207,23 @@ def test_reasons_to_halt_add_up_and_are_told_once() -> None:
     match.halt("two")
     assert not match.halt("one")
     assert match.halted == "one; two"
+    match.halt("on")
+    assert match.halted == "one; two; on", "a part of another reason is a reason of its own"
+
+
+def test_reasons_without_end_still_fit_into_a_message() -> None:
+    match = playing()
+    for i in range(200):
+        match.halt(f"reason number {i}")
+    assert len(match.halted or "") <= 1500
+
+
+def test_an_official_is_answered_also_when_play_is_halted_already() -> None:
+    match = playing()
+    first = match.decide(official(OfficialAction.HALT), at(1), [])
+    again = match.decide(official(OfficialAction.HALT), at(1), [])
+    assert [f.answers for f in (*first.findings, *again.findings)] == ["7", "7"]
+    assert "halted already" in again.findings[0].text
 
 
 def test_what_is_not_halted_cannot_be_resumed() -> None:
@@ -231,19 +255,30 @@ def test_an_impossible_decision_changes_nothing() -> None:
 @pytest.mark.parametrize("action", list(OfficialAction))
 def test_after_the_end_nothing_can_be_decided(action: OfficialAction) -> None:
     match = _finished()
-    match.step(0.1, at(1), [])
+    play(match, [1] * 25)
     assert rules(match.decide(official(action), at(1), [])) == ["refused"]
 
 
 def test_players_that_do_not_line_up_are_put_on_their_marks_again_and_again() -> None:
     class Stubborn(Book):
-        def obstacles_to_start(self, state: State, now: Field) -> list[str]:
-            return ["a is 3.0 m from its mark"]
+        def obstacles_to_start(self, state: State, now: Field) -> dict[str, str]:
+            return {"a": "is 3.0 m from its mark"}
 
     match = Match(Stubborn(), lineup_limit=5.0)
     placed = [i for i in range(300) if match.step(0.1, at(7), []).place]
     assert placed[0] in (49, 50)
     assert placed[1] - placed[0] == pytest.approx(PLACE_AGAIN / 0.1, abs=1)
+
+
+def test_who_was_put_on_its_mark_is_held_there_for_a_while() -> None:
+    match = Match(Book(), lineup_limit=5.0)
+    may_move = []
+    for _ in range(120):
+        match.step(0.1, at(7), [])
+        may_move.append(match.state(at(7), estop=False).players[0].may_move)
+    assert may_move[:45] == [True] * 45
+    assert may_move[55:75] == [False] * 20
+    assert all(may_move[85:]), "and may try again by itself"
 
 
 def test_nobody_is_put_anywhere_while_a_player_is_absent() -> None:
@@ -264,7 +299,7 @@ def test_a_match_taken_up_again_stands_where_it_was_in_halt() -> None:
 
 def test_a_match_that_was_over_stays_over() -> None:
     match = _finished()
-    match.step(0.1, at(1), [])
+    play(match, [1] * 25)
     again = Match(Book(), 60.0, match.standing())
     assert again.over
     assert again.halted is None

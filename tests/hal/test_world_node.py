@@ -26,7 +26,7 @@ from vrg.bus.messages import (
 from vrg.errors import ConfigError, WorldError
 from vrg.hal.models import MODELS
 from vrg.hal.sim.config import check_setup
-from vrg.hal.sim.node import WorldNode
+from vrg.hal.sim.world_node import WorldNode
 
 GO = (KEYS.drive("a"), Drive(left=3.0, right=3.0))
 GO_B = (KEYS.drive("b"), Drive(left=3.0, right=3.0))
@@ -306,19 +306,27 @@ class TestRequests:
     def test_place_moves_one(self) -> None:
         world = wire()
         world.tick()
-        self.request(world, kind=RequestKind.PLACE, robot="a", pose=Pose(4, 4, 1))
+        self.request(world, kind=RequestKind.PLACE, places={"a": Pose(4, 4, 1)})
         assert world.node.world.pose("a") == Pose(4, 4, 1)
+
+    def test_two_robots_change_places_at_once(self) -> None:
+        world = wire()
+        world.tick()
+        here, there = world.node.world.pose("a"), world.node.world.pose("b")
+        self.request(world, kind=RequestKind.PLACE, places={"a": there, "b": here})
+        assert (world.node.world.pose("a"), world.node.world.pose("b")) == (there, here)
 
     @pytest.mark.parametrize(
         ("fields", "why"),
         [
             ({"kind": RequestKind.REMOVE, "robot": "ghost"}, "ghost"),
             ({"kind": RequestKind.RESET, "robot": "ghost"}, "ghost"),
-            ({"kind": RequestKind.PLACE, "robot": "a"}, "expected a pose"),
-            ({"kind": RequestKind.PLACE, "pose": Pose(0, 0, 0)}, "expected a robot"),
-            ({"kind": RequestKind.PLACE, "robot": "a", "pose": Pose(-12, -22, 0)}, "wall or obstacle"),
-            ({"kind": RequestKind.PLACE, "robot": "a", "pose": Pose(500, 0, 0)}, "inside map"),
-            ({"kind": RequestKind.PLACE, "robot": "a", "pose": Pose(20.0, -16.9, 0)}, "overlap b"),
+            ({"kind": RequestKind.PLACE}, "expected places"),
+            ({"kind": RequestKind.PLACE, "places": {"ghost": Pose(5, -20, 0)}}, "ghost"),
+            ({"kind": RequestKind.PLACE, "places": {"a": Pose(-12, -22, 0)}}, "wall or obstacle"),
+            ({"kind": RequestKind.PLACE, "places": {"a": Pose(500, 0, 0)}}, "inside map"),
+            ({"kind": RequestKind.PLACE, "places": {"a": Pose(20.0, -16.9, 0)}}, "overlap b"),
+            ({"kind": RequestKind.PLACE, "places": {"b": Pose(5, -20, 0), "a": Pose(500, 0, 0)}}, "inside map"),
             ({"kind": RequestKind.SPAWN, "robot": "c", "pose": Pose(5, -20, 0)}, "expected a model"),
             ({"kind": RequestKind.SPAWN, "robot": "c", "model": "x", "pose": Pose(5, -20, 0)}, "P2AT"),
             ({"kind": RequestKind.SPAWN, "robot": "b", "model": "P2AT", "pose": Pose(5, -20, 0)}, "not in the world"),
@@ -333,12 +341,12 @@ class TestRequests:
         with caplog.at_level(logging.WARNING):
             self.request(world, **fields)
         assert why in caplog.text
-        assert world.node.world.snapshot().robots == restored(before).world.snapshot().robots
+        assert world.node.world.snapshot().robots == restored(world, before).world.snapshot().robots
 
 
-def restored(snapshot: bytes) -> WorldNode:
-    """A world restored from a snapshot."""
-    node = WorldNode(config(map="courtyard"), Mailbox(), KEYS)
+def restored(world: Wire, snapshot: bytes) -> WorldNode:
+    """A world of the same set-up, restored from a snapshot."""
+    node = WorldNode(world.node.world.config, Mailbox(), KEYS)
     node.restore(snapshot)
     return node
 
@@ -364,7 +372,7 @@ class TestSnapshot:
         old.say(KEYS.speed_limit("a"), SpeedLimit(v_max=0.4))
         old.tick(100, each=[GO, (KEYS.drive("b"), Drive(left=1.0, right=2.0))])
         kept = old.node.snapshot()
-        node = WorldNode(config(engine=engine, noise=False), Mailbox(), KEYS)
+        node = WorldNode(old.node.world.config, Mailbox(), KEYS)
         node.restore(kept)
         assert node.start_tick == 100
         new = Wire(config(), node=node)
@@ -389,7 +397,7 @@ class TestSnapshot:
     def test_a_restored_world_steps_from_its_second_tick(self) -> None:
         old = wire()
         old.tick(10)
-        node = WorldNode(config(), Mailbox(), KEYS)
+        node = WorldNode(old.node.world.config, Mailbox(), KEYS)
         node.restore(old.node.snapshot())
         new = Wire(config(), node=node)
         new.tick(2)
@@ -400,7 +408,7 @@ class TestSnapshot:
         old.tick(60, each=[GO])
         old.say(KEYS.estop, Estop(engaged=True, by="me"))
         old.tick(5, each=[GO])
-        node = WorldNode(config(), Mailbox(), KEYS)
+        node = WorldNode(old.node.world.config, Mailbox(), KEYS)
         node.restore(old.node.snapshot())
         new = Wire(config(), node=node)
         new.tick(10, each=[GO])
@@ -414,11 +422,28 @@ class TestSnapshot:
         whole.tick(400)
         old = wire(seed=3)
         old.tick(200)
-        node = WorldNode(config(seed=3), Mailbox(), KEYS)
+        node = WorldNode(old.node.world.config, Mailbox(), KEYS)
         node.restore(old.node.snapshot())
         new = Wire(config(), node=node)
         new.tick(201)
         assert state(new).ins == state(whole).ins
+
+    def test_the_snapshot_of_another_set_up_is_refused(self) -> None:
+        node = WorldNode(config(("z", 0.0, 0.0, 0.0)), Mailbox(), KEYS)
+        with pytest.raises(WorldError, match="choose another run folder"):
+            node.restore(wire().node.snapshot())
+
+    def test_a_restored_world_that_had_a_referee_waits_for_it(self) -> None:
+        old = wire()
+        old.say(KEYS.referee_state, referee())
+        old.tick(20, each=[GO])
+        node = WorldNode(old.node.world.config, Mailbox(), KEYS)
+        node.restore(old.node.snapshot())
+        new = Wire(config(), node=node)
+        new.tick(60, each=[GO])
+        assert speed(new) == 0.0
+        new.tick(60, each=[GO, (KEYS.referee_state, referee())])
+        assert speed(new) > 0.3
 
     def test_damaged_bytes_are_refused(self) -> None:
         node = WorldNode(config(), Mailbox(), KEYS)

@@ -11,7 +11,7 @@ from vrg.bus.topics import Keys, Topic
 from vrg.hal.backends import RobotContext, open_robot
 from vrg.hal.models import robot_model
 from vrg.hal.sim.config import RobotSetup, WorldConfig
-from vrg.hal.sim.node import WorldNode
+from vrg.hal.sim.world_node import WorldNode
 
 KEYS = Keys("test")
 

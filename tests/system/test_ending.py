@@ -45,7 +45,7 @@ def test_a_short_match_is_played_to_its_end(start: Callable[..., Match]) -> None
     assert run.plot.read_bytes().startswith(b"\x89PNG")
     for name in ("router", "world", "referee", "recorder", *PLAYERS):
         log = match.log(name)
-        assert "stopping: SIGTERM" in log, name
+        assert "stopped by SIGTERM" in log, name
         assert "Traceback" not in log, log
     for name in ("world", "referee", "recorder", *PLAYERS):
         statistics = json.loads((run.logs / f"{name}.json").read_text())

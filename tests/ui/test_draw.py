@@ -6,7 +6,7 @@ import pygame
 import pytest
 
 from vrg.bus import messages as m
-from vrg.bus.foxglove_scene import GREY, SKY_BLUE, VERMILLION
+from vrg.colours import GREY, SKY_BLUE, VERMILLION
 from vrg.ui import palette, text
 from vrg.ui.banner import banners
 from vrg.ui.draw import Painter, render_png, save_png

@@ -1,5 +1,6 @@
 """Finding the class that a match file names."""
 
+import hashlib
 import importlib
 import importlib.util
 import sys
@@ -30,10 +31,23 @@ def import_object(target: str, base: Path) -> object:
 
 
 def _import_file(path: Path) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(path.stem, path)
+    """Import a file under a name of its own, so that `queue.py` of a student's is not taken for the library's.
+
+    What lies beside it can be imported, after everything that is installed.
+    """
+    name = f"vrg_strategy_{hashlib.sha256(str(path).encode()).hexdigest()[:16]}"
+    if name in sys.modules:
+        return sys.modules[name]
+    spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise ImportError(f"{path} is no Python file")
+    if str(path.parent) not in sys.path:
+        sys.path.append(str(path.parent))
     module = importlib.util.module_from_spec(spec)
-    sys.modules[path.stem] = module
-    spec.loader.exec_module(module)
+    sys.modules[name] = module
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
     return module

@@ -10,7 +10,7 @@ from vrg.agents.strategy import Strategy, View
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Manual, RefereeState, Report
-from vrg.bus.node import Node, Tick
+from vrg.bus.node import Node, Tick, is_fresh
 from vrg.bus.topics import Keys
 from vrg.errors import RobotError, StaleDataError
 from vrg.hal.robot import Readings, Robot
@@ -54,8 +54,10 @@ class Player(Node):
 
     def tick(self, tick: Tick) -> None:
         """Decide once, drive once, report once."""
-        for estop in self._estops.take():
-            self._estop = estop.body.engaged
+        estops = self._estops.take()
+        if estops:
+            # Of several in one tick an engaging one wins, whoever's clock is ahead.
+            self._estop = any(estop.body.engaged for estop in estops)
         self._fault = None
         referee = self._referee.latest
         readings = self._read()
@@ -88,7 +90,7 @@ class Player(Node):
         checks = (
             (not tick.live, "no clock"),
             (self._estop or state.estop, EMERGENCY),
-            (tick.time - referee.stamp > REFEREE_TIMEOUT, NO_REFEREE),
+            (not is_fresh(referee.stamp, tick.time, REFEREE_TIMEOUT), NO_REFEREE),
             (state.player(self.name) is None, "not in this match"),
             (state.halted is not None, "halt"),
         )
@@ -129,7 +131,7 @@ class Player(Node):
 
     def _lease(self, now: float) -> Manual | None:
         manual = self._manual.latest
-        if manual is None or now >= manual.stamp + manual.body.lease:
+        if manual is None or now >= manual.stamp + manual.body.lease or not is_fresh(manual.stamp, now, 1.0):
             return None
         return manual.body
 

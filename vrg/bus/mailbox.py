@@ -42,7 +42,7 @@ class Inlet(Generic[T]):
         return max(self.by_key.values(), key=_order, default=None)
 
     def take(self) -> list[Received[T]]:
-        """The messages handed over since the last call, ordered by (stamp, key, sequence).
+        """The messages handed over since the last call; those of one handover by (stamp, key, sequence).
 
         Every one for an EVENT topic; for the others at most the newest of each key and handover.
         """
@@ -61,6 +61,12 @@ class Inlet(Generic[T]):
             self.dropped += 1
             if self.dropped <= LOUD_DROPS or _is_power_of_ten(self.dropped):
                 log.warning("dropped a bad message (number %d here): %s", self.dropped, error)
+
+    def forget(self) -> None:
+        """Executor only: drop what was handed over and is no event."""
+        if not self._queued:
+            self.by_key.clear()
+            self._fresh.clear()
 
     def handover(self) -> None:
         """Executor only: bring in what waits."""
@@ -111,6 +117,11 @@ class Mailbox:
         sequence = self._sequences.get(key, 0)
         self._sequences[key] = sequence + 1
         self._out.append(Outgoing(topic, Received(key, self.now, sequence, body)))
+
+    def forget(self) -> None:
+        """Executor only: the world has stepped back in time; sensors, commands and states count no more."""
+        for inlet in self.inlets:
+            inlet.forget()
 
     def handover(self, now: float) -> None:
         """Executor only: begin a tick at match time `now`."""

@@ -25,6 +25,8 @@ Fraction = Annotated[float, Meta(ge=0.0, le=1.0)]
 Signed = Annotated[float, Meta(ge=-1.0, le=1.0)]
 Name = Annotated[str, Meta(min_length=1, max_length=64)]
 Text = Annotated[str, Meta(max_length=2000)]
+Reason = Annotated[str, Meta(max_length=300)]
+"""What a person types to explain a decision."""
 
 
 class Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -158,13 +160,14 @@ class WorldRequest(Message, frozen=True, kw_only=True):
 
     Args:
         kind: spawn a robot of `model` at `pose`; remove it; reset it to its start pose (all of them without a
-            name); place it at `pose`.
+            name); place robots at `places`, all of them or none.
     """
 
     kind: RequestKind
     robot: Name | None = None
     model: Name | None = None
     pose: Pose | None = None
+    places: dict[Name, Pose] = {}
 
 
 class Report(Message, frozen=True, kw_only=True):
@@ -284,6 +287,7 @@ class Call(Message, frozen=True, kw_only=True):
         text: the call in words.
         players: whom it concerns. poses: theirs at that instant, in the same order.
         clock: s of play in the round.
+        answers: id of the official's decision that this call answers.
     """
 
     number: Count
@@ -292,6 +296,7 @@ class Call(Message, frozen=True, kw_only=True):
     players: list[Name]
     poses: list[Pose]
     clock: Seconds
+    answers: Name | None = None
 
 
 class OfficialAction(enum.StrEnum):
@@ -312,11 +317,13 @@ class Official(Message, frozen=True, kw_only=True):
         by: who decides, for the log. reason: in words, for the log.
         subject: the team (set-score) or the player (set-role, set-state).
         value: the new score, role or state.
+        id: of this decision, so that its sender knows the answer.
     """
 
     action: OfficialAction
     by: Name
-    reason: Text = ""
+    reason: Reason = ""
+    id: Name | None = None
     subject: Name | None = None
     value: Text | None = None
 
@@ -326,4 +333,15 @@ class Estop(Message, frozen=True, kw_only=True):
 
     engaged: bool
     by: Name
-    reason: Text = ""
+    reason: Reason = ""
+
+
+class Pulse(Message, frozen=True, kw_only=True):
+    """A node's own sign of life: its thread of work goes on, which a liveliness token does not tell.
+
+    Args:
+        ticks: done so far. missed: due but never done.
+    """
+
+    ticks: Count
+    missed: Count

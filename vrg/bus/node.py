@@ -9,6 +9,9 @@ from vrg.bus.mailbox import Mailbox
 TIME_TOLERANCE = 1e-6
 """s; match times closer than this are the same instant."""
 
+CLOCK_SKEW = 0.2
+"""s of match time by which a stamp of another node may be ahead."""
+
 
 @dataclass(frozen=True, slots=True)
 class Tick:
@@ -60,3 +63,11 @@ def due_index(time: float, period: float) -> int:
     A function of time alone, so that every executor ticks a node at the same instants.
     """
     return int((time + TIME_TOLERANCE) / period)
+
+
+def is_fresh(stamp: float, now: float, limit: float) -> bool:
+    """Whether what was stamped is at most `limit` seconds of match time old.
+
+    Two nodes' clocks differ by a tick; a stamp further ahead is of before the world stepped back to a snapshot.
+    """
+    return -CLOCK_SKEW <= now - stamp <= limit

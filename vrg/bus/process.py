@@ -1,18 +1,17 @@
 """The process executor: one node in an operating-system process of its own, paced by the match clock over the bus."""
 
 import logging
-import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+import uuid
+from collections.abc import Callable
 from dataclasses import dataclass
-from types import FrameType
 
 from vrg.bus.mailbox import Inlet, Mailbox
-from vrg.bus.messages import Message
+from vrg.bus.messages import Message, Pulse
 from vrg.bus.node import Node, Tick, due_index
 from vrg.bus.session import Session
+from vrg.bus.stopping import StopSignal
 from vrg.bus.topics import Keys
 from vrg.errors import DuplicateNodeError
 
@@ -24,6 +23,10 @@ STALLED_PERIOD = 0.1
 """s of real time between a node's ticks while time has stopped."""
 TAKEOVER_PATIENCE = 3.0
 """s of real time that a restarted node waits for the token of its crashed forerunner to go."""
+CLAIM_SETTLES = 0.1
+"""s of real time for two tokens declared at the same moment to be seen by both."""
+PULSE_PERIOD = 0.5
+"""s of real time between a node's signs of life."""
 
 
 @dataclass
@@ -43,65 +46,39 @@ class Statistics:
     dropped: int = 0
 
 
-@contextmanager
-def stop_on_signals() -> Iterator[threading.Event]:
-    """An event that SIGINT and SIGTERM set; the handlers are put back at the end."""
-    stop = threading.Event()
-
-    def handle(number: int, _frame: FrameType | None) -> None:
-        log.info("stopping: %s", signal.Signals(number).name)
-        stop.set()
-
-    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield stop
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-
 def claim(session: Session, keys: Keys, kind: str, name: str) -> None:
     """Declare that this node is alive; only one of a kind and name may be.
+
+    Whoever is there already stays; of two that come at the same moment, the one with the lower instance does.
 
     Raises:
         DuplicateNodeError: another process already is, and does not go away within TAKEOVER_PATIENCE.
     """
-    key = keys.alive(kind, name)
+    everyone = keys.alive(kind, name)
     deadline = time.monotonic() + TAKEOVER_PATIENCE
-    while session.alive(key):
+    while session.alive(everyone):
         if time.monotonic() >= deadline:
-            raise DuplicateNodeError(
-                f"match {keys.match!r} already has a {kind} named {name!r}: stop that process first, "
-                "or start this one under another match name"
-            )
+            raise _duplicate(keys, kind, name)
         time.sleep(0.1)
-    session.declare_alive(key)
+    own = keys.alive(kind, name, uuid.uuid4().hex)
+    session.declare_alive(own)
+    time.sleep(CLAIM_SETTLES)
+    if min(session.alive(everyone), default=own) < own:
+        raise _duplicate(keys, kind, name)
 
 
-class _Pulse:
-    """The newest clock message, waited for by the executor's thread."""
-
-    def __init__(self) -> None:
-        self._condition = threading.Condition()
-        self._fresh = False
-
-    def set(self) -> None:
-        with self._condition:
-            self._fresh = True
-            self._condition.notify()
-
-    def wait(self, timeout: float) -> bool:
-        with self._condition:
-            arrived = self._condition.wait_for(lambda: self._fresh, timeout)
-            self._fresh = False
-            return arrived
+def _duplicate(keys: Keys, kind: str, name: str) -> DuplicateNodeError:
+    return DuplicateNodeError(
+        f"match {keys.match!r} already has a {kind} named {name!r}: stop that process first, "
+        "or start this one under another match name"
+    )
 
 
 def run_node(
     node: Node,
     session: Session,
     keys: Keys,
-    stop: threading.Event,
+    stop: StopSignal,
     *,
     finished: Callable[[], bool] = lambda: False,
     idle: float | None = None,
@@ -121,14 +98,18 @@ def run_node(
     session.attach(node.mailbox)
     claim(session, keys, node.kind, node.name)
     statistics = Statistics(cpu=-time.process_time(), wall=-time.monotonic())
+    pulse = _Pulse(session, keys, node)
     last = -1
     called = time.monotonic()
     try:
         while not stop.is_set() and not finished():
             restarted = clock.wait(idle or STALLED_PERIOD)
             if restarted:
+                # What was said at a time that is yet to come again must not pass for news.
+                node.mailbox.forget()
                 last = -1
             session.receive()
+            pulse.beat(statistics)
             index = due_index(clock.now, node.period)
             if clock.stalled:
                 _call(node, session, Tick(clock.now, live=False), statistics)
@@ -161,7 +142,7 @@ class _HeardClock:
         self._inlet = self._mailbox.subscribe(keys.clock)
         self._arrived = threading.Condition()
         self._fresh = False
-        self._epoch = 0
+        self._epoch = self._tick = 0
         self._heard_at = time.monotonic()
         self.now = 0.0
         self.heard = False
@@ -184,8 +165,8 @@ class _HeardClock:
         for message in self._inlet.take():
             self.now, self._heard_at = message.stamp, time.monotonic()
             self.heard, self.stalled = True, False
-            restarted = message.body.epoch != self._epoch
-            self._epoch = message.body.epoch
+            restarted |= message.body.epoch != self._epoch or message.body.tick < self._tick
+            self._epoch, self._tick = message.body.epoch, message.body.tick
         if not self.stalled:
             cut = quiet and not self._session.connected
             if cut or time.monotonic() - self._heard_at > STALL:
@@ -198,7 +179,7 @@ def run_world(
     node: Node,
     session: Session,
     keys: Keys,
-    stop: threading.Event,
+    stop: StopSignal,
     *,
     first_tick: int,
     rate: float,
@@ -219,6 +200,7 @@ def run_world(
     session.attach(node.mailbox)
     claim(session, keys, node.kind, node.name)
     statistics = Statistics(cpu=-time.process_time(), wall=-time.monotonic())
+    pulse = _Pulse(session, keys, node)
     step = node.period / rate
     number, due = first_tick, time.monotonic()
     try:
@@ -226,6 +208,7 @@ def run_world(
             session.receive()
             _call(node, session, Tick(number * node.period), statistics)
             after_tick(number)
+            pulse.beat(statistics)
             number += 1
             due += step
             pause = due - time.monotonic()
@@ -237,6 +220,23 @@ def run_world(
     finally:
         _finish(node, session, statistics)
     return statistics
+
+
+class _Pulse:
+    """Says now and then that the thread that ticks a node is not stuck."""
+
+    def __init__(self, session: Session, keys: Keys, node: Node) -> None:
+        self._session = session
+        self._topic = keys.pulse(node.kind, node.name)
+        self._mailbox = Mailbox()
+        self._next = 0.0
+
+    def beat(self, statistics: Statistics) -> None:
+        now = time.monotonic()
+        if now >= self._next:
+            self._next = now + PULSE_PERIOD
+            self._mailbox.publish(self._topic, Pulse(ticks=statistics.ticks, missed=statistics.missed))
+            self._session.send(self._mailbox.collect())
 
 
 def _call(node: Node, session: Session, tick: Tick, statistics: Statistics) -> None:

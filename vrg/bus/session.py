@@ -21,6 +21,7 @@ import zenoh.ext
 from vrg.bus.codec import encode
 from vrg.bus.mailbox import QUEUE_LIMIT, Inlet, Mailbox, Outgoing
 from vrg.bus.messages import Message
+from vrg.bus.stopping import StopSignal
 from vrg.bus.topics import Qos, router_alive
 from vrg.errors import BusError
 
@@ -65,12 +66,16 @@ def configure(mode: str, *, listen: str | None = None, connect: str | None = Non
 
 
 @contextmanager
-def open_session(endpoint: str = DEFAULT_ENDPOINT, *, patience: float = 10.0) -> Iterator["Session"]:
+def open_session(
+    endpoint: str = DEFAULT_ENDPOINT, *, patience: float = 10.0, stop: StopSignal | None = None
+) -> Iterator["Session"]:
     """Connect to the router at `endpoint`; try for `patience` seconds (real time).
 
     Raises:
         BusError: nobody answers there.
+        KeyboardInterrupt: `stop` was set while trying.
     """
+    stop = stop or threading.Event()
     deadline = time.monotonic() + patience
     while True:
         try:
@@ -80,14 +85,20 @@ def open_session(endpoint: str = DEFAULT_ENDPOINT, *, patience: float = 10.0) ->
             if time.monotonic() >= deadline:
                 raise BusError(
                     f"expected a router at {endpoint}, but none answered in {patience:g} s: "
-                    f"start one with `vrg router`, or name another with --router ({error})"
+                    f"start one with `vrg router`, or name another with --router ({_brief(error)})"
                 ) from None
-            time.sleep(0.1)
+            if stop.wait(0.1):
+                raise KeyboardInterrupt from None
     session = Session(raw)
     try:
         yield session
     finally:
         session.close()
+
+
+def _brief(error: zenoh.ZError) -> str:
+    """What zenoh says, without the places in its own source."""
+    return str(error).split(" at ")[0]
 
 
 class Session:
@@ -252,7 +263,7 @@ def open_router(endpoint: str = DEFAULT_ENDPOINT) -> Iterator[None]:
     except zenoh.ZError as error:
         raise BusError(
             f"cannot serve a router at {endpoint}: is another one running there? "
-            f"Choose another endpoint with --router ({error})"
+            f"Choose another endpoint with --router ({_brief(error)})"
         ) from None
     try:
         token = raw.liveliness().declare_token(router_alive(os.getpid()))

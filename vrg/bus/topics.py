@@ -128,9 +128,17 @@ class Keys:
         """Anyone -> all: the emergency stop."""
         return Topic(f"{self.root}/estop", m.Estop, Qos.EVENT)
 
-    def alive(self, kind: str = "*", name: str = "*") -> str:
-        """Key expression of a node's liveliness token."""
-        return f"{self.root}/alive/{kind}/{name}"
+    def pulse(self, kind: str = "*", name: str = "*") -> Topic[m.Pulse]:
+        """Every node -> its supervisor: it still works."""
+        return Topic(f"{self.root}/pulse/{kind}/{name}", m.Pulse, Qos.LATEST)
+
+    def alive(self, kind: str = "*", name: str = "*", instance: str = "*") -> str:
+        """Key expression of a node's liveliness token.
+
+        Args:
+            instance: tells two processes of one name apart, so that the second can be refused.
+        """
+        return f"{self.root}/alive/{kind}/{name}/{instance}"
 
     def topic_of(self, key: str) -> Topic[m.Message] | None:
         """The topic that a concrete key belongs to, or None where the key map has no such key."""
@@ -143,7 +151,7 @@ class Keys:
         return [
             self.clock, self.poses, self.world_request, self.drive(), self.robot_state(), self.laser(),
             self.speed_limit(), self.report(), self.manual(), self.referee_state, self.referee_event,
-            self.official, self.estop,
+            self.official, self.estop, self.pulse(),
         ]  # fmt: skip
 
 

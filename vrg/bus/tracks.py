@@ -1,7 +1,7 @@
 """Reading a recording back: where each robot was, what the referee called; of a torn file, as far as it goes."""
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final, TypeVar
@@ -66,8 +66,11 @@ class _Samples:
         self.referee.append(said)
 
 
-def read_tracks(path: Path) -> dict[str, Track]:
+def read_tracks(path: Path | Sequence[Path]) -> dict[str, Track]:
     """Each robot's track, by name; of a truncated file, as far as it goes.
+
+    Args:
+        path: a recording, or its parts in their order, where the recorder was started again.
 
     Raises:
         OSError: the file cannot be read.
@@ -89,7 +92,7 @@ def read_tracks(path: Path) -> dict[str, Track]:
     return {name: _track(name, of) for name, of in samples.items()}
 
 
-def read_calls(path: Path) -> list[fg.CallRecord]:
+def read_calls(path: Path | Sequence[Path]) -> list[fg.CallRecord]:
     """The referee's calls in the order of their numbers. Raises as `read_tracks`."""
     topic = "/referee/event"
     calls = [_decode(data, fg.CallRecord, topic) for at, _, _, data in _records(path) if at == topic]
@@ -109,7 +112,7 @@ class Setting:
     zones: dict[int, list[m.Zone]]
 
 
-def read_setting(path: Path) -> Setting:
+def read_setting(path: Path | Sequence[Path]) -> Setting:
     """The game and its field. Raises as `read_tracks`."""
     game = ""
     zones: dict[int, list[m.Zone]] = {}
@@ -138,8 +141,12 @@ def _track(name: str, samples: _Samples) -> Track:
     )
 
 
-def _records(path: Path) -> Iterator[tuple[str, dict[str, str], float, bytes]]:
-    """(topic, channel's metadata, match time in s, JSON) in the order of the file, up to where it is torn."""
+def _records(path: Path | Sequence[Path]) -> Iterator[tuple[str, dict[str, str], float, bytes]]:
+    """(topic, channel's metadata, match time in s, JSON) in the order of each file, up to where it is torn."""
+    if not isinstance(path, Path):
+        for part in path:
+            yield from _records(part)
+        return
     with path.open("rb") as stream:
         try:
             for _, channel, message in NonSeekingReader(stream).iter_messages(log_time_order=False):

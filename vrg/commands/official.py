@@ -2,6 +2,7 @@
 
 import getpass
 import time
+import uuid
 from typing import Annotated
 
 import typer
@@ -17,8 +18,16 @@ app = typer.Typer(no_args_is_help=True, help="Decide as an official: halt, resum
 
 ANSWER_PATIENCE = 3.0
 """s of real time to wait for the referee's answer."""
+LONGEST_REASON = 300
 
-ReasonOption = Annotated[str, typer.Option("--reason", help="Why, for the journal.")]
+
+def _short(reason: str) -> str:
+    if len(reason) > LONGEST_REASON:
+        raise typer.BadParameter(f"expected at most {LONGEST_REASON} characters, got {len(reason)}")
+    return reason
+
+
+ReasonOption = Annotated[str, typer.Option("--reason", callback=_short, help="Why, for the journal.")]
 
 
 def _me() -> str:
@@ -51,13 +60,13 @@ class _Referee:
                 raise BusError(f"nobody in match {self.keys.match!r} listens to {item.message.key}: is it running?")
         self._session.send(out)
 
-    def answer(self, rules: tuple[str, ...]) -> Call:
-        """The referee's next call under one of these rules."""
+    def answer(self, number: str) -> Call:
+        """The referee's call that answers the decision of this id."""
         deadline = time.monotonic() + ANSWER_PATIENCE
         while time.monotonic() < deadline:
             self.receive()
             for received in self.calls.take():
-                if received.body.rule in rules:
+                if received.body.answers == number:
                     return received.body
             time.sleep(0.02)
         raise BusError(f"the referee of match {self.keys.match!r} did not answer within {ANSWER_PATIENCE:g} s")
@@ -74,10 +83,11 @@ def _decide(
     name, endpoint = which_match(match, router)
     with open_session(endpoint, patience=ANSWER_PATIENCE) as session:
         referee = _Referee(session, Keys(name))
-        decision = Official(action=action, by=_me(), reason=reason, subject=subject, value=value)
+        number = uuid.uuid4().hex
+        decision = Official(action=action, by=_me(), reason=reason, subject=subject, value=value, id=number)
         referee.mailbox.publish(referee.keys.official, decision)
         referee.send()
-        call = referee.answer(("halt", "resume", "ended", "overruled", "refused"))
+        call = referee.answer(number)
     typer.echo(call.text)
     if call.rule == "refused":
         raise typer.Exit(1)

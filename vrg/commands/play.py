@@ -1,27 +1,30 @@
 """`vrg play` and `vrg check`."""
 
-import contextlib
 import enum
 import os
 import sys
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn
 
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import RefereeState
+from vrg.bus.messages import RefereeState, Stage
 from vrg.bus.node import Node
-from vrg.bus.process import run_node, stop_on_signals
+from vrg.bus.process import run_node
 from vrg.bus.session import Session, open_session
+from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.commands.options import MatchArgument
 from vrg.config import MatchSetup, load_match, match_path
+from vrg.coordinator.match import NOBODY
 from vrg.errors import LaunchError, VrgError
 from vrg.launch import in_process, nodes
 from vrg.launch.local import LocalMatch, free_endpoint
@@ -76,24 +79,36 @@ def play(
     console.print(
         f"{setup.file.name}: {setup.file.game}, seed {setup.file.seed}, {setup.file.engine}; run in {folder.path}"
     )
-    window = not headless and _has_display()
+    show = _Show(console, window=not headless and _has_display(), record=record)
     with stop_on_signals() as stop:
         state: RefereeState | None
         try:
             if in_process_:
-                paced = rate is not None and rate != "max"
-                state = _play_in_process(
-                    setup, folder, console, stop, window=window and paced, record=record, paced=paced
-                )
+                pace = _pace(stop, setup.file.rate if rate not in (None, "max") else None)
+                state = _play_in_process(setup, folder, show, pace, paced=rate not in (None, "max"))
             else:
-                state = _play_processes(setup, folder, console, stop, window=window)
+                state = _play_processes(setup, folder, show, stop)
         except VrgError as error:
             write_result(setup, folder, None, f"failed: {error}")
             raise
-        interrupted = stop.is_set()
-    _conclude(setup, folder, console, state, interrupted, record=record)
-    if interrupted:
-        raise typer.Exit(130)
+    _conclude(setup, folder, show, state, interrupted=stop.is_set())
+
+
+@dataclass(frozen=True)
+class _Show:
+    """What people see of a match, and what is kept of it.
+
+    Args:
+        window: open the spectator. record: for Foxglove and the plot.
+    """
+
+    console: Console
+    window: bool
+    record: bool
+
+    def announce(self, text: str) -> None:
+        """Say what happens to the processes."""
+        self.console.print(f"[yellow]{escape(text)}[/yellow]")
 
 
 def _rate(rate: str | None, one_process: bool) -> float | None:
@@ -122,41 +137,34 @@ def _has_display() -> bool:
 
 
 def _play_in_process(
-    setup: MatchSetup,
-    folder: RunFolder,
-    console: Console,
-    stop: threading.Event,
-    *,
-    window: bool,
-    record: bool,
-    paced: bool,
+    setup: MatchSetup, folder: RunFolder, show: _Show, pace: Callable[[float], bool], *, paced: bool
 ) -> RefereeState:
-    watchers: list[Node] = [TerminalTable("terminal", Mailbox(), setup.keys, console=console)]
-    if record:
+    watchers: list[Node] = [TerminalTable("terminal", Mailbox(), setup.keys, console=show.console)]
+    if show.record:
         watchers.append(nodes.recorder_node(setup, folder))
-    if window:
+    if show.window and paced:
         watchers.append(nodes.spectator_node(setup, "window", folder.path))
-    pace = _pace(stop, setup.file.rate) if paced else lambda _time: not stop.is_set()
     with nodes.open_journal(setup, folder) as journal:
         return in_process.play(setup, journal, watchers=watchers, pace=pace).state
 
 
-def _pace(stop: threading.Event, rate: float) -> Callable[[float], bool]:
+def _pace(stop: Stop, rate: float | None) -> Callable[[float], bool]:
+    """What waits for real time between ticks; without a rate it only looks whether to stop."""
     began = time.monotonic()
 
     def wait(match_time: float) -> bool:
-        return not stop.wait(max(0.0, began + match_time / rate - time.monotonic()))
+        pause = began + match_time / rate - time.monotonic() if rate else 0.0
+        return not (stop.wait(pause) if pause > 0 else stop.is_set())
 
     return wait
 
 
-def _play_processes(
-    setup: MatchSetup, folder: RunFolder, console: Console, stop: threading.Event, *, window: bool
-) -> RefereeState | None:
-    local = _served(setup, folder, console, window=window)
+def _play_processes(setup: MatchSetup, folder: RunFolder, show: _Show, stop: Stop) -> RefereeState | None:
+    local = _served(setup, folder, show)
     done = threading.Event()
-    table = threading.Thread(target=_show_table, args=(setup, local.endpoint, console, done))
-    with Progress(TextColumn("starting {task.description}"), BarColumn(), console=console, transient=True) as progress:
+    table = threading.Thread(target=_show_table, args=(setup, local.endpoint, show.console, done))
+    bar = Progress(TextColumn("starting {task.description}"), BarColumn(), console=show.console, transient=True)
+    with bar as progress:
         task = progress.add_task("processes", total=len(local.names) - 1)
 
         def ready(name: str) -> None:
@@ -171,24 +179,24 @@ def _play_processes(
             if table.ident is not None:
                 table.join()
 
-        linger = LINGER if window else 1.0
-        return local.run(stop, progress=ready, started=started, ending=ending, linger=linger).state
+        linger = LINGER if show.window else 1.0
+        return local.run(stop, progress=ready, started=started, ending=ending, linger=linger)
 
 
-def _served(setup: MatchSetup, folder: RunFolder, console: Console, *, window: bool) -> LocalMatch:
+def _served(setup: MatchSetup, folder: RunFolder, show: _Show) -> LocalMatch:
     """A match whose router runs, at the first endpoint where it can."""
-
-    def announce(text: str) -> None:
-        console.print(f"[yellow]{text}[/yellow]")
-
-    for _ in range(ENDPOINTS_TRIED - 1):
-        local = LocalMatch(setup, folder, free_endpoint(), window=window, announce=announce)
-        with contextlib.suppress(LaunchError):
+    attempt = 1
+    while True:
+        local = LocalMatch(
+            setup, folder, free_endpoint(), window=show.window, record=show.record, announce=show.announce
+        )
+        try:
             local.serve()
             return local
-    local = LocalMatch(setup, folder, free_endpoint(), window=window, announce=announce)
-    local.serve()
-    return local
+        except LaunchError:
+            if attempt == ENDPOINTS_TRIED:
+                raise
+            attempt += 1
 
 
 def _show_table(setup: MatchSetup, endpoint: str, console: Console, done: threading.Event) -> None:
@@ -197,25 +205,29 @@ def _show_table(setup: MatchSetup, endpoint: str, console: Console, done: thread
 
 
 def _conclude(
-    setup: MatchSetup,
-    folder: RunFolder,
-    console: Console,
-    state: RefereeState | None,
-    interrupted: bool,
-    *,
-    record: bool,
+    setup: MatchSetup, folder: RunFolder, show: _Show, state: RefereeState | None, *, interrupted: bool
 ) -> None:
-    result = write_result(setup, folder, state, "interrupted" if interrupted else "game over")
-    if record:
+    """Write and say how it ended.
+
+    Raises:
+        typer.Exit: 130 interrupted, 1 broken off; a match that was over is neither.
+    """
+    over = state is not None and state.stage is Stage.GAME_OVER
+    ended = "game over" if over else "interrupted" if interrupted else "broken off: it took too long"
+    result = write_result(setup, folder, state, ended)
+    if show.record:
         try:
             plot(setup, folder)
         except (OSError, ValueError) as error:
-            console.print(f"[yellow]no plot of the trajectories: {error}[/yellow]")
+            show.announce(f"no plot of the trajectories: {error}")
     score = ", ".join(f"{team} {points}" for team, points in result["score"].items())
-    if interrupted:
-        console.print(f"[bold]Interrupted[/bold] ({score})")
+    if over:
+        winner = str(result["winner"])
+        verb = "wins" if winner == NOBODY else "win"
+        show.console.print(f"[bold]{winner.capitalize()} {verb}[/bold] ({score}, {result['play_time']:.1f} s of play)")
     else:
-        console.print(
-            f"[bold]{str(result['winner']).capitalize()} win[/bold] ({score}, {result['play_time']:.1f} s of play)"
-        )
-    console.print(f"Recorded in {folder.path}: result.json, journal.jsonl, recording.mcap (Foxglove), trajectories.png")
+        show.console.print(f"[bold]{ended.capitalize()}[/bold] ({score})")
+    kept = (folder.result, folder.journal, *folder.recordings(), folder.plot)
+    show.console.print(f"Recorded in {folder.path}: {', '.join(p.name for p in kept if p.exists())}", soft_wrap=True)
+    if not over:
+        raise typer.Exit(130 if interrupted else 1)

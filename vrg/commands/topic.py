@@ -5,6 +5,8 @@ import queue
 import sys
 import time
 from collections import Counter, deque
+from collections.abc import Iterator
+from contextlib import contextmanager
 from itertools import pairwise
 from typing import Annotated, Any
 
@@ -12,8 +14,8 @@ import msgspec
 import typer
 
 from vrg.bus.codec import decode
-from vrg.bus.process import stop_on_signals
-from vrg.bus.session import open_session
+from vrg.bus.session import Session, open_session
+from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.bus.topics import Keys, key_matches
 from vrg.commands.options import EndpointOption, NameOption, which_match
 from vrg.errors import MessageError
@@ -42,6 +44,14 @@ def _plain(keys: Keys, key: str, payload: bytes) -> dict[str, Any]:
     return {"key": key, "stamp": received.stamp, "sequence": received.sequence, **body}
 
 
+@contextmanager
+def _listening(endpoint: str) -> Iterator[tuple[Stop, Session]]:
+    with stop_on_signals() as stop, open_session(endpoint, patience=3.0, stop=stop) as session:
+        yield stop, session
+    if stop.interrupted:
+        raise typer.Exit(130)
+
+
 @app.command("list")
 def list_topics(
     match: NameOption = None,
@@ -59,10 +69,10 @@ def list_topics(
         counts[key] += 1
         sizes[key] += len(payload)
 
-    with stop_on_signals() as stop, open_session(endpoint, patience=3.0) as session:
+    with _listening(endpoint) as (stop, session):
         session.watch_raw(f"{keys.root}/**", arrived)
         stop.wait(seconds)
-        nodes = sorted(key.removeprefix(f"{keys.root}/alive/") for key in session.alive(f"{keys.root}/alive/**"))
+        nodes = sorted("/".join(key.split("/")[3:5]) for key in session.alive(keys.alive()))
     rows = []
     for key in sorted(counts):
         topic = keys.topic_of(key)
@@ -94,7 +104,7 @@ def echo(
             arrivals.put_nowait((key, payload))
 
     shown = 0
-    with stop_on_signals() as stop, open_session(endpoint, patience=3.0) as session:
+    with _listening(endpoint) as (stop, session):
         session.watch_raw(_full_key(keys, key), arrived)
         while not stop.is_set() and (count is None or shown < count):
             try:
@@ -125,7 +135,7 @@ def hz(
             times.append(time.monotonic())
 
     reports = 0
-    with stop_on_signals() as stop, open_session(endpoint, patience=3.0) as session:
+    with _listening(endpoint) as (stop, session):
         session.watch_raw(expression, arrived)
         while not stop.wait(1.0) and (count is None or reports < count):
             since = time.monotonic() - 1.0

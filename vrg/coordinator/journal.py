@@ -6,6 +6,7 @@ two runs of one match with one seed write the same bytes. Beside it, `<journal>.
 newest tick, overwritten in place: the clock of a crashed match is right to a tick, without a line for each.
 """
 
+import contextlib
 import fcntl
 import logging
 import os
@@ -145,7 +146,8 @@ class Journal:
                 written += os.pwrite(self._file, data[written:], at + written)
             os.fsync(self._file)
         except OSError as error:
-            os.ftruncate(self._file, at)
+            with contextlib.suppress(OSError):
+                os.ftruncate(self._file, at)
             raise JournalError(f"{self.path}: cannot be written: {error.strerror}: free some space") from error
         return at + len(data)
 

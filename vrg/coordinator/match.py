@@ -19,7 +19,11 @@ from vrg.errors import ConfigError
 ROUND_PAUSE = 2.0
 """s that ROUND_OVER lasts, so that everybody sees how the round ended."""
 PLACE_AGAIN = 10.0
-"""s after which players that could not be put on their marks are put there again."""
+"""s after which players that are still not on their marks are put there again."""
+HOLD = 3.0
+"""s that everybody is held after players were put on their marks, so that they are found there and at rest."""
+LONGEST = 1500
+"""Characters of all reasons to halt together, cut so that they fit into a message."""
 NOBODY = "nobody"
 """The winner of a match that an official ended."""
 
@@ -77,20 +81,26 @@ class Match:
         self._lineup_limit = lineup_limit
         self.waiting: list[str] = []
         self.stage = Stage.INITIALIZE
-        self.halted: str | None = None
+        self._reasons: list[str] = []
         self.clock = self.total = self.in_stage = 0.0
         self.calls = 0
         self.winner: str | None = None
         self.game = book.initial()
         self._before: Field | None = None
         self._place_at = lineup_limit
+        self._hold_until = 0.0
         if standing is not None:
             self.stage, self.winner = standing.stage, standing.winner
             self.clock, self.total, self.in_stage = standing.clock, standing.total, standing.in_stage
             self.calls = standing.calls
             self.game = msgspec.convert(standing.game, book.state_type)
             if self.stage is not Stage.GAME_OVER:
-                self.halted = standing.halted or "the coordinator was restarted"
+                self._reasons = [standing.halted or "the coordinator was restarted"]
+
+    @property
+    def halted(self) -> str | None:
+        """Every reason, None while play may go on."""
+        return "; ".join(self._reasons)[:LONGEST] or None
 
     @property
     def over(self) -> bool:
@@ -113,7 +123,8 @@ class Match:
     def state(self, now: Field, estop: bool) -> RefereeState:
         """What to publish."""
         players = self._book.statuses(self.game, self.stage, now)
-        if self.halted is not None or estop:
+        held = self.stage is Stage.INITIALIZE and self.in_stage < self._hold_until
+        if held or estop or self._reasons:
             players = [structs.replace(p, may_move=False) for p in players]
         return RefereeState(
             game=self._book.name,
@@ -137,7 +148,7 @@ class Match:
         Args:
             absent: why the match cannot go on for reasons outside the rules: players that do not answer, say.
         """
-        if self.halted is not None or self.over:
+        if self._reasons or self.over:
             self._before = None
             self.waiting = list(absent)
             return Outcome()
@@ -151,33 +162,37 @@ class Match:
         return self._round_over(now)
 
     def halt(self, reason: str) -> Outcome:
-        """Stop clock and robots. A second reason is added to the first."""
-        if self.over or (self.halted is not None and reason in self.halted):
+        """Stop clock and robots. A second reason is added to the first; the same one changes nothing."""
+        if self.over or reason in self._reasons:
             return Outcome()
-        self.halted = reason if self.halted is None else f"{self.halted}; {reason}"
-        return Outcome([Finding(rule="halt", text=f"halt: {reason}", players=(), poses=())])
+        self._reasons.append(reason)
+        return _announce("halt", f"halt: {reason}")
 
     def decide(self, official: Official, now: Field, absent: Sequence[str]) -> Outcome:
         """Apply an official's decision; an impossible one is answered by a call that says why."""
-        action, by = official.action, official.by
+        action, by, number = official.action, official.by, official.id
         why = f" ({official.reason})" if official.reason else ""
-        if action is OfficialAction.HALT and not self.over:
-            return self.halt(f"called by {by}{why}")
         refusal = self._refusal(action, absent)
         if refusal:
-            return _announce("refused", f"{by} asks for {action}: {refusal}")
+            return _announce("refused", f"{by} asks for {action}: {refusal}", number)
+        if action is OfficialAction.HALT:
+            changed = self.halt(f"called by {by}{why}")
+            return _announce(
+                "halt", f"halt: {self._reasons[-1]}" if changed else f"halted already: {self.halted}", number
+            )
         if action is OfficialAction.RESUME:
-            self.halted = None
-            return _announce("resume", f"resumed by {by}{why}")
+            self._reasons.clear()
+            return _announce("resume", f"resumed by {by}{why}", number)
         if action is OfficialAction.END:
-            self.halted = None
-            self.winner = self.winner or NOBODY
-            return Outcome(_announce("ended", f"ended by {by}{why}").findings, [self._enter(Stage.GAME_OVER)])
+            self._reasons.clear()
+            self.winner = NOBODY
+            ended = _announce("ended", f"ended by {by}{why}", number)
+            return Outcome(ended.findings, [self._enter(Stage.GAME_OVER)])
         try:
             self.game = self._book.overrule(self.game, action, official.subject or "", official.value or "")
         except ConfigError as error:
-            return _announce("refused", f"{by} asks for {action}: {error}")
-        return _announce("overruled", f"{by}: {action} {official.subject} {official.value}{why}")
+            return _announce("refused", f"{by} asks for {action}: {error}", number)
+        return _announce("overruled", f"{by}: {action} {official.subject} {official.value}{why}", number)
 
     def _refusal(self, action: OfficialAction, absent: Sequence[str]) -> str | None:
         """Why an official cannot do this now."""
@@ -185,7 +200,7 @@ class Match:
             return "the game is over"
         if action is not OfficialAction.RESUME:
             return None
-        if self.halted is None:
+        if not self._reasons:
             return "play is not halted"
         return "; ".join(absent) or None
 
@@ -195,26 +210,24 @@ class Match:
         self.waiting = []
         self._before = None
         self._place_at = self._lineup_limit
+        self._hold_until = 0.0
         return stage
 
     def _initialize(self, now: Field, absent: Sequence[str]) -> Outcome:
-        self.waiting = [*absent, *self._book.obstacles_to_start(self.game, now)]
+        obstacles = self._book.obstacles_to_start(self.game, now)
+        self.waiting = [*absent, *(f"{name} {why}" for name, why in obstacles.items())]
         if not self.waiting:
             self.clock = 0.0
             self._enter(Stage.PLAY_ROUND)
             self._before = now
-            begins = f"round {self.game.round} of {self._book.rounds} begins"
-            return Outcome([Finding(rule="begin", text=begins, players=(), poses=())], [Stage.PLAY_ROUND])
+            begins = _announce("begin", f"round {self.game.round} of {self._book.rounds} begins")
+            return Outcome(begins.findings, [Stage.PLAY_ROUND])
         if absent or self.in_stage < self._place_at:
             return Outcome()
         self._place_at = self.in_stage + PLACE_AGAIN
-        stragglers = [
-            p.name
-            for p in self._book.statuses(self.game, self.stage, now)
-            if p.mark is not None and any(p.name in reason.split() for reason in self.waiting)
-        ]
-        text = f"put on their marks after {self.in_stage:.0f} s: {', '.join(stragglers)}"
-        return Outcome([Finding(rule="placed", text=text, players=(), poses=())], place=stragglers)
+        self._hold_until = self.in_stage + HOLD
+        late = f"asked to be put on their marks after {self.in_stage:.0f} s: {', '.join(obstacles)}"
+        return Outcome(_announce("placed", late).findings, place=list(obstacles))
 
     def _play(self, dt: float, now: Field) -> Outcome:
         self.clock += dt
@@ -230,7 +243,6 @@ class Match:
                 stages.append(self._enter(Stage.PLAY_ROUND))
                 self._before = now
         if verdict.round_over:
-            self.winner = verdict.winner
             stages.append(self._enter(Stage.ROUND_OVER))
         return Outcome(verdict.findings, stages)
 
@@ -243,18 +255,16 @@ class Match:
         return Outcome(stages=[Stage.PLAY_ROUND])
 
     def _round_over(self, now: Field) -> Outcome:
-        if self.winner is not None:
-            text = f"game over: {self.winner} win"
-            game_over = Finding(rule="game_over", text=text, players=(), poses=())
-            return Outcome([game_over], [self._enter(Stage.GAME_OVER)])
+        """After a pause, in which an official may still overrule the last call."""
         if self.in_stage < ROUND_PAUSE:
             return Outcome()
         verdict = self._book.next_round(self.game, now)
         self.game, self.winner = verdict.state, verdict.winner
-        if self.winner is not None:
-            return Outcome(verdict.findings)
-        return Outcome(verdict.findings, [self._enter(Stage.INITIALIZE)])
+        if self.winner is None:
+            return Outcome(verdict.findings, [self._enter(Stage.INITIALIZE)])
+        over = _announce("game_over", f"game over: {self.winner} win")
+        return Outcome([*verdict.findings, *over.findings], [self._enter(Stage.GAME_OVER)])
 
 
-def _announce(rule: str, text: str) -> Outcome:
-    return Outcome([Finding(rule=rule, text=text, players=(), poses=())])
+def _announce(rule: str, text: str, answers: str | None = None) -> Outcome:
+    return Outcome([Finding(rule=rule, text=text, players=(), poses=(), answers=answers)])

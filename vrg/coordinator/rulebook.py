@@ -64,6 +64,7 @@ class Finding:
     Args:
         foul: the stage passes through FOUL, until the rule book finds the field resumable.
         poses: of the players, in the same order, at the instant of the finding.
+        answers: id of the official's decision that this answers.
     """
 
     rule: str
@@ -71,6 +72,7 @@ class Finding:
     players: tuple[str, ...]
     poses: tuple[Pose, ...]
     foul: bool = False
+    answers: str | None = None
 
 
 @dataclass(frozen=True)
@@ -78,7 +80,7 @@ class Verdict(Generic[S]):
     """What judging one instant gave.
 
     Args:
-        round_over: the round has ended. winner: the game has, too.
+        round_over: the round has ended. winner: known between rounds alone; the game has ended, too.
     """
 
     state: S
@@ -97,8 +99,8 @@ class RuleBook(Protocol[S]):
     def initial(self) -> S:
         """The state before the first round."""
 
-    def obstacles_to_start(self, state: S, now: Field) -> list[str]:
-        """Why the round cannot begin, in words; empty when it can."""
+    def obstacles_to_start(self, state: S, now: Field) -> dict[str, str]:
+        """Why the round cannot begin: by player, such as `is 3.2 m from its mark`; empty when it can."""
 
     def judge(self, state: S, before: Field, now: Field, clock: float) -> Verdict[S]:
         """Judge what happened between two instants of play.
@@ -111,7 +113,7 @@ class RuleBook(Protocol[S]):
         """Why play cannot go on after a foul, in words; empty when it can."""
 
     def next_round(self, state: S, now: Field) -> Verdict[S]:
-        """What happens between two rounds: roles, sides and places to line up; may end the game."""
+        """What happens when a round is over: the end of the game, or roles, sides and places for the next round."""
 
     def statuses(self, state: S, stage: Stage, now: Field) -> list[PlayerStatus]:
         """Each player as everybody may see it. Where `may_move` is False its robot is stopped."""

@@ -3,37 +3,22 @@
 import contextlib
 import os
 import socket
-import threading
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Callable
 
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import RefereeState, Stage
 from vrg.bus.session import DEFAULT_ENDPOINT, Session, open_session
+from vrg.bus.stopping import StopSignal
 from vrg.config import MatchSetup
 from vrg.errors import LaunchError
 from vrg.launch.managed import ProcessSpec
-from vrg.launch.registry import RunningMatch, register
+from vrg.launch.registry import RunningMatch, registered
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.supervisor import Supervisor
 
 POLL_PERIOD = 0.05
 """s of real time between looks at the processes."""
-
-
-@dataclass(frozen=True)
-class LocalEnding:
-    """How a supervised match ended.
-
-    Args:
-        state: the referee's last, None if it never spoke.
-        interrupted: by the user, before its end.
-    """
-
-    state: RefereeState | None
-    interrupted: bool
 
 
 def free_endpoint() -> str:
@@ -47,24 +32,29 @@ def free_endpoint() -> str:
     raise OSError(f"no free port on {host}")
 
 
-def specs(setup: MatchSetup, folder: RunFolder, endpoint: str, *, serve: bool, window: bool) -> list[ProcessSpec]:
+def specs(setup: MatchSetup, folder: RunFolder, endpoint: str, *, window: bool, record: bool) -> list[ProcessSpec]:
     """The processes of a match, in the order of their start.
 
     Args:
-        serve: a router of one's own.
-        window: open the spectator.
+        window: open the spectator. record: run the recorder.
     """
     keys, match = setup.keys, str(folder.match_file)
     common = ("--router", endpoint, "--run", str(folder.path), "--base", str(setup.base))
-    found = [ProcessSpec("router", ("router", "--router", endpoint), None, 0)] if serve else []
-    found.append(ProcessSpec("world", ("world", match, *common), keys.alive("world", "world"), 1))
-    found.append(ProcessSpec("referee", ("coordinator", match, *common), keys.alive("coordinator", "referee"), 2))
-    found.append(ProcessSpec("recorder", ("recorder", match, *common), keys.alive("recorder", "recorder"), 2))
-    for player in setup.file.players:
-        arguments = ("player", match, player.name, *common)
-        found.append(ProcessSpec(player.name, arguments, keys.alive("player", player.name), 3))
+
+    def node(name: str, group: int, *command: str, kind: str, as_: str, essential: bool = True) -> ProcessSpec:
+        return ProcessSpec(name, (*command, *common), keys.pulse(kind, as_).key, group, essential)
+
+    found = [
+        ProcessSpec("router", ("router", "--router", endpoint), None, 0),
+        node("world", 1, "world", match, kind="world", as_="world"),
+        node("referee", 2, "coordinator", match, kind="coordinator", as_="referee"),
+    ]
+    if record:
+        found.append(node("recorder", 2, "recorder", match, kind="recorder", as_="recorder", essential=False))
     if window:
-        found.append(ProcessSpec("spectator", ("spectator", match, *common), keys.alive("spectator", "window"), 2))
+        found.append(node("spectator", 2, "spectator", match, kind="spectator", as_="window", essential=False))
+    for player in setup.file.players:
+        found.append(node(player.name, 3, "player", match, player.name, kind="player", as_=player.name))
     return found
 
 
@@ -72,7 +62,8 @@ class LocalMatch:
     """A supervised match.
 
     Args:
-        endpoint: of the router; one is started there unless `serve` is False.
+        endpoint: of the router, which is started there.
+        window: open the spectator. record: run the recorder.
         announce: told of what happens to the processes, in words.
     """
 
@@ -83,14 +74,14 @@ class LocalMatch:
         endpoint: str,
         *,
         window: bool,
+        record: bool,
         announce: Callable[[str], None],
-        serve: bool = True,
     ) -> None:
         self._setup = setup
         self._folder = folder
         self.endpoint = endpoint
         self._supervisor = Supervisor(
-            specs(setup, folder, endpoint, serve=serve, window=window), endpoint, setup.keys, folder.logs, announce
+            specs(setup, folder, endpoint, window=window, record=record), endpoint, setup.keys, folder.logs, announce
         )
 
     @property
@@ -112,13 +103,13 @@ class LocalMatch:
 
     def run(
         self,
-        stop: threading.Event,
+        stop: StopSignal,
         *,
         progress: Callable[[str], None],
         started: Callable[[Session], None],
         ending: Callable[[], None],
         linger: float,
-    ) -> LocalEnding:
+    ) -> RefereeState | None:
         """Start, watch over and stop the match that is served. Whatever happens, no process is left behind.
 
         Args:
@@ -128,13 +119,16 @@ class LocalMatch:
             ending: called before the processes are stopped.
             linger: s of real time that everything stays after the game is over, for those who watch.
 
+        Returns:
+            the referee's last state, None if it never spoke.
+
         Raises:
             LaunchError: a process does not start or dies too often.
         """
         supervisor = self._supervisor
         state: RefereeState | None = None
         try:
-            with open_session(self.endpoint) as session, self._registered():
+            with open_session(self.endpoint, stop=stop) as session, self._registered():
                 mailbox = Mailbox()
                 referee = mailbox.subscribe(self._setup.keys.referee_state)
                 session.attach(mailbox)
@@ -156,18 +150,14 @@ class LocalMatch:
                 ending()
             finally:
                 supervisor.stop()
-        return LocalEnding(state, interrupted=stop.is_set())
+        return state
 
-    @contextlib.contextmanager
-    def _registered(self) -> Iterator[None]:
-        entry = RunningMatch(
-            match=self._setup.file.name,
-            router=self.endpoint,
-            run=str(self._folder.path.resolve()),
-            pid=os.getpid(),
+    def _registered(self) -> contextlib.AbstractContextManager[None]:
+        return registered(
+            RunningMatch(
+                match=self._setup.file.name,
+                router=self.endpoint,
+                run=str(self._folder.path.resolve()),
+                pid=os.getpid(),
+            )
         )
-        path: Path = register(entry)
-        try:
-            yield
-        finally:
-            path.unlink(missing_ok=True)

@@ -25,16 +25,16 @@ class ProcessSpec:
     Args:
         name: of the process and of its log.
         arguments: of the `vrg` command.
-        token: liveliness key that says that it is ready; None for the router.
+        pulse: key of its pulse, whose first beat says that it is ready; None for the router.
         group: processes of a lower group are ready before those of a higher one are started, and are stopped later.
-        restart: start it again when it dies.
+        essential: without it there is no match.
     """
 
     name: str
     arguments: tuple[str, ...]
-    token: str | None
+    pulse: str | None
     group: int
-    restart: bool = True
+    essential: bool = True
 
 
 class ManagedProcess:
@@ -47,7 +47,7 @@ class ManagedProcess:
         self.spec = spec
         self.log = log
         self.deaths: deque[float] = deque()
-        self.missing_since: float | None = None
+        self.last_pulse = 0.0
         self.ready = False
         self._process: subprocess.Popen[bytes] | None = None
 
@@ -68,7 +68,6 @@ class ManagedProcess:
             LaunchError: it cannot be started.
         """
         self.ready = False
-        self.missing_since = None
         try:
             with self.log.open("ab") as log:
                 self._process = subprocess.Popen(

@@ -8,12 +8,12 @@ from vrg.bus.foxglove_scene import Shape
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.recording import Recorder
 from vrg.config import MatchSetup
+from vrg.coordinator.coordinator import Coordinator
 from vrg.coordinator.journal import Header, Journal
-from vrg.coordinator.node import Coordinator
 from vrg.hal.backends import RobotContext, open_robot
 from vrg.hal.models import robot_model
 from vrg.hal.sim.map import load_map
-from vrg.hal.sim.node import WorldNode
+from vrg.hal.sim.world_node import WorldNode
 from vrg.launch.run_folder import RunFolder
 
 if TYPE_CHECKING:

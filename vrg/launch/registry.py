@@ -1,14 +1,19 @@
 """Which matches run on this machine, so that `vrg official halt` needs no address."""
 
+import fcntl
 import json
-import os
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import TextIO
 
 import platformdirs
 
 from vrg.errors import ConfigError
-from vrg.launch.run_folder import write_json
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -26,14 +31,32 @@ class RunningMatch:
 
 
 def _folder() -> Path:
-    return platformdirs.user_state_path("vrg", ensure_exists=True)
+    return platformdirs.user_state_path("vrg")
 
 
-def register(match: RunningMatch) -> Path:
-    """Tell others of a match; delete the file when it ends."""
+@contextmanager
+def registered(match: RunningMatch) -> Iterator[None]:
+    """Tell others of a match as long as the context lasts.
+
+    The entry is locked by its launcher, so that one whose launcher was killed is known for what it is. Where the
+    folder cannot be written the match goes on without: others then have to name its address.
+    """
     path = _folder() / f"{match.match}-{match.pid}.json"
-    write_json(path, asdict(match))
-    return path
+    entry = None
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        entry = path.open("w", encoding="utf-8")
+        fcntl.flock(entry, fcntl.LOCK_EX)
+        json.dump(asdict(match), entry)
+        entry.flush()
+    except OSError as error:
+        log.warning("commands will not find this match by themselves: %s", error)
+    try:
+        yield
+    finally:
+        if entry is not None:
+            path.unlink(missing_ok=True)
+            entry.close()
 
 
 def running() -> list[RunningMatch]:
@@ -41,12 +64,23 @@ def running() -> list[RunningMatch]:
     matches = []
     for path in sorted(_folder().glob("*.json")):
         try:
-            match = RunningMatch(**json.loads(path.read_text()))
-            os.kill(match.pid, 0)
+            with path.open(encoding="utf-8") as entry:
+                if _is_abandoned(entry):
+                    path.unlink(missing_ok=True)
+                    continue
+                matches.append(RunningMatch(**json.load(entry)))
         except (OSError, ValueError, TypeError):
             continue
-        matches.append(match)
     return matches
+
+
+def _is_abandoned(entry: TextIO) -> bool:
+    """Whether nobody holds the entry's lock."""
+    try:
+        fcntl.flock(entry, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
 
 
 def find(match: str | None, router: str | None, default_router: str) -> tuple[str, str]:

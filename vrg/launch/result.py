@@ -70,4 +70,4 @@ def plot(setup: MatchSetup, folder: RunFolder) -> None:
     from vrg.ui.plot import plot_trajectories  # noqa: PLC0415 - matplotlib takes a second to load
 
     title = f"{setup.file.name}: {setup.file.game.replace('-', ' ')}, seed {setup.file.seed}"
-    plot_trajectories(folder.recording, folder.plot, title=title)
+    plot_trajectories(folder.recordings(), folder.plot, title=title)

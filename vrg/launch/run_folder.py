@@ -71,6 +71,11 @@ class RunFolder:
         """For Foxglove."""
         return self.path / "recording.mcap"
 
+    def recordings(self) -> list[Path]:
+        """Every part of the recording: a recorder that was started again begins a new one."""
+        parts = self.path.glob(f"{self.recording.stem}*{self.recording.suffix}")
+        return sorted(parts, key=lambda part: (len(part.name), part.name))
+
     @property
     def snapshot(self) -> Path:
         """The world's, from which a restarted world goes on."""

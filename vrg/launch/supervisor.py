@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from vrg.bus.mailbox import Mailbox
 from vrg.bus.session import Session, open_session
 from vrg.bus.topics import Keys, router_alive
 from vrg.errors import BusError, LaunchError
@@ -11,11 +12,12 @@ from vrg.launch.managed import STOP_PATIENCE, ManagedProcess, ProcessSpec
 
 READY_PATIENCE = 30.0
 """s of real time for a process to become ready."""
-HUNG_AFTER = 1.0
-"""s of real time without its liveliness token after which a running process is taken to hang. The token itself goes
-one lease after a process freezes."""
+HUNG = 2.5
+"""s of real time without a pulse after which a running process is taken to hang; it beats every 0.5 s."""
+CUT_OFF = 1.0
+"""s of real time without a link to the router after which it is taken to hang."""
 SETTLE = 4.0
-"""s of real time after a start of the router in which missing tokens mean nothing."""
+"""s of real time after a start of the router in which missing pulses mean nothing."""
 
 
 class Supervisor:
@@ -30,9 +32,9 @@ class Supervisor:
         self, specs: Sequence[ProcessSpec], endpoint: str, keys: Keys, logs: Path, announce: Callable[[str], None]
     ) -> None:
         self._endpoint = endpoint
-        self._keys = keys
         self._announce = announce
-        self._alive: dict[str, bool] = {}
+        self._mailbox = Mailbox()
+        self._pulses = self._mailbox.subscribe(keys.pulse())
         self._session: Session | None = None
         self._router_since = time.monotonic()
         self._cut_since: float | None = None
@@ -48,9 +50,9 @@ class Supervisor:
             LaunchError: a process ended or was not ready in time; says what it said last.
         """
         self._session = session
-        session.watch_alive(f"{self._keys.root}/alive/**", self._alive.__setitem__)
-        for group in sorted({p.spec.group for p in self.processes if p.spec.token}):
-            members = [p for p in self.processes if p.spec.group == group and p.spec.token]
+        session.attach(self._mailbox)
+        for group in sorted({p.spec.group for p in self.processes if p.spec.pulse}):
+            members = [p for p in self.processes if p.spec.group == group and p.spec.pulse]
             for member in members:
                 member.start()
             self._wait_ready(members, progress)
@@ -61,7 +63,7 @@ class Supervisor:
         Raises:
             LaunchError: it does not answer, or another one has taken its endpoint.
         """
-        for router in [p for p in self.processes if p.spec.token is None]:
+        for router in [p for p in self.processes if p.spec.pulse is None]:
             router.start()
             self._router_since = time.monotonic()
             try:
@@ -83,9 +85,9 @@ class Supervisor:
     def _wait_ready(self, members: list[ManagedProcess], progress: Callable[[str], None]) -> None:
         deadline = time.monotonic() + READY_PATIENCE
         while waiting := [p for p in members if not p.ready]:
+            self._feel_pulses()
             for process in waiting:
-                if self._alive.get(process.spec.token or ""):
-                    process.ready = True
+                if process.ready:
                     progress(process.spec.name)
                 elif process.exit_status is not None:
                     raise LaunchError(
@@ -102,54 +104,65 @@ class Supervisor:
         """Look after everybody once: restart what died, kill what hangs.
 
         Raises:
-            LaunchError: a process died too often.
+            LaunchError: a process without which there is no match died too often.
         """
+        self._feel_pulses()
         now = time.monotonic()
-        for process in self.processes:
+        for process in list(self.processes):
             if process.exit_status is not None:
                 self._bury(process, now)
         self._find_hung(now)
 
+    def _feel_pulses(self) -> None:
+        if self._session is None:
+            return
+        self._session.receive()
+        self._mailbox.handover(0.0)
+        felt = {pulse.key for pulse in self._pulses.take()}
+        for process in self.processes:
+            if process.spec.pulse in felt and process.pid is not None:
+                process.ready = True
+                process.last_pulse = time.monotonic()
+
     def _bury(self, process: ManagedProcess, now: float) -> None:
         name, status = process.spec.name, process.exit_status
         how = f"was killed by signal {-status}" if status is not None and status < 0 else f"ended with status {status}"
-        if not process.spec.restart or (status == 0 and process.spec.name == "spectator"):
-            if process in self.processes:
-                self.processes.remove(process)
-                self._announce(f"{name} {how}")
-            return
-        if not process.note_death(now):
+        if status == 0 and not process.spec.essential:
+            self.processes.remove(process)
+            self._announce(f"{name} {how}")
+        elif process.note_death(now):
+            self._announce(f"{name} {how}: started again (log: {process.log})")
+            process.start()
+            if process.spec.pulse is None:
+                self._router_since = now
+        elif process.spec.essential:
             raise LaunchError(f"{name} {how}, too often to go on:\n{process.last_words()}")
-        self._announce(f"{name} {how}: started again (log: {process.log})")
-        process.start()
-        if process.spec.token is None:
-            self._router_since = now
+        else:
+            self.processes.remove(process)
+            self._announce(f"{name} {how}, too often: the match goes on without it (log: {process.log})")
 
     def _find_hung(self, now: float) -> None:
         if self._session is None:
             return
         if not self._session.connected:
             self._cut_since = self._cut_since or now
-            if now - max(self._cut_since, self._router_since) > HUNG_AFTER:
-                for router in [p for p in self.processes if p.spec.token is None and p.pid]:
+            if now - max(self._cut_since, self._router_since) > CUT_OFF:
+                for router in [p for p in self.processes if p.spec.pulse is None and p.pid]:
                     self._announce("router does not answer: killed")
                     router.kill()
             return
         if self._cut_since is not None:
             self._cut_since = None
             self._router_since = now
+        if now - self._router_since < SETTLE:
+            return
         for process in self.processes:
-            token = process.spec.token
-            if token is None or process.pid is None:
-                continue
-            if self._alive.get(token):
-                process.ready = True
-                process.missing_since = None
-                continue
-            if not process.ready or now - self._router_since < SETTLE:
-                continue
-            process.missing_since = process.missing_since or now
-            if now - process.missing_since > HUNG_AFTER:
+            if (
+                process.spec.pulse
+                and process.ready
+                and process.pid is not None
+                and now - max(process.last_pulse, self._router_since) > HUNG
+            ):
                 self._announce(f"{process.spec.name} hangs: killed")
                 process.kill()
 

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from vrg.bus.foxglove_scene import Rgb
 from vrg.bus.messages import Stage
+from vrg.colours import Rgb
 from vrg.ui import palette
 from vrg.ui.scene import Scene, title
 

@@ -4,8 +4,8 @@ import enum
 from dataclasses import dataclass
 from typing import Final
 
-from vrg.bus.foxglove_scene import OUT_OF_PLAY, Rgb, role_colour
 from vrg.bus.messages import Stage
+from vrg.colours import OUT_OF_PLAY, Rgb, role_colour
 
 BACKGROUND: Final[Rgb] = (12, 16, 22)
 PANEL: Final[Rgb] = (20, 26, 34)

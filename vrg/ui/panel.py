@@ -5,8 +5,8 @@ from typing import Final
 
 import pygame
 
-from vrg.bus.foxglove_scene import OUT_OF_PLAY, Rgb
 from vrg.bus.messages import Stage
+from vrg.colours import OUT_OF_PLAY, Rgb
 from vrg.ui import palette, shapes
 from vrg.ui.palette import ink_on, style_of
 from vrg.ui.scene import Scene, ScenePlayer, clock_text, round_word, title

@@ -14,9 +14,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
 from vrg.bus.foxglove import CallRecord
-from vrg.bus.foxglove_scene import BLUE, GREEN, ORANGE, OUT_OF_PLAY, PURPLE, SKY_BLUE, VERMILLION, YELLOW
 from vrg.bus.messages import Zone
 from vrg.bus.tracks import Track, read_calls, read_setting, read_tracks
+from vrg.colours import BLUE, GREEN, ORANGE, OUT_OF_PLAY, PURPLE, SKY_BLUE, VERMILLION, YELLOW
 from vrg.ui.labels import HALO, Colour, Labels
 from vrg.ui.palette import Marker, style_of
 from vrg.ui.scene import JUMP, clock_text, round_word
@@ -39,7 +39,7 @@ _COLOURS: Final = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY_BLUE, (0, 0, 0),
 
 
 def plot_trajectories(
-    recording: Path | Mapping[str, Track],
+    recording: Path | Sequence[Path] | Mapping[str, Track],
     out_png: Path,
     *,
     calls: Sequence[CallRecord] | None = None,
@@ -53,7 +53,7 @@ def plot_trajectories(
     began, its role's marker where it ended. Tags and the like are marked, with the player and the play clock.
 
     Args:
-        recording: an MCAP file, or tracks read from one.
+        recording: an MCAP file, its parts, or tracks read from one.
         calls: of the match. zones: by round. game: its name, for what a round is called. All three are read from
             the recording where not given.
         title: above the panels.
@@ -63,7 +63,7 @@ def plot_trajectories(
         MessageError: the file is not a recording.
         ValueError: there is no track to plot.
     """
-    if isinstance(recording, Path):
+    if not isinstance(recording, Mapping):
         tracks = read_tracks(recording)
         calls = read_calls(recording) if calls is None else calls
         setting = read_setting(recording)

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from vrg.bus import messages as m
-from vrg.bus.foxglove_scene import OUT_OF_PLAY
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.topics import Keys, name_in
+from vrg.colours import OUT_OF_PLAY
 
 Point = tuple[float, float]
 """x, y in m, in the map's frame."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import pygame
 from pygame import gfxdraw
 
-from vrg.bus.foxglove_scene import Rgb
+from vrg.colours import Rgb
 from vrg.ui.palette import Marker
 from vrg.ui.view import Pixel
 

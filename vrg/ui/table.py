@@ -9,11 +9,11 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
-from vrg.bus.foxglove_scene import OUT_OF_PLAY, Rgb
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Call, Stage
 from vrg.bus.node import Node, Tick, due_index
 from vrg.bus.topics import Keys
+from vrg.colours import OUT_OF_PLAY, Rgb
 from vrg.ui import palette
 from vrg.ui.banner import banners
 from vrg.ui.pace import Pace

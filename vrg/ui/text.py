@@ -7,7 +7,7 @@ from typing import Final
 
 import pygame
 
-from vrg.bus.foxglove_scene import Rgb
+from vrg.colours import Rgb
 
 RENDERED_LIMIT: Final = 600
 

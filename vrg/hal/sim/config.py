@@ -1,5 +1,6 @@
 """What a world is made of, and whether it can be."""
 
+import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations
@@ -45,6 +46,12 @@ class WorldConfig:
     lasers: bool = True
     noise: bool = True
     robots: tuple[RobotSetup, ...] = ()
+
+
+def fingerprint(config: WorldConfig) -> str:
+    """Tells worlds of different set-ups apart, whatever rate they run at."""
+    setup = (config.map, config.engine, config.tick, config.seed, config.noise, config.robots)
+    return hashlib.sha256(repr(setup).encode()).hexdigest()[:16]
 
 
 def check_setup(config: WorldConfig) -> list[str]:

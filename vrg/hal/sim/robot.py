@@ -17,6 +17,9 @@ AGREE_TIME = 0.5
 class SimRobot(Robot):
     """See the module. The world applies the watchdog, the referee's limits and the emergency stop.
 
+    A reading's age is the distance of its stamp from now either way: one that is far ahead is of before the world was
+    set back to a snapshot.
+
     Where the world has disarmed the robot, by an emergency stop that may have come and gone unseen, this side follows
     at the next `read` or `drive` and tells the world so: the world arms nobody again who was not seen disarmed. Of
     several commands in one tick the world hears the last, so a robot armed in the very tick in which it was disarmed
@@ -86,7 +89,7 @@ class SimRobot(Robot):
         state = received.body
         return Readings(
             stamp=received.stamp,
-            age=max(0.0, self._mailbox.now - received.stamp),
+            age=abs(self._mailbox.now - received.stamp),
             ins=state.ins,
             odometry=state.odometry,
             v=state.v,
@@ -142,7 +145,7 @@ class SimRobot(Robot):
         ranges = laser.ranges
         return Scan(
             stamp=received.stamp,
-            age=max(0.0, self._mailbox.now - received.stamp),
+            age=abs(self._mailbox.now - received.stamp),
             angles=laser.angle_min + laser.angle_step * np.arange(len(ranges), dtype=np.float64),
             ranges=ranges,
             range_max=laser.range_max,

@@ -41,33 +41,36 @@ class Interlock:
         self.locked = self.locked or self.armed
         self.armed = False
 
-    def rest(self) -> None:
-        """The world restarts: motors off until the next command."""
-        self.armed = False
-        self.left = self.right = 0.0
-
     def silent(self, now: float) -> bool:
         """Whether an armed robot's player has gone quiet for longer than COMMAND_TIMEOUT."""
         return self.armed and now - self._heard > COMMAND_TIMEOUT + _EPS
 
 
 class RefereeGate:
-    """What the referee lets move. Open as long as no referee was ever heard."""
+    """What the referee lets move. Open as long as no referee was ever heard.
 
-    def __init__(self) -> None:
+    Args:
+        refereed: one was heard before the world was restarted: closed until it is heard again.
+    """
+
+    def __init__(self, refereed: bool = False) -> None:
+        self.refereed = refereed
         self._heard: float | None = None
         self._all_held = False
         self._held: frozenset[str] = frozenset()
 
     def hear(self, now: float, state: RefereeState) -> None:
         """The referee spoke, at match time `now`."""
+        self.refereed = True
         self._heard = now
         self._all_held = state.halted is not None or state.estop
         self._held = frozenset(player.name for player in state.players if not player.may_move)
 
     def closed(self, now: float) -> bool:
         """Whether every robot is held: halted, stopped, or the referee is dead."""
-        return self._heard is not None and (self._all_held or now - self._heard > REFEREE_TIMEOUT + _EPS)
+        if self._heard is None:
+            return self.refereed
+        return self._all_held or now - self._heard > REFEREE_TIMEOUT + _EPS
 
     def holds(self, robot: str) -> bool:
         """Whether this robot's player may not move."""

@@ -30,11 +30,18 @@ class RobotSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 
 class WorldSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A world at a tick."""
+    """A world at a tick.
 
+    Args:
+        setup: fingerprint of the set-up that the world was made from.
+        refereed: a referee had been heard: nothing moves until it is heard again.
+    """
+
+    setup: str
     tick: Count
     epoch: Count
     estop: bool
+    refereed: bool
     robots: list[RobotSnapshot]
     version: int = _VERSION
 

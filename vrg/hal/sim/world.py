@@ -9,7 +9,7 @@ from vrg.errors import ConfigError, WorldError
 from vrg.hal.models import RobotModel, robot_model
 from vrg.hal.robot import limit_wheels
 from vrg.hal.sim.battery import Batteries
-from vrg.hal.sim.config import WorldConfig, check_setup, overlap, place_problems
+from vrg.hal.sim.config import WorldConfig, check_setup, fingerprint, overlap, place_problems
 from vrg.hal.sim.engine import Floats, make_engine
 from vrg.hal.sim.lidar import Lidar
 from vrg.hal.sim.map import load_map
@@ -52,6 +52,7 @@ class World:
         if problems := check_setup(config):
             raise ConfigError(problems)
         self.config = config
+        self._setup = fingerprint(config)
         self.map = load_map(config.map)
         self.tick = 0
         self.epoch = 0
@@ -128,9 +129,9 @@ class World:
             case RequestKind.REMOVE:
                 self._remove(_named(request))
             case RequestKind.PLACE:
-                if request.pose is None:
-                    raise WorldError("place: expected a pose, got none")
-                self._move({_named(request): request.pose})
+                if not request.places:
+                    raise WorldError("place: expected places, got none")
+                self._move(request.places)
             case RequestKind.RESET:
                 chosen = self.names if request.robot is None else [request.robot]
                 self._move({name: self._members[self._engine.row(name)].start for name in chosen})
@@ -210,19 +211,33 @@ class World:
             )
             for row, member in enumerate(self._members)
         ]
-        return WorldSnapshot(tick=self.tick, epoch=self.epoch, estop=self.estop, robots=robots)
+        return WorldSnapshot(
+            setup=self._setup,
+            tick=self.tick,
+            epoch=self.epoch,
+            estop=self.estop,
+            refereed=self._gate.refereed,
+            robots=robots,
+        )
 
     def restore(self, snapshot: WorldSnapshot) -> None:
         """Go on from a snapshot, in a new epoch, with every robot at rest and its motors off.
 
         Raises:
             ConfigError: it names a robot model that is not known.
+            WorldError: it is of another set-up than this world's.
         """
+        if snapshot.setup != self._setup:
+            raise WorldError(
+                f"snapshot: expected one of this set-up ({self._setup}), got one of another ({snapshot.setup}): "
+                "choose another run folder, or delete the snapshot to begin anew"
+            )
         models = [robot_model(robot.model) for robot in snapshot.robots]
         for name in self.names:
             self._engine.remove(name)
         self._members.clear()
         self.tick, self.epoch, self.estop = snapshot.tick, snapshot.epoch + 1, snapshot.estop
+        self._gate = RefereeGate(refereed=snapshot.refereed)
         for robot, model in zip(snapshot.robots, models, strict=True):
             member = self._add(robot.name, model, robot.pose)
             member.start, member.wheel_limit = robot.start, robot.wheel_limit

@@ -1,9 +1,10 @@
 """Where players line up at one end of a field."""
 
+import math
 from collections.abc import Mapping
 
 from vrg.bus.messages import Pose
-from vrg.geometry import Rectangle
+from vrg.geometry import Rectangle, wrap
 
 
 def line_up(players: Mapping[str, Pose], zone: Rectangle, field: Rectangle, spacing: float) -> dict[str, Pose]:
@@ -20,11 +21,9 @@ def line_up(players: Mapping[str, Pose], zone: Rectangle, field: Rectangle, spac
     low, high = (zone.x_min, zone.x_max) if along_y else (zone.y_min, zone.y_max)
     near, far = (zone.y_min, zone.y_max) if along_y else (zone.x_min, zone.x_max)
     at_low_end = near <= (field.y_min if along_y else field.x_min)
-    theta = (
-        (1.5707963267948966 if along_y else 0.0)
-        if at_low_end
-        else (-1.5707963267948966 if along_y else 3.141592653589793)
-    )
+    theta = math.pi / 2 if along_y else 0.0
+    if not at_low_end:
+        theta = wrap(theta + math.pi)
     order = sorted(players, key=lambda n: (players[n].x if along_y else players[n].y, n))
     per_row = max(1, int((high - low) / (1.5 * spacing)) - 1)
     rows = -(-len(order) // per_row) or 1

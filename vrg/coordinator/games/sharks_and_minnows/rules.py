@@ -77,19 +77,19 @@ class SharksAndMinnows:
             marks={c.name: c.start for c in self.contestants.values()},
         )
 
-    def obstacles_to_start(self, state: State, now: Field) -> list[str]:
+    def obstacles_to_start(self, state: State, now: Field) -> dict[str, str]:
         """Everybody stands at its mark."""
-        reasons = []
+        reasons = {}
         for name, mark in state.marks.items():
             pose = now.poses.get(name)
             if pose is None:
-                reasons.append(f"{name} is not in the world")
+                reasons[name] = "is not in the world"
                 continue
             away = float(np.hypot(pose.x - mark.x, pose.y - mark.y))
             if away > MARK_REACH:
-                reasons.append(f"{name} is {away:.1f} m from its mark")
+                reasons[name] = f"is {away:.1f} m from its mark"
             elif name in now.moving:
-                reasons.append(f"{name} is moving")
+                reasons[name] = "is moving"
         return reasons
 
     def judge(self, state: State, before: Field, now: Field, clock: float) -> Verdict[State]:
@@ -192,7 +192,7 @@ class SharksAndMinnows:
                 poses=tuple(now.poses[n] for n in home),
             )
         )
-        return Verdict(state, findings, round_over=True, winner=self._winner(state))
+        return Verdict(state, findings, round_over=True)
 
     def _winner(self, state: State) -> str | None:
         if not state.active(MINNOW):
@@ -204,7 +204,10 @@ class SharksAndMinnows:
         return []
 
     def next_round(self, state: State, now: Field) -> Verdict[State]:
-        """Inactive players become sharks, and the sides swap ends."""
+        """The game ends, or inactive players become sharks and the sides swap ends."""
+        winner = self._winner(state)
+        if winner is not None:
+            return Verdict(state, winner=winner)
         recruits = [n for n, s in state.states.items() if s == INACTIVE]
         roles = {**state.roles, **dict.fromkeys(recruits, SHARK)}
         goal = opposite(state.goal)
@@ -229,7 +232,7 @@ class SharksAndMinnows:
             [
                 Finding(rule="new_shark", text=f"{n} becomes a shark", players=(n,), poses=(now.poses[n],))
                 for n in recruits
-                if n in now.poses
+                if n in now.poses and state.roles[n] == MINNOW
             ],
         )
 

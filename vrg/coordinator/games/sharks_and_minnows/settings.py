@@ -1,11 +1,14 @@
 """The [rules] table of a match of Sharks and Minnows."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, model_validator
 from pydantic import Field as Setting
 
 from vrg.geometry import Rectangle
+
+Border = Annotated[float, Setting(ge=-1e4, le=1e4)]
+"""m."""
 
 
 class Settings(BaseModel):
@@ -25,8 +28,8 @@ class Settings(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    x: tuple[float, float]
-    y: tuple[float, float]
+    x: tuple[Border, Border]
+    y: tuple[Border, Border]
     along: Literal["x", "y"] = "y"
     first_goal: Literal["low", "high"] = "low"
     zone_depth: float = Setting(3.0, gt=0, allow_inf_nan=False)

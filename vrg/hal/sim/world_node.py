@@ -88,8 +88,10 @@ class WorldNode(Node):
 
     def _listen(self) -> None:
         world = self.world
-        for stop in self._estops.take():
-            world.engage(stop.body.engaged)
+        estops = self._estops.take()
+        if estops:
+            # Of several in one tick an engaging one wins, whoever's clock is ahead.
+            world.engage(any(estop.body.engaged for estop in estops))
         for state in self._referee.take():
             world.referee(state.body)
         for request in self._requests.take():

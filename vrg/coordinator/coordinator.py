@@ -4,9 +4,20 @@ import logging
 from collections.abc import Sequence
 from typing import Any
 
+from msgspec import structs
+
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Body, Call, RequestKind, SpeedLimit, Stage, WorldRequest
-from vrg.bus.node import Node, Tick
+from vrg.bus.messages import (
+    Body,
+    Call,
+    OfficialAction,
+    RefereeState,
+    RequestKind,
+    SpeedLimit,
+    Stage,
+    WorldRequest,
+)
+from vrg.bus.node import Node, Tick, is_fresh
 from vrg.bus.topics import Keys
 from vrg.coordinator.journal import Journal
 from vrg.coordinator.match import Match, Outcome
@@ -60,11 +71,12 @@ class Coordinator(Node):
         self._officials = mailbox.subscribe(keys.official)
         self._estops = mailbox.subscribe(keys.estop)
         self._estop = False
-        self._epoch: int | None = None
+        self._world: tuple[int, int] | None = None
         self._last_time: float | None = None
         self._field = Field({})
         self._unsaved: list[Outcome] = []
         self._announced_limits = False
+        self._state = self.match.state(self._field, estop=False)
 
     def tick(self, tick: Tick) -> None:
         """One look at the field, one judgement, one state published."""
@@ -73,13 +85,18 @@ class Coordinator(Node):
             for name, v_max in self._limits.items():
                 self.mailbox.publish(self._keys.speed_limit(name), SpeedLimit(v_max=v_max))
         self._look()
+        alarms = [self._hear_estops(), self._hear_world(), self._guard(tick)]
         absent = self._absent(tick)
-        outcomes = [*self._listen(absent), self._guard(tick)]
+        outcomes = [*alarms, *self._hear_officials(absent, alarmed=any(alarms))]
         dt = 0.0 if self._last_time is None or not tick.live else max(0.0, tick.time - self._last_time)
         self._last_time = tick.time
         outcomes.append(self.match.step(dt, self._field, absent))
-        self._record(tick.time, [o for o in outcomes if o])
-        self.mailbox.publish(self._keys.referee_state, self.match.state(self._field, self._estop))
+        if self._record(tick.time, [o for o in outcomes if o]):
+            self._state = self.match.state(self._field, self._estop)
+        else:
+            # Nobody is told what is not on disk: what was, halted.
+            self._state = _held(self._state, self.match.halted)
+        self.mailbox.publish(self._keys.referee_state, self._state)
 
     def _look(self) -> None:
         for received in self._poses.take():
@@ -87,24 +104,38 @@ class Coordinator(Node):
             moving = frozenset(name for name, body in bodies.items() if _moves(body))
             self._field = Field({name: body.pose for name, body in bodies.items()}, moving)
 
-    def _listen(self, absent: Sequence[str]) -> list[Outcome]:
-        outcomes = []
-        for estop in self._estops.take():
-            self._estop = estop.body.engaged
-            why = f": {estop.body.reason}" if estop.body.reason else ""
-            if self._estop:
-                outcomes.append(self.match.halt(f"emergency stop by {estop.body.by}{why}"))
+    def _hear_estops(self) -> Outcome:
+        """Of several in one tick an engaging one wins, whoever's clock is ahead."""
+        estops = [received.body for received in self._estops.take()]
+        if not estops:
+            return Outcome()
+        decisive = next((e for e in estops if e.engaged), estops[-1])
+        self._estop = decisive.engaged
+        why = f": {decisive.reason}" if decisive.reason else ""
+        return self.match.halt(f"emergency stop by {decisive.by}{why}") if self._estop else Outcome()
+
+    def _hear_world(self) -> Outcome:
         clock = self._clock.latest
-        if clock is not None and clock.body.estop and not self._estop and not self._estops.by_key:
+        if clock is None:
+            return Outcome()
+        since, self._world = self._world, (clock.body.epoch, clock.body.tick)
+        if since is not None and (since[0] != clock.body.epoch or since[1] > clock.body.tick):
+            return self.match.halt("the world was restarted and goes on from its snapshot")
+        if clock.body.estop and not self._estop and not self._estops.by_key:
             # The world latched a stop that was pressed while this process was away.
             self._estop = True
-            outcomes.append(self.match.halt("emergency stop, latched in the world"))
-        if clock is not None and clock.body.epoch != self._epoch:
-            if self._epoch is not None:
-                outcomes.append(self.match.halt("the world was restarted and goes on from its snapshot"))
-            self._epoch = clock.body.epoch
-        outcomes += [self.match.decide(o.body, self._field, absent) for o in self._officials.take()]
-        return outcomes
+            return self.match.halt("emergency stop, latched in the world")
+        return Outcome()
+
+    def _hear_officials(self, absent: Sequence[str], alarmed: bool) -> list[Outcome]:
+        """Halts first: nothing that was decided before anybody saw what happened in this tick resumes play."""
+        officials = [received.body for received in self._officials.take()]
+        halts = [o for o in officials if o.action is OfficialAction.HALT]
+        outcomes = [self.match.decide(o, self._field, absent) for o in halts]
+        if alarmed or halts:
+            absent = [*absent, "play was halted at the same moment: ask again"]
+        others = [o for o in officials if o.action is not OfficialAction.HALT]
+        return [*outcomes, *(self.match.decide(o, self._field, absent) for o in others)]
 
     def _absent(self, tick: Tick) -> list[str]:
         reasons = [] if tick.live else ["the world's clock has stopped"]
@@ -112,7 +143,7 @@ class Coordinator(Node):
             reasons.append("the emergency stop is engaged: release it with `vrg estop --release`")
         for name in self._names:
             report = self._reports.by_key.get(self._keys.report(name).key)
-            if report is None or tick.time - report.stamp > SILENCE:
+            if report is None or not is_fresh(report.stamp, tick.time, SILENCE):
                 reasons.append(f"{name} does not report")
             elif report.body.fault:
                 reasons.append(f"{name}: {report.body.fault}")
@@ -120,17 +151,20 @@ class Coordinator(Node):
 
     def _guard(self, tick: Tick) -> Outcome:
         """Halt for what no rule book knows of."""
-        if not tick.live and self._last_time is not None:
+        if not tick.live and self._clock.latest is not None:
             return self.match.halt("the world's clock has stopped")
         if self.match.stage is Stage.PLAY_ROUND and self.match.halted is None:
             for name in self._names:
                 report = self._reports.by_key.get(self._keys.report(name).key)
-                if report is not None and tick.time - report.stamp > PATIENCE:
+                if report is not None and not is_fresh(report.stamp, tick.time, PATIENCE):
                     return self.match.halt(f"{name} has not reported for {PATIENCE:g} s")
         return Outcome()
 
-    def _record(self, time: float, outcomes: list[Outcome]) -> None:
-        """Journal first, then announce. What cannot be written halts the match and is tried again each tick."""
+    def _record(self, time: float, outcomes: list[Outcome]) -> bool:
+        """Journal first, then announce; whether the journal is up to date.
+
+        What cannot be written halts the match and is tried again each tick.
+        """
         self._unsaved += outcomes
         standing = self.match.standing()
         if self._unsaved:
@@ -145,6 +179,7 @@ class Coordinator(Node):
                         players=list(finding.players),
                         poses=list(finding.poses),
                         clock=standing.clock,
+                        answers=finding.answers,
                     )
                 )
             self.match.calls = number
@@ -157,7 +192,7 @@ class Coordinator(Node):
                 if halted:
                     log.error("%s", error)
                     self._unsaved.append(halted)
-                return
+                return False
             for outcome in self._unsaved:
                 self._put_on_marks(outcome.place)
             self._unsaved = []
@@ -165,14 +200,18 @@ class Coordinator(Node):
                 log.info("%s: %s", call.rule, call.text)
                 self.mailbox.publish(self._keys.referee_event, call)
         self._journal.mark(standing)
+        return True
 
     def _put_on_marks(self, names: Sequence[str]) -> None:
-        for status in self.match.state(self._field, self._estop).players:
-            if status.name in names and status.mark is not None:
-                self.mailbox.publish(
-                    self._keys.world_request,
-                    WorldRequest(kind=RequestKind.PLACE, robot=status.name, pose=status.mark),
-                )
+        players = self.match.state(self._field, self._estop).players
+        places = {p.name: p.mark for p in players if p.name in names and p.mark is not None}
+        if places:
+            self.mailbox.publish(self._keys.world_request, WorldRequest(kind=RequestKind.PLACE, places=places))
+
+
+def _held(state: RefereeState, halted: str | None) -> RefereeState:
+    players = [structs.replace(p, may_move=False) for p in state.players]
+    return structs.replace(state, halted=halted or "the journal cannot be written", players=players)
 
 
 def _moves(body: Body) -> bool:

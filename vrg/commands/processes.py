@@ -14,8 +14,9 @@ import typer
 
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Node
-from vrg.bus.process import Statistics, run_node, run_world, stop_on_signals
+from vrg.bus.process import Statistics, run_node, run_world
 from vrg.bus.session import DEFAULT_ENDPOINT, open_router, open_session
+from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.bus.topics import Keys
 from vrg.commands.options import (
     BaseOption,
@@ -41,7 +42,7 @@ WINDOW_PERIOD = 1 / 30
 
 
 @contextmanager
-def _process(leash: bool) -> Iterator[threading.Event]:
+def _process(leash: bool) -> Iterator[Stop]:
     """Logging, signals, and the leash of the supervisor: standard input ends when it dies."""
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     # zenoh's threads wait for the interpreter's lock: let it go sooner than the default 5 ms.
@@ -50,9 +51,11 @@ def _process(leash: bool) -> Iterator[threading.Event]:
         if leash:
             threading.Thread(target=_hold_leash, args=(stop,), daemon=True).start()
         yield stop
+    if stop.interrupted:
+        raise typer.Exit(130)
 
 
-def _hold_leash(stop: threading.Event) -> None:
+def _hold_leash(stop: Stop) -> None:
     # The bare descriptor: a thread inside sys.stdin's lock would keep the interpreter from ending.
     while os.read(0, 64):
         pass
@@ -80,7 +83,7 @@ def _report(folder: RunFolder | None, name: str, statistics: Statistics) -> None
 
 
 def _run(build: Callable[[], Node], keys: Keys, router: str, leash: bool, folder: RunFolder | None) -> None:
-    with _process(leash) as stop, open_session(router) as session:
+    with _process(leash) as stop, open_session(router, stop=stop) as session:
         node = build()
         _report(folder, node.name, run_node(node, session, keys, stop))
 
@@ -102,7 +105,7 @@ def world(
     """Run the world: physics, sensors and the match clock. Goes on from the run folder's snapshot, if there is one."""
     setup = _setup(match, base)
     folder = _run_folder(run, setup)
-    with _process(leash) as stop, open_session(router) as session:
+    with _process(leash) as stop, open_session(router, stop=stop) as session:
         node = nodes.world_node(setup)
         if folder.snapshot.exists():
             node.restore(folder.snapshot.read_bytes())
@@ -197,7 +200,7 @@ def spectator(
         keys = Keys(found)
     pictures = run or Path()
     own = "window" if leash else f"window-{os.getpid()}"
-    with _process(leash) as stop, open_session(endpoint) as session:
+    with _process(leash) as stop, open_session(endpoint, stop=stop) as session:
         if setup is None:
             node = Spectator(own, Mailbox(), keys, pictures=pictures)
         else:

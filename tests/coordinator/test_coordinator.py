@@ -10,9 +10,9 @@ from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
 from vrg.bus.topics import Keys, Topic
+from vrg.coordinator.coordinator import PATIENCE, Coordinator
 from vrg.coordinator.games.sharks_and_minnows import SharksAndMinnows
 from vrg.coordinator.journal import Header, Journal, read_journal
-from vrg.coordinator.node import PATIENCE, Coordinator
 from vrg.errors import JournalError
 
 KEYS = Keys("m")
@@ -30,6 +30,7 @@ class Table:
         self.places = {c.name: c.start for c in self.book.contestants.values()}
         self.silent: set[str] = set()
         self.time = 0.0
+        self.world_tick = 0
         self.calls: list[m.Call] = []
         self.requests: list[m.WorldRequest] = []
         self.limits: dict[str, float] = {}
@@ -45,7 +46,8 @@ class Table:
             self.time = round(self.time + 0.1, 6)
             bodies = [m.Body(name=n, pose=p, v=0.0, w=0.0, physical=False) for n, p in self.places.items()]
             self.hear(KEYS.poses, m.Poses(bodies=bodies))
-            self.hear(KEYS.clock, m.Clock(time=self.time, tick=0, epoch=0, rate=1.0, estop=estop))
+            self.world_tick += 5
+            self.hear(KEYS.clock, m.Clock(time=self.time, tick=self.world_tick, epoch=0, rate=1.0, estop=estop))
             for name in self.places:
                 if name not in self.silent:
                     self.hear(KEYS.report(name), m.Report(mode="-", armed=True))
@@ -158,8 +160,8 @@ def test_a_player_with_a_fault_keeps_a_halt_from_ending(table: Table) -> None:
 def test_stragglers_are_put_on_their_marks(table: Table) -> None:
     table.places["m0"] = m.Pose(5.0, 10.0, 0.0)
     table.ticks(605)
-    assert [(r.kind, r.robot, r.pose) for r in table.requests] == [
-        (m.RequestKind.PLACE, "m0", table.book.contestants["m0"].start)
+    assert [(r.kind, r.places) for r in table.requests] == [
+        (m.RequestKind.PLACE, {"m0": table.book.contestants["m0"].start})
     ]
 
 
@@ -176,6 +178,8 @@ def test_what_cannot_be_journalled_halts_is_not_announced_and_is_not_lost(
     table.tag()
     state = table.ticks(5)
     assert "No space left on device" in (state.halted or "")
+    assert state.score == {"sharks": 0, "minnows": 0}, "nobody is told what is not on disk"
+    assert not any(p.may_move for p in state.players)
     assert table.rules() == ["begin"]
     monkeypatch.setattr(table.journal, "append", works)
     table.tick()
@@ -183,6 +187,75 @@ def test_what_cannot_be_journalled_halts_is_not_announced_and_is_not_lost(
     assert [c.number for c in table.calls] == [1, 2, 3]
     table.hear(KEYS.official, m.Official(action=m.OfficialAction.RESUME, by="ann"))
     assert table.tick().halted is None
+
+
+def test_an_end_that_cannot_be_journalled_is_not_announced_either(
+    table: Table, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    table.ticks(2)
+    works = table.journal.append
+
+    def full(*_: object) -> None:
+        raise JournalError("no space")
+
+    monkeypatch.setattr(table.journal, "append", full)
+    table.hear(KEYS.official, m.Official(action=m.OfficialAction.END, by="ann"))
+    assert table.ticks(3).stage is m.Stage.PLAY_ROUND
+    monkeypatch.setattr(table.journal, "append", works)
+    assert table.ticks(2).stage is m.Stage.GAME_OVER
+    assert table.rules() == ["begin", "ended"]
+
+
+def test_an_emergency_stop_and_a_resume_in_one_tick_leave_play_halted(table: Table) -> None:
+    table.ticks(2)
+    table.hear(KEYS.official, m.Official(action=m.OfficialAction.HALT, by="ann"))
+    table.tick()
+    table.hear(KEYS.estop, m.Estop(engaged=True, by="bob"))
+    table.hear(KEYS.official, m.Official(action=m.OfficialAction.RESUME, by="ann"), 1)
+    state = table.tick()
+    assert state.estop
+    assert state.halted
+    assert table.rules()[-1] == "refused"
+
+
+@pytest.mark.parametrize("engaged_first", [True, False])
+def test_of_two_estops_in_one_tick_the_engaging_one_wins(table: Table, engaged_first: bool) -> None:
+    table.ticks(2)
+    for sequence, engaged in enumerate((engaged_first, not engaged_first)):
+        table.hear(KEYS.estop, m.Estop(engaged=engaged, by="x"), sequence)
+    assert table.tick().estop
+
+
+def test_a_halt_and_a_resume_in_one_tick_leave_play_halted(table: Table) -> None:
+    table.ticks(2)
+    table.hear(KEYS.official, m.Official(action=m.OfficialAction.RESUME, by="ann"), 0)
+    table.hear(KEYS.official, m.Official(action=m.OfficialAction.HALT, by="bob"), 1)
+    assert table.tick().halted
+
+
+def test_a_world_that_steps_back_in_time_halts(table: Table) -> None:
+    table.ticks(20)
+    table.world_tick = 3
+    assert table.tick().halted == "the world was restarted and goes on from its snapshot"
+
+
+def test_a_coordinator_that_is_there_before_the_world_does_not_halt(table: Table) -> None:
+    assert table.tick(live=False).halted is None
+    assert table.ticks(2).stage is m.Stage.PLAY_ROUND
+
+
+def test_reports_of_a_time_to_come_count_as_silence(table: Table) -> None:
+    """They are of before the world stepped back."""
+    table.ticks(2)
+    table.silent = {"m1"}
+    table.time += 20.0
+    table.hear(KEYS.report("m1"), m.Report(mode="-", armed=True))
+    table.time -= 20.0
+    table.hear(KEYS.official, m.Official(action=m.OfficialAction.HALT, by="ann"))
+    table.tick()
+    table.hear(KEYS.official, m.Official(action=m.OfficialAction.RESUME, by="ann"), 1)
+    table.tick()
+    assert "m1 does not report" in table.calls[-1].text
 
 
 def test_a_restarted_coordinator_goes_on_with_the_same_score_stage_and_clock(tmp_path: Path) -> None:
