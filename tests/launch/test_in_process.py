@@ -135,3 +135,29 @@ def test_a_match_can_be_broken_off(tmp_path: Path) -> None:
         ending = play(setup, journal, pace=lambda time: time < 5.0)
     assert ending.time == pytest.approx(5.0, abs=0.05)
     assert ending.state.stage is not Stage.GAME_OVER
+
+
+CIRCLER = """
+from vrg.agents.control import Twist
+from vrg.agents.strategy import Strategy
+
+class Circler(Strategy):
+    def act(self, view):
+        return Twist(v=0.5, w=1.0)
+"""
+
+
+def test_a_player_that_never_lines_up_does_not_keep_the_others_from_playing(tmp_path: Path) -> None:
+    (tmp_path / "circler.py").write_text(CIRCLER)
+    text = match_path("sharks-and-minnows").read_text()
+    minnow = 'name = "player7"\nrole = "minnow"'
+    assert minnow in text
+    (tmp_path / "match.toml").write_text(text.replace(minnow, minnow + '\nstrategy = "circler.py:Circler"'))
+    setup = load_match(tmp_path / "match.toml", engine="planar", lasers=False)
+    with open_journal(setup, RunFolder(tmp_path)) as journal:
+        ending = play(setup, journal, limit=900.0)
+    assert ending.state.stage is Stage.GAME_OVER
+    calls = [call for record in read_journal(tmp_path / "journal.jsonl")[1] for call in record.calls]
+    placed = [c for c in calls if c.rule == "placed"]
+    assert 1 <= len(placed) <= 3
+    assert "player7" in placed[0].text

@@ -2,7 +2,7 @@
 
 import threading
 import time
-from collections import defaultdict, deque
+from collections import Counter, defaultdict, deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -32,6 +32,8 @@ class Heard:
     reports: dict[str, list[Received[m.Report]]] = field(default_factory=lambda: defaultdict(list))
     robots: dict[str, list[Received[m.RobotState]]] = field(default_factory=lambda: defaultdict(list))
     limits: dict[str, float] = field(default_factory=dict)
+    pulses: Counter[str] = field(default_factory=Counter)
+    """By `kind/name`."""
     estops: list[tuple[float, m.Estop]] = field(default_factory=list)
     """With the match time of the newest clock that had arrived before."""
     bad: int = 0
@@ -55,7 +57,7 @@ class Observer:
         self._pause = threading.Event()
         topics = (
             keys.clock, keys.poses, keys.drive(), keys.robot_state(), keys.report(), keys.referee_state,
-            keys.referee_event, keys.speed_limit(), keys.estop,
+            keys.referee_event, keys.speed_limit(), keys.estop, keys.pulse(),
         )  # fmt: skip
         for topic in topics:
             session.watch_raw(topic.key, lambda key, payload: self._arrivals.append((key, payload)))
@@ -90,6 +92,8 @@ class Observer:
                 heard.reports[name_in(key)].append(received)
             case m.RobotState():
                 heard.robots[name_in(key)].append(received)
+            case m.Pulse():
+                heard.pulses["/".join(key.split("/")[3:])] += 1
             case m.SpeedLimit() as limit:
                 heard.limits[name_in(key)] = limit.v_max
             case m.Estop() as estop:
@@ -136,10 +140,6 @@ class Observer:
     def playing(self) -> bool:
         """Play goes on."""
         return bool(self.heard.states) and self.state.stage is m.Stage.PLAY_ROUND and self.state.halted is None
-
-    def alive(self, kind: str, name: str) -> bool:
-        """Whether a node has its liveliness token."""
-        return bool(self._session.alive(self.keys.alive(kind, name)))
 
     def mode(self, player: str) -> str:
         """What a player last reported to do."""

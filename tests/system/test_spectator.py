@@ -26,7 +26,8 @@ def test_a_window_that_fails_is_opened_again_and_play_goes_on(watched: Match, fa
     calls = len(observer.heard.calls)
     old.send_signal(fault)
     watched.wait_replaced("spectator", old)
-    observer.wait_until(lambda: observer.alive("spectator", "window"), "the new window to be ready")
+    before = observer.heard.pulses["spectator/window"]
+    observer.wait_until(lambda: observer.heard.pulses["spectator/window"] > before, "the new window to be ready")
     assert observer.playing
     assert observer.moving(*MINNOWS)
     assert observer.heard.calls[calls:] == [], "nothing was called, nobody was halted"

@@ -68,6 +68,7 @@ class ManagedProcess:
             LaunchError: it cannot be started.
         """
         self.ready = False
+        self.last_pulse = time.monotonic()
         try:
             with self.log.open("ab") as log:
                 self._process = subprocess.Popen(

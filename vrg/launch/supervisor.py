@@ -157,12 +157,10 @@ class Supervisor:
         if now - self._router_since < SETTLE:
             return
         for process in self.processes:
-            if (
-                process.spec.pulse
-                and process.ready
-                and process.pid is not None
-                and now - max(process.last_pulse, self._router_since) > HUNG
-            ):
+            if process.spec.pulse is None or process.pid is None:
+                continue
+            limit = HUNG if process.ready else READY_PATIENCE
+            if now - max(process.last_pulse, self._router_since) > limit:
                 self._announce(f"{process.spec.name} hangs: killed")
                 process.kill()
 

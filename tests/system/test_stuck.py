@@ -1,0 +1,40 @@
+"""A player whose own code hangs: its process is alive in every other respect."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.system.harness import Match, long_match
+
+pytestmark = pytest.mark.system
+
+STUCK_ONCE = """
+from pathlib import Path
+
+from vrg.agents.players.sharks_and_minnows import SharksAndMinnowsPlayer
+
+MARKER = Path(__file__).with_name("was_stuck")
+
+
+class Stuck(SharksAndMinnowsPlayer):
+    def act(self, view):
+        if view.referee.clock > 6.0 and not MARKER.exists():
+            MARKER.touch()
+            while True:
+                pass
+        return super().act(view)
+"""
+
+
+def test_a_player_in_an_endless_loop_is_stopped_and_started_again(start: Callable[..., Match], tmp_path: Path) -> None:
+    (tmp_path / "stuck.py").write_text(STUCK_ONCE)
+    text = long_match("stuck").replace('name = "bob"', f'name = "bob"\nstrategy = "{tmp_path}/stuck.py:Stuck"')
+    match = start(text)
+    observer = match.observer
+    old = match.child("bob")
+    observer.wait_until((tmp_path / "was_stuck").exists, "bob to be stuck")
+    match.wait_replaced("bob", old)
+    assert "bob hangs: killed" in match.said()
+    observer.wait_until(lambda: observer.moving("bob"), "bob to play on")
+    assert observer.playing, "nobody else was halted"
