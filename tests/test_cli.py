@@ -73,7 +73,7 @@ def test_a_good_match_file_is_called_good(vrg: Callable[..., Done]) -> None:
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("nosuch.toml", "vrg: nosuch.toml: no such file"),
+        ("nosuch.toml", "nosuch.toml: no such file"),
         ("chess", "expected a match file (*.toml) or a game (sharks-and-minnows), got 'chess'"),
     ],
 )
@@ -175,9 +175,6 @@ def test_a_player_that_is_not_in_the_match_is_refused(vrg: Callable[..., Done]) 
         (["play", "sharks-and-minnows", "--engine", "magic"], "magic"),
         (["play", "sharks-and-minnows", "--seed", "-1"], "greater than or equal to 0"),
         (["official", "set-score", "sharks", "many"], "valid integer"),
-        (["official", "halt"], "no match runs on this machine"),
-        (["estop"], "no match runs on this machine"),
-        (["topic", "list"], "no match runs on this machine"),
         (["topic", "echo", "clock", "--count", "0"], "greater than or equal to 1"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
@@ -187,3 +184,16 @@ def test_wrong_usage_is_status_2(vrg: Callable[..., Done], arguments: list[str],
     assert done.status == 2
     assert said in done.err
     assert not Path("runs").exists()
+
+
+@pytest.mark.parametrize("arguments", [["official", "halt"], ["estop"], ["topic", "list"]], ids=" ".join)
+def test_without_a_match_there_is_nothing_to_decide(vrg: Callable[..., Done], arguments: list[str]) -> None:
+    done = vrg(*arguments)
+    assert done.status == 1
+    assert "no match runs on this machine; name one with --match" in done.err
+
+
+def test_an_endpoint_without_a_protocol_is_told(vrg: Callable[..., Done]) -> None:
+    done = vrg("topic", "list", "--match", "m", "--router", "127.0.0.1:7447")
+    assert done.status == 1
+    assert "expected an endpoint such as tcp/127.0.0.1:7447, got '127.0.0.1:7447'" in done.err

@@ -8,7 +8,7 @@ import typer
 
 from vrg import __version__
 from vrg.commands import diagram, doctor, official, play, processes, topic
-from vrg.errors import VrgError
+from vrg.errors import ConfigError, VrgError
 
 # What pygame prints on import would be the first line of every command.
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
@@ -56,7 +56,7 @@ def main() -> None:
     try:
         app()
     except VrgError as error:
-        print(f"vrg: {error}", file=sys.stderr)
+        print(error if isinstance(error, ConfigError) else f"vrg: {error}", file=sys.stderr)
         sys.exit(1)
     except KeyboardInterrupt:
         sys.exit(130)

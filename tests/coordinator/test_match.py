@@ -21,6 +21,7 @@ class Book:
     """A game of two rounds: a player scores by being right of x = 10, fouls left of x = 0; 3 points end a round."""
 
     name = "test-game"
+    round_word = "round"
     rounds = 2
     state_type = State
 
@@ -268,17 +269,6 @@ def test_players_that_do_not_line_up_are_put_on_their_marks_again_and_again() ->
     placed = [i for i in range(300) if match.step(0.1, at(7), []).place]
     assert placed[0] in (49, 50)
     assert placed[1] - placed[0] == pytest.approx(PLACE_AGAIN / 0.1, abs=1)
-
-
-def test_who_was_put_on_its_mark_is_held_there_for_a_while() -> None:
-    match = Match(Book(), lineup_limit=5.0)
-    may_move = []
-    for _ in range(120):
-        match.step(0.1, at(7), [])
-        may_move.append(match.state(at(7), estop=False).players[0].may_move)
-    assert may_move[:45] == [True] * 45
-    assert may_move[55:75] == [False] * 20
-    assert all(may_move[85:]), "and may try again by itself"
 
 
 def test_nobody_is_put_anywhere_while_a_player_is_absent() -> None:

@@ -321,7 +321,13 @@ def test_only_active_players_may_move_and_only_in_play() -> None:
     assert may_move(Stage.PLAY_ROUND) == {"s0": True, "m0": False, "m1": True, "m2": True, "m3": True}
     assert not any(may_move(Stage.ROUND_OVER).values())
     assert not any(may_move(Stage.GAME_OVER).values())
-    assert all(may_move(Stage.INITIALIZE).values()), "everybody drives to its mark"
+
+
+def test_before_a_round_players_drive_to_their_marks_and_are_held_there() -> None:
+    rules = book()
+    on_the_way = field(rules, {"m0": (5, 10), "m1": (2.5, 18.0)})
+    statuses = rules.statuses(rules.initial(), Stage.INITIALIZE, on_the_way)
+    assert {s.name: s.may_move for s in statuses} == {"s0": False, "m0": True, "m1": True, "m2": False, "m3": False}
 
 
 def test_teams_stay_what_they_were_at_the_start() -> None:

@@ -25,7 +25,7 @@ def rest_of_all(observer: Observer, since: int) -> float | None:
 
 def test_an_official_halts_and_resumes(match: Match) -> None:
     observer = match.observer
-    assert "halt: called by" in match.command("official", "halt", "--reason", "a dog on the field")
+    assert "play is halted: called by" in match.command("official", "halt", "--reason", "a dog on the field")
     observer.wait_until(lambda: observer.state.halted, "the halt")
     assert "a dog on the field" in (observer.state.halted or "")
     observer.wait_until(observer.standing, "all robots to stand")
@@ -70,7 +70,7 @@ def test_an_emergency_stop_holds_until_it_is_released_and_play_is_resumed(match:
 
     refused = match.vrg("official", "resume")
     assert refused.returncode == 1
-    assert "release it with `vrg estop --release`" in refused.stdout
+    assert "release it with the key U or `vrg estop --release`" in refused.stdout
     observer.wait_until(lambda: not any(observer.heard.robots[n][-1].body.armed for n in PLAYERS), "motors to be off")
 
     match.command("estop", "--release")

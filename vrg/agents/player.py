@@ -104,6 +104,9 @@ class Player(Node):
         self._observe(referee)
         view = View(tick.time, me, readings, referee.body, self._motion.velocities, robot)
         twist = self._strategy.act(view)
+        if not isinstance(twist, Twist):
+            name = type(self._strategy).__name__
+            raise TypeError(f"{name}.act of {self.name}: expected a Twist(v, w), got {twist!r}")
         self._mode = "Manual" if manual else self._strategy.mode
         if not me.may_move:
             return STILL

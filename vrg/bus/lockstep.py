@@ -62,7 +62,11 @@ class Lockstep:
     @staticmethod
     def _call(node: Node, tick: Tick) -> None:
         node.mailbox.handover(tick.time)
-        node.tick(tick)
+        try:
+            node.tick(tick)
+        except Exception as error:
+            error.add_note(f"raised by {node.kind} {node.name} at match time {tick.time:.2f} s")
+            raise
 
     def _deliver(self, mailbox: Mailbox) -> None:
         for out in mailbox.collect():

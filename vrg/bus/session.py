@@ -75,6 +75,7 @@ def open_session(
         BusError: nobody answers there.
         KeyboardInterrupt: `stop` was set while trying.
     """
+    _check_endpoint(endpoint)
     stop = stop or threading.Event()
     deadline = time.monotonic() + patience
     while True:
@@ -94,6 +95,11 @@ def open_session(
         yield session
     finally:
         session.close()
+
+
+def _check_endpoint(endpoint: str) -> None:
+    if "/" not in endpoint:
+        raise BusError(f"expected an endpoint such as tcp/127.0.0.1:7447, got {endpoint!r}")
 
 
 def _brief(error: zenoh.ZError) -> str:
@@ -258,6 +264,7 @@ def open_router(endpoint: str = DEFAULT_ENDPOINT) -> Iterator[None]:
     Raises:
         BusError: the endpoint is taken or cannot be listened on.
     """
+    _check_endpoint(endpoint)
     try:
         raw = zenoh.open(configure("router", listen=endpoint))
     except zenoh.ZError as error:

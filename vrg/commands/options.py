@@ -6,7 +6,6 @@ from typing import Annotated
 import typer
 
 from vrg.bus.session import DEFAULT_ENDPOINT
-from vrg.errors import ConfigError
 from vrg.launch import registry
 
 MatchArgument = Annotated[
@@ -24,9 +23,6 @@ def which_match(match: str | None, router: str | None) -> tuple[str, str]:
     """The (match, endpoint) that a command on a running match means.
 
     Raises:
-        typer.BadParameter: it is not clear which.
+        ConfigError: it is not clear which.
     """
-    try:
-        return registry.find(match, router, DEFAULT_ENDPOINT)
-    except ConfigError as error:
-        raise typer.BadParameter(str(error)) from None
+    return registry.find(match, router, DEFAULT_ENDPOINT)

@@ -25,7 +25,7 @@ from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.commands.options import MatchArgument
 from vrg.config import MatchSetup, load_match, match_path
 from vrg.coordinator.match import NOBODY
-from vrg.errors import LaunchError, VrgError
+from vrg.errors import LaunchError
 from vrg.launch import in_process, nodes
 from vrg.launch.local import LocalMatch, free_endpoint
 from vrg.launch.result import plot, write_result
@@ -53,8 +53,9 @@ def check(match: MatchArgument) -> None:
     """Say whether a match file can be played, or everything that is wrong with it."""
     setup = load_match(match_path(match))
     book = setup.rulebook()
+    rounds = "1 round" if book.rounds == 1 else f"{book.rounds} rounds"
     players = f"{len(setup.file.players)} players"
-    typer.echo(f"{match}: good: {setup.file.game}, {players}, {book.rounds} rounds, map {setup.file.map}")
+    typer.echo(f"{match}: good: {setup.file.game}, {players}, {rounds}, map {setup.file.map}")
 
 
 def play(
@@ -77,21 +78,21 @@ def play(
     folder = RunFolder.create(runs, setup.file.name, datetime.now(), setup.text)
     console = Console(highlight=False)
     console.print(
-        f"{setup.file.name}: {setup.file.game}, seed {setup.file.seed}, {setup.file.engine}; run in {folder.path}"
+        f"{setup.file.name}: {setup.file.game}, seed {setup.file.seed}, {setup.file.engine}; run in {folder.path}",
+        soft_wrap=True,
     )
     show = _Show(console, window=not headless and _has_display(), record=record)
+    state: RefereeState | None
     with stop_on_signals() as stop:
-        state: RefereeState | None
-        try:
-            if in_process_:
-                pace = _pace(stop, setup.file.rate if rate not in (None, "max") else None)
-                state = _play_in_process(setup, folder, show, pace, paced=rate not in (None, "max"))
-            else:
-                state = _play_processes(setup, folder, show, stop)
-        except VrgError as error:
-            write_result(setup, folder, None, f"failed: {error}")
-            raise
-    _conclude(setup, folder, show, state, interrupted=stop.is_set())
+        if in_process_:
+            paced = rate not in (None, "max")
+            state = _play_in_process(setup, folder, show, _pace(stop, setup.file.rate if paced else None), paced=paced)
+            failure = None
+        else:
+            state, failure = _play_processes(setup, folder, show, stop)
+    _conclude(setup, folder, show, state, interrupted=stop.is_set(), failure=failure)
+    if failure is not None:
+        raise failure
 
 
 @dataclass(frozen=True)
@@ -159,7 +160,10 @@ def _pace(stop: Stop, rate: float | None) -> Callable[[float], bool]:
     return wait
 
 
-def _play_processes(setup: MatchSetup, folder: RunFolder, show: _Show, stop: Stop) -> RefereeState | None:
+def _play_processes(
+    setup: MatchSetup, folder: RunFolder, show: _Show, stop: Stop
+) -> tuple[RefereeState | None, LaunchError | None]:
+    """The referee's last state, and why the match had to be given up, if it had."""
     local = _served(setup, folder, show)
     done = threading.Event()
     table = threading.Thread(target=_show_table, args=(setup, local.endpoint, show.console, done))
@@ -180,7 +184,11 @@ def _play_processes(setup: MatchSetup, folder: RunFolder, show: _Show, stop: Sto
                 table.join()
 
         linger = LINGER if show.window else 1.0
-        return local.run(stop, progress=ready, started=started, ending=ending, linger=linger)
+        try:
+            local.run(stop, progress=ready, started=started, ending=ending, linger=linger)
+        except LaunchError as failure:
+            return local.state, failure
+        return local.state, None
 
 
 def _served(setup: MatchSetup, folder: RunFolder, show: _Show) -> LocalMatch:
@@ -205,7 +213,13 @@ def _show_table(setup: MatchSetup, endpoint: str, console: Console, done: thread
 
 
 def _conclude(
-    setup: MatchSetup, folder: RunFolder, show: _Show, state: RefereeState | None, *, interrupted: bool
+    setup: MatchSetup,
+    folder: RunFolder,
+    show: _Show,
+    state: RefereeState | None,
+    *,
+    interrupted: bool,
+    failure: LaunchError | None,
 ) -> None:
     """Write and say how it ended.
 
@@ -213,21 +227,25 @@ def _conclude(
         typer.Exit: 130 interrupted, 1 broken off; a match that was over is neither.
     """
     over = state is not None and state.stage is Stage.GAME_OVER
-    ended = "game over" if over else "interrupted" if interrupted else "broken off: it took too long"
+    if failure is not None:
+        ended = f"given up: {str(failure).splitlines()[0]}"
+    elif over:
+        ended = "ended by an official" if state and state.winner == NOBODY else "game over"
+    else:
+        ended = "interrupted" if interrupted else "broken off: it took too long"
     result = write_result(setup, folder, state, ended)
-    if show.record:
+    if show.record and folder.recordings():
         try:
             plot(setup, folder)
         except (OSError, ValueError) as error:
             show.announce(f"no plot of the trajectories: {error}")
-    score = ", ".join(f"{team} {points}" for team, points in result["score"].items())
-    if over:
-        winner = str(result["winner"])
-        verb = "wins" if winner == NOBODY else "win"
-        show.console.print(f"[bold]{winner.capitalize()} {verb}[/bold] ({score}, {result['play_time']:.1f} s of play)")
-    else:
-        show.console.print(f"[bold]{ended.capitalize()}[/bold] ({score})")
+    points = [f"{team} {score}" for team, score in result["score"].items()]
+    if state is not None:
+        points.append(f"{state.total:.1f} s of play")
+    summary = f" ({', '.join(points)})" if points else ""
+    headline = f"{str(result['winner']).capitalize()} win" if ended == "game over" else ended[0].upper() + ended[1:]
+    show.console.print(f"[bold]{escape(headline)}[/bold]{summary}", soft_wrap=True)
     kept = (folder.result, folder.journal, *folder.recordings(), folder.plot)
     show.console.print(f"Recorded in {folder.path}: {', '.join(p.name for p in kept if p.exists())}", soft_wrap=True)
-    if not over:
+    if not over and failure is None:
         raise typer.Exit(130 if interrupted else 1)

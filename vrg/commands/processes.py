@@ -29,6 +29,7 @@ from vrg.commands.options import (
     which_match,
 )
 from vrg.config import MatchSetup, load_match, match_path
+from vrg.errors import LaunchError
 from vrg.launch import nodes
 from vrg.launch.run_folder import RunFolder, write_json, write_whole
 
@@ -190,8 +191,10 @@ def spectator(
     leash: LeashOption = False,
 ) -> None:
     """Watch a match in a window; several may. Closing the window does not end the match."""
-    from vrg.ui.spectator import Spectator  # noqa: PLC0415 - pygame takes half a second to load
+    from vrg.ui.spectator import Spectator, display_available  # noqa: PLC0415 - pygame takes half a second to load
 
+    if not display_available():
+        raise LaunchError("expected a display to open a window on, found none: set DISPLAY or WAYLAND_DISPLAY")
     setup = _setup(match, base) if match else None
     if setup is not None and router is not None:
         keys, endpoint = setup.keys, router

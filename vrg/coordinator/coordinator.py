@@ -140,13 +140,14 @@ class Coordinator(Node):
     def _absent(self, tick: Tick) -> list[str]:
         reasons = [] if tick.live else ["the world's clock has stopped"]
         if self._estop:
-            reasons.append("the emergency stop is engaged: release it with `vrg estop --release`")
+            reasons.append("the emergency stop is engaged: release it with the key U or `vrg estop --release`")
         for name in self._names:
             report = self._reports.by_key.get(self._keys.report(name).key)
             if report is None or not is_fresh(report.stamp, tick.time, SILENCE):
                 reasons.append(f"{name} does not report")
             elif report.body.fault:
-                reasons.append(f"{name}: {report.body.fault}")
+                fault = report.body.fault
+                reasons.append(fault if fault.startswith(name) else f"{name}: {fault}")
         return reasons
 
     def _guard(self, tick: Tick) -> Outcome:

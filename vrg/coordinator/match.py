@@ -20,8 +20,6 @@ ROUND_PAUSE = 2.0
 """s that ROUND_OVER lasts, so that everybody sees how the round ended."""
 PLACE_AGAIN = 10.0
 """s after which players that are still not on their marks are put there again."""
-HOLD = 3.0
-"""s that everybody is held after players were put on their marks, so that they are found there and at rest."""
 LONGEST = 1500
 """Characters of all reasons to halt together, cut so that they fit into a message."""
 NOBODY = "nobody"
@@ -88,7 +86,6 @@ class Match:
         self.game = book.initial()
         self._before: Field | None = None
         self._place_at = lineup_limit
-        self._hold_until = 0.0
         if standing is not None:
             self.stage, self.winner = standing.stage, standing.winner
             self.clock, self.total, self.in_stage = standing.clock, standing.total, standing.in_stage
@@ -123,8 +120,7 @@ class Match:
     def state(self, now: Field, estop: bool) -> RefereeState:
         """What to publish."""
         players = self._book.statuses(self.game, self.stage, now)
-        held = self.stage is Stage.INITIALIZE and self.in_stage < self._hold_until
-        if held or estop or self._reasons:
+        if estop or self._reasons:
             players = [structs.replace(p, may_move=False) for p in players]
         return RefereeState(
             game=self._book.name,
@@ -166,7 +162,7 @@ class Match:
         if self.over or reason in self._reasons:
             return Outcome()
         self._reasons.append(reason)
-        return _announce("halt", f"halt: {reason}")
+        return _announce("halt", f"play is halted: {reason}")
 
     def decide(self, official: Official, now: Field, absent: Sequence[str]) -> Outcome:
         """Apply an official's decision; an impossible one is answered by a call that says why."""
@@ -178,7 +174,7 @@ class Match:
         if action is OfficialAction.HALT:
             changed = self.halt(f"called by {by}{why}")
             return _announce(
-                "halt", f"halt: {self._reasons[-1]}" if changed else f"halted already: {self.halted}", number
+                "halt", f"play is halted: {self._reasons[-1]}" if changed else f"halted already: {self.halted}", number
             )
         if action is OfficialAction.RESUME:
             self._reasons.clear()
@@ -210,7 +206,6 @@ class Match:
         self.waiting = []
         self._before = None
         self._place_at = self._lineup_limit
-        self._hold_until = 0.0
         return stage
 
     def _initialize(self, now: Field, absent: Sequence[str]) -> Outcome:
@@ -220,12 +215,11 @@ class Match:
             self.clock = 0.0
             self._enter(Stage.PLAY_ROUND)
             self._before = now
-            begins = _announce("begin", f"round {self.game.round} of {self._book.rounds} begins")
+            begins = _announce("begin", f"{self._book.round_word} {self.game.round} of {self._book.rounds} begins")
             return Outcome(begins.findings, [Stage.PLAY_ROUND])
         if absent or self.in_stage < self._place_at:
             return Outcome()
         self._place_at = self.in_stage + PLACE_AGAIN
-        self._hold_until = self.in_stage + HOLD
         late = f"asked to be put on their marks after {self.in_stage:.0f} s: {', '.join(obstacles)}"
         return Outcome(_announce("placed", late).findings, place=list(obstacles))
 

@@ -93,6 +93,7 @@ class RuleBook(Protocol[S]):
     """The rules of one game. Every method is a function of its arguments and of the set-up."""
 
     name: str
+    round_word: str
     rounds: int
     state_type: type[S]
 

@@ -59,7 +59,7 @@ def specs(setup: MatchSetup, folder: RunFolder, endpoint: str, *, window: bool, 
 
 
 class LocalMatch:
-    """A supervised match.
+    """A supervised match. `state` is the referee's last, None as long as it has not spoken.
 
     Args:
         endpoint: of the router, which is started there.
@@ -80,6 +80,7 @@ class LocalMatch:
         self._setup = setup
         self._folder = folder
         self.endpoint = endpoint
+        self.state: RefereeState | None = None
         self._supervisor = Supervisor(
             specs(setup, folder, endpoint, window=window, record=record), endpoint, setup.keys, folder.logs, announce
         )
@@ -109,7 +110,7 @@ class LocalMatch:
         started: Callable[[Session], None],
         ending: Callable[[], None],
         linger: float,
-    ) -> RefereeState | None:
+    ) -> None:
         """Start, watch over and stop the match that is served. Whatever happens, no process is left behind.
 
         Args:
@@ -119,14 +120,10 @@ class LocalMatch:
             ending: called before the processes are stopped.
             linger: s of real time that everything stays after the game is over, for those who watch.
 
-        Returns:
-            the referee's last state, None if it never spoke.
-
         Raises:
             LaunchError: a process does not start or dies too often.
         """
         supervisor = self._supervisor
-        state: RefereeState | None = None
         try:
             with open_session(self.endpoint, stop=stop) as session, self._registered():
                 mailbox = Mailbox()
@@ -140,8 +137,8 @@ class LocalMatch:
                     session.receive()
                     mailbox.handover(0.0)
                     if referee.latest is not None:
-                        state = referee.latest.body
-                    if state is not None and state.stage is Stage.GAME_OVER:
+                        self.state = referee.latest.body
+                    if self.state is not None and self.state.stage is Stage.GAME_OVER:
                         over_since = over_since or time.monotonic()
                         if time.monotonic() - over_since >= linger:
                             break
@@ -150,7 +147,6 @@ class LocalMatch:
                 ending()
             finally:
                 supervisor.stop()
-        return state
 
     def _registered(self) -> contextlib.AbstractContextManager[None]:
         return registered(

@@ -16,6 +16,8 @@ HUNG = 2.5
 """s of real time without a pulse after which a running process is taken to hang; it beats every 0.5 s."""
 CUT_OFF = 1.0
 """s of real time without a link to the router after which it is taken to hang."""
+ROUTER_START = 10.0
+"""s of real time that a router has from its start until it must answer."""
 SETTLE = 4.0
 """s of real time after a start of the router in which missing pulses mean nothing."""
 
@@ -129,7 +131,7 @@ class Supervisor:
         how = f"was killed by signal {-status}" if status is not None and status < 0 else f"ended with status {status}"
         if status == 0 and not process.spec.essential:
             self.processes.remove(process)
-            self._announce(f"{name} {how}")
+            self._announce(f"{name} was closed; the match goes on")
         elif process.note_death(now):
             self._announce(f"{name} {how}: started again (log: {process.log})")
             process.start()
@@ -146,7 +148,7 @@ class Supervisor:
             return
         if not self._session.connected:
             self._cut_since = self._cut_since or now
-            if now - max(self._cut_since, self._router_since) > CUT_OFF:
+            if now - self._cut_since > CUT_OFF and now - self._router_since > ROUTER_START:
                 for router in [p for p in self.processes if p.spec.pulse is None and p.pid]:
                     self._announce("router does not answer: killed")
                     router.kill()

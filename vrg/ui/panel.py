@@ -6,7 +6,7 @@ from typing import Final
 import pygame
 
 from vrg.bus.messages import Stage
-from vrg.colours import OUT_OF_PLAY, Rgb
+from vrg.colours import OUT_OF_PLAY, ROLE_COLOURS, Rgb
 from vrg.ui import palette, shapes
 from vrg.ui.palette import ink_on, style_of
 from vrg.ui.scene import Scene, ScenePlayer, clock_text, round_word, title
@@ -212,6 +212,7 @@ class PanelPainter:
 
 
 def _team_colour(scene: Scene, team: str) -> Rgb:
-    role = next((p.role for p in scene.players if p.team == team), "")
-    # A team that has lost all its players still goes by its own name: "sharks" are of the role "shark".
-    return style_of(role or team.removesuffix("s"), "").colour
+    # A team keeps its colour when its players change roles: "sharks" are of the role "shark".
+    own = team.removesuffix("s")
+    role = own if own in ROLE_COLOURS else next((p.role for p in scene.players if p.team == team), own)
+    return style_of(role, "").colour

@@ -97,7 +97,7 @@ def plot_trajectories(
             axes.set_title(f"{round_word(game).capitalize()} {number}", fontsize=11)
     panels[0].set_ylabel("y, m")
     if title:
-        figure.suptitle(title, fontsize=14, fontweight="bold")
+        figure.suptitle(title, fontsize=14, fontweight="bold", x=0.01, horizontalalignment="left")
     handles = list(_legend(tracks, rounds, colours, calls))
     figure.legend(handles=handles, loc="outside right upper", frameon=False, fontsize=9, handlelength=2.6)
     figure.savefig(out_png, dpi=130, format="png", bbox_inches="tight", pad_inches=0.15)
@@ -177,7 +177,7 @@ def _draw_track(axes: Axes, track: Track, number: int, colour: Colour, labels: L
     style = (0, (4, 1.6)) if track.physical else "-"
     axes.plot(line_x, line_y, color=colour, linestyle=style, linewidth=1.7, zorder=3, solid_capstyle="round")
     axes.plot(x[0], y[0], "o", color=colour, markerfacecolor="white", markersize=6, markeredgewidth=1.6, zorder=4)
-    last = int(keep[-1])
+    last = _last_of_round(track, number, int(keep[-1]))
     sign = style_of(track.roles[last], track.states[last]).marker
     gone = track.states[last] in OUT_OF_PLAY
     face = "0.75" if gone else colour
@@ -220,7 +220,7 @@ def _legend(
         (track.roles[last], track.states[last])
         for track in tracks.values()
         for number in rounds
-        for last in np.flatnonzero(_shown(track, number))[-1:]
+        for last in [_last_of_round(track, number, int(i)) for i in np.flatnonzero(_shown(track, number))[-1:]]
     ]
     signs = {(style_of(role, state).marker, state if state in OUT_OF_PLAY else role) for role, state in ends if role}
     for sign, word in sorted(signs, key=lambda pair: pair[1]):
@@ -231,6 +231,12 @@ def _legend(
             yield Line2D(
                 [], [], color="none", marker=marker, markeredgecolor="black", markersize=10, linestyle="", label=word
             )
+
+
+def _last_of_round(track: Track, number: int, shown: int) -> int:
+    """The last sample of a round: the tag that ends it is known only after the last sample of play."""
+    of_round = np.flatnonzero(track.rounds == number)
+    return int(of_round[-1]) if of_round.size else shown
 
 
 def _colour(index: int) -> Colour:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from vrg.agents.avoidance import Obstacle, steer
 from vrg.agents.charon import Agent, Automaton, Mode, Submode, Transition
-from vrg.agents.control import STILL, Twist, go_to, linearise, scaled
+from vrg.agents.control import STILL, Twist, linearise, scaled
 from vrg.agents.interception import intercept
 from vrg.agents.motion import TopSpeed
 from vrg.agents.potential import descent, evade
@@ -29,7 +29,8 @@ GAP = 0.15
 """m to keep between the circles around two bodies."""
 LOYALTY = 0.8
 """A shark changes its target only for one that it catches in less than this part of the time."""
-MARK_REACH = 0.35
+MARK_REACH = 0.2
+"""m from its mark at which a player stops; the referee holds it there before."""
 
 
 class SharksAndMinnowsPlayer(Strategy):
@@ -113,7 +114,7 @@ class SharksAndMinnowsPlayer(Strategy):
         if mark is None:
             return STILL
         if math.dist(view.position, (mark.x, mark.y)) < MARK_REACH:
-            return go_to(mark, view.pose, d=OFFSET, speed=self.robot.v_max, reach=2 * MARK_REACH)
+            return STILL
         way = mark.x - view.pose.x, mark.y - view.pose.y
         speed = min(self.robot.v_max, max(0.15, math.hypot(*way)))
         return self._steer(view, scaled(way, speed), horizon=min(HORIZON, math.hypot(*way) / speed))

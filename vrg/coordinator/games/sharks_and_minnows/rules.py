@@ -4,6 +4,7 @@ Minnows cross a rectangle from one end to the other; sharks tag them. A tagged m
 stands still until the pass is over and is a shark in the next.
 """
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -21,7 +22,7 @@ from vrg.geometry import circumradius, interpolate
 SHARKS, MINNOWS = "sharks", "minnows"
 """The teams; a player belongs to the team of its first role for the whole match."""
 
-MARK_REACH = 0.5
+MARK_REACH = 0.4
 """m from its mark within which a player is lined up."""
 
 
@@ -33,6 +34,7 @@ class SharksAndMinnows:
     """
 
     name = "sharks-and-minnows"
+    round_word = "pass"
     state_type = State
 
     def __init__(self, settings: Settings, contestants: Sequence[Contestant]) -> None:
@@ -85,7 +87,7 @@ class SharksAndMinnows:
             if pose is None:
                 reasons[name] = "is not in the world"
                 continue
-            away = float(np.hypot(pose.x - mark.x, pose.y - mark.y))
+            away = _away(pose, mark)
             if away > MARK_REACH:
                 reasons[name] = f"is {away:.1f} m from its mark"
             elif name in now.moving:
@@ -237,15 +239,21 @@ class SharksAndMinnows:
         )
 
     def statuses(self, state: State, stage: Stage, now: Field) -> list[PlayerStatus]:
-        """Everybody knows all positions and roles; nobody is told the top speeds."""
+        """Everybody knows all positions and roles; nobody is told the top speeds.
+
+        Before a round a player may drive to its mark; on it, it is held until the round begins.
+        """
         lining_up = stage is Stage.INITIALIZE
+        on_marks = {n for n, mark in state.marks.items() if n in now.poses and _away(now.poses[n], mark) <= MARK_REACH}
         return [
             PlayerStatus(
                 name=name,
                 team=SHARKS if contestant.role == SHARK else MINNOWS,
                 role=state.roles[name],
                 state=state.states[name],
-                may_move=lining_up or (stage is Stage.PLAY_ROUND and state.states[name] == ACTIVE),
+                may_move=name not in on_marks
+                if lining_up
+                else stage is Stage.PLAY_ROUND and state.states[name] == ACTIVE,
                 radius=circumradius(contestant.size),
                 pose=now.poses.get(name),
                 mark=state.marks[name] if lining_up else None,
@@ -292,3 +300,7 @@ class SharksAndMinnows:
         if action is OfficialAction.SET_ROLE:
             return structs.replace(state, roles={**state.roles, subject: value})
         return state.with_state([subject], value)
+
+
+def _away(pose: Pose, mark: Pose) -> float:
+    return math.hypot(pose.x - mark.x, pose.y - mark.y)
