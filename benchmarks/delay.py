@@ -41,7 +41,7 @@ from vrg.bus.messages import Stage
 from vrg.bus.node import Tick
 from vrg.bus.process import run_world
 from vrg.bus.session import Session, open_session
-from vrg.bus.stopping import stop_on_signals
+from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.bus.topics import Keys, name_in
 from vrg.config import MatchSetup, load_match
 from vrg.hal.sim.config import WorldConfig
@@ -97,7 +97,7 @@ def run_observed_world(folder: RunFolder, endpoint: str, base: Path) -> None:
         write_json(folder.logs / "world.json", asdict(statistics) | noted)
 
 
-def _hear_parent(node: ObservedWorld, stop: threading.Event) -> None:
+def _hear_parent(node: ObservedWorld, stop: Stop) -> None:
     """Standard input: `+` begins to note, `-` ends it, its end ends the world."""
     while order := os.read(0, 1):
         node.noting = order == b"+"
@@ -149,7 +149,7 @@ def play(engine: str, lasers: bool, seconds: float) -> Run:
 
 def _play(setup: MatchSetup, folder: RunFolder, seconds: float) -> dict[str, float]:
     endpoint = free_endpoint()
-    wanted = [s for s in specs(setup, folder, endpoint, serve=True, window=False) if s.name != "world"]
+    wanted = [s for s in specs(setup, folder, endpoint, window=False, record=True) if s.name != "world"]
     supervisor = Supervisor(wanted, endpoint, setup.keys, folder.logs, lambda text: print(text, file=sys.stderr))
     try:
         supervisor.start_router()
@@ -168,11 +168,11 @@ def _play(setup: MatchSetup, folder: RunFolder, seconds: float) -> dict[str, flo
                 raise RuntimeError(f"ended before its time: {', '.join(dead) or 'world'}")
             # Players, referee and recorder first: they leave their statistics while the clock still runs.
             for process in supervisor.processes:
-                if process.spec.token is not None:
+                if process.spec.pulse is not None:
                     process.terminate()
             deadline = time.monotonic() + STOP_PATIENCE
             for process in supervisor.processes:
-                if process.spec.token is not None:
+                if process.spec.pulse is not None:
                     process.wait_stopped(deadline)
         return cpu
     finally:

@@ -1,0 +1,37 @@
+"""The examples do what the README says of them."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+
+
+def test_a_match_with_players_of_ones_own_is_played(tmp_path: Path) -> None:
+    command = ["play", str(ROOT / "examples" / "my_match.toml"), "--in-process", "--runs", str(tmp_path)]
+    done = subprocess.run(
+        [sys.executable, "-m", "vrg", *command], cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    run = next(tmp_path.iterdir())
+    result = json.loads((run / "result.json").read_text())
+    assert result["ended"] == "game over"
+    assert {"journal.jsonl", "recording.mcap", "trajectories.png", "match.toml"} <= set(os.listdir(run))
+
+
+def test_the_player_in_the_readme_is_the_example(tmp_path: Path) -> None:
+    readme = (ROOT / "README.md").read_text()
+    code = readme.split("```python\n")[1].split("```")[0]
+    (tmp_path / "circler.py").write_text(code)
+    text = (ROOT / "examples" / "my_match.toml").read_text().replace("my_minnow.py:WallHugger", "circler.py:Circler")
+    (tmp_path / "match.toml").write_text(text)
+    done = subprocess.run(
+        [sys.executable, "-m", "vrg", "check", str(tmp_path / "match.toml")],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
