@@ -72,6 +72,6 @@ class Strategy(ABC):
     def act(self, view: View) -> Twist:
         """The twist to drive with until the next tick.
 
-        Called at each tick while the match is not halted and the robot has no fault, also while the player may not move: the
-        result is ignored then.
+        Called at each tick while the match is not halted and the robot has no fault; while the player may not move the
+        result is ignored.
         """
