@@ -8,6 +8,7 @@ from vrg.agents.control import STILL, Twist
 from vrg.agents.motion import VelocityEstimator
 from vrg.agents.strategy import Strategy, View
 from vrg.bus.codec import Received
+from vrg.bus.estop import decisive
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Manual, RefereeState, Report
 from vrg.bus.node import Node, Tick, is_fresh
@@ -54,10 +55,9 @@ class Player(Node):
 
     def tick(self, tick: Tick) -> None:
         """Decide once, drive once, report once."""
-        estops = self._estops.take()
-        if estops:
-            # Of several in one tick an engaging one wins, whoever's clock is ahead.
-            self._estop = any(estop.body.engaged for estop in estops)
+        estop = decisive(self._estops.take())
+        if estop is not None:
+            self._estop = estop.engaged
         self._fault = None
         referee = self._referee.latest
         readings = self._read()

@@ -25,7 +25,8 @@ Fraction = Annotated[float, Meta(ge=0.0, le=1.0)]
 Signed = Annotated[float, Meta(ge=-1.0, le=1.0)]
 Name = Annotated[str, Meta(min_length=1, max_length=64)]
 Text = Annotated[str, Meta(max_length=2000)]
-Reason = Annotated[str, Meta(max_length=300)]
+REASON_LENGTH = 300
+Reason = Annotated[str, Meta(max_length=REASON_LENGTH)]
 """What a person types to explain a decision."""
 
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from vrg.bus.mailbox import Inlet, Mailbox
-from vrg.bus.messages import Call, Estop, Official, OfficialAction, RefereeState
+from vrg.bus.messages import REASON_LENGTH, Call, Estop, Official, OfficialAction, RefereeState
 from vrg.bus.session import Session, open_session
 from vrg.bus.topics import NAME_PATTERN, Keys
 from vrg.commands.options import EndpointOption, NameOption, which_match
@@ -18,12 +18,11 @@ app = typer.Typer(no_args_is_help=True, help="Decide as an official: halt, resum
 
 ANSWER_PATIENCE = 3.0
 """s of real time to wait for the referee's answer."""
-LONGEST_REASON = 300
 
 
 def _short(reason: str) -> str:
-    if len(reason) > LONGEST_REASON:
-        raise typer.BadParameter(f"expected at most {LONGEST_REASON} characters, got {len(reason)}")
+    if len(reason) > REASON_LENGTH:
+        raise typer.BadParameter(f"expected at most {REASON_LENGTH} characters, got {len(reason)}")
     return reason
 
 

@@ -1,11 +1,14 @@
 """Options that several subcommands share."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from vrg.bus.session import DEFAULT_ENDPOINT
+from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.launch import registry
 
 MatchArgument = Annotated[
@@ -17,6 +20,19 @@ BaseOption = Annotated[Path | None, typer.Option("--base", hidden=True)]
 LeashOption = Annotated[bool, typer.Option("--leash", hidden=True)]
 NameOption = Annotated[str | None, typer.Option("--match", help="Name of the match, if several run.")]
 EndpointOption = Annotated[str | None, typer.Option("--router", help="Endpoint of its router, if several run.")]
+
+
+@contextmanager
+def stoppable() -> Iterator[Stop]:
+    """Until SIGINT or SIGTERM.
+
+    Raises:
+        typer.Exit: at the end, with status 130, after Ctrl-C.
+    """
+    with stop_on_signals() as stop:
+        yield stop
+    if stop.interrupted:
+        raise typer.Exit(130)
 
 
 def which_match(match: str | None, router: str | None) -> tuple[str, str]:

@@ -16,7 +16,7 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Node
 from vrg.bus.process import Statistics, run_node, run_world
 from vrg.bus.session import DEFAULT_ENDPOINT, open_router, open_session
-from vrg.bus.stopping import Stop, stop_on_signals
+from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys
 from vrg.commands.options import (
     BaseOption,
@@ -26,6 +26,7 @@ from vrg.commands.options import (
     NameOption,
     RouterOption,
     RunOption,
+    stoppable,
     which_match,
 )
 from vrg.config import MatchSetup, load_match, match_path
@@ -48,12 +49,10 @@ def _process(leash: bool) -> Iterator[Stop]:
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     # zenoh's threads wait for the interpreter's lock: let it go sooner than the default 5 ms.
     sys.setswitchinterval(1e-3)
-    with stop_on_signals() as stop:
+    with stoppable() as stop:
         if leash:
             threading.Thread(target=_hold_leash, args=(stop,), daemon=True).start()
         yield stop
-    if stop.interrupted:
-        raise typer.Exit(130)
 
 
 def _hold_leash(stop: Stop) -> None:

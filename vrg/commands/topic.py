@@ -15,9 +15,9 @@ import typer
 
 from vrg.bus.codec import decode
 from vrg.bus.session import Session, open_session
-from vrg.bus.stopping import Stop, stop_on_signals
+from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys, key_matches
-from vrg.commands.options import EndpointOption, NameOption, which_match
+from vrg.commands.options import EndpointOption, NameOption, stoppable, which_match
 from vrg.errors import MessageError
 
 app = typer.Typer(no_args_is_help=True, help="Look at what goes over the bus of a running match.")
@@ -46,10 +46,8 @@ def _plain(keys: Keys, key: str, payload: bytes) -> dict[str, Any]:
 
 @contextmanager
 def _listening(endpoint: str) -> Iterator[tuple[Stop, Session]]:
-    with stop_on_signals() as stop, open_session(endpoint, patience=3.0, stop=stop) as session:
+    with stoppable() as stop, open_session(endpoint, patience=3.0, stop=stop) as session:
         yield stop, session
-    if stop.interrupted:
-        raise typer.Exit(130)
 
 
 @app.command("list")

@@ -6,6 +6,7 @@ from typing import Any
 
 from msgspec import structs
 
+from vrg.bus.estop import decisive
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import (
     Body,
@@ -20,7 +21,7 @@ from vrg.bus.messages import (
 from vrg.bus.node import Node, Tick, is_fresh
 from vrg.bus.topics import Keys
 from vrg.coordinator.journal import Journal
-from vrg.coordinator.match import Match, Outcome
+from vrg.coordinator.match import Match, Outcome, standing_still
 from vrg.coordinator.rulebook import Field, RuleBook
 from vrg.errors import JournalError
 
@@ -105,14 +106,12 @@ class Coordinator(Node):
             self._field = Field({name: body.pose for name, body in bodies.items()}, moving)
 
     def _hear_estops(self) -> Outcome:
-        """Of several in one tick an engaging one wins, whoever's clock is ahead."""
-        estops = [received.body for received in self._estops.take()]
-        if not estops:
+        estop = decisive(self._estops.take())
+        if estop is None:
             return Outcome()
-        decisive = next((e for e in estops if e.engaged), estops[-1])
-        self._estop = decisive.engaged
-        why = f": {decisive.reason}" if decisive.reason else ""
-        return self.match.halt(f"emergency stop by {decisive.by}{why}") if self._estop else Outcome()
+        self._estop = estop.engaged
+        why = f": {estop.reason}" if estop.reason else ""
+        return self.match.halt(f"emergency stop by {estop.by}{why}") if self._estop else Outcome()
 
     def _hear_world(self) -> Outcome:
         clock = self._clock.latest
@@ -211,8 +210,9 @@ class Coordinator(Node):
 
 
 def _held(state: RefereeState, halted: str | None) -> RefereeState:
-    players = [structs.replace(p, may_move=False) for p in state.players]
-    return structs.replace(state, halted=halted or "the journal cannot be written", players=players)
+    return structs.replace(
+        state, halted=halted or "the journal cannot be written", players=standing_still(state.players)
+    )
 
 
 def _moves(body: Body) -> bool:

@@ -12,7 +12,7 @@ from typing import Any
 import msgspec
 from msgspec import Struct, structs
 
-from vrg.bus.messages import Official, OfficialAction, RefereeState, Stage
+from vrg.bus.messages import Official, OfficialAction, PlayerStatus, RefereeState, Stage
 from vrg.coordinator.rulebook import Field, Finding, RuleBook
 from vrg.errors import ConfigError
 
@@ -121,7 +121,7 @@ class Match:
         """What to publish."""
         players = self._book.statuses(self.game, self.stage, now)
         if estop or self._reasons:
-            players = [structs.replace(p, may_move=False) for p in players]
+            players = standing_still(players)
         return RefereeState(
             game=self._book.name,
             stage=self.stage,
@@ -258,6 +258,11 @@ class Match:
             return Outcome(verdict.findings, [self._enter(Stage.INITIALIZE)])
         over = _announce("game_over", f"game over: {self.winner} win")
         return Outcome([*verdict.findings, *over.findings], [self._enter(Stage.GAME_OVER)])
+
+
+def standing_still(players: Sequence[PlayerStatus]) -> list[PlayerStatus]:
+    """The same players, none of whom may move."""
+    return [structs.replace(player, may_move=False) for player in players]
 
 
 def _announce(rule: str, text: str, answers: str | None = None) -> Outcome:

@@ -26,7 +26,7 @@ class Supervisor:
     """The processes of one match on this machine.
 
     Args:
-        specs: the first is the router, unless `endpoint` is served by somebody else.
+        specs: the first is the router, at `endpoint`.
         announce: told, in words, of everything that a person should know.
     """
 
@@ -60,7 +60,7 @@ class Supervisor:
             self._wait_ready(members, progress)
 
     def start_router(self) -> None:
-        """Start the router, if it is this supervisor's.
+        """Start the router.
 
         Raises:
             LaunchError: it does not answer, or another one has taken its endpoint.

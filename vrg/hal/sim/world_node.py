@@ -2,6 +2,7 @@
 
 import logging
 
+from vrg.bus.estop import decisive
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Clock, Laser, RobotState, WorldRequest
 from vrg.bus.node import Node, Tick
@@ -88,10 +89,9 @@ class WorldNode(Node):
 
     def _listen(self) -> None:
         world = self.world
-        estops = self._estops.take()
-        if estops:
-            # Of several in one tick an engaging one wins, whoever's clock is ahead.
-            world.engage(any(estop.body.engaged for estop in estops))
+        estop = decisive(self._estops.take())
+        if estop is not None:
+            world.engage(estop.engaged)
         for state in self._referee.take():
             world.referee(state.body)
         for request in self._requests.take():
