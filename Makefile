@@ -1,8 +1,9 @@
 # make play    plays a match of Sharks and Minnows and shows it
 # make test    runs every check and test
-# make setup   makes .venv, which both of the above do by themselves
+# make vcan    runs the tests on a CAN bus only, on a virtual one that it makes itself
+# make setup   makes .venv, which all of the above do by themselves
 
-.PHONY: setup play test lint unit system lock clean
+.PHONY: setup play test lint unit system vcan lock clean
 
 VENV := .venv/bin
 
@@ -12,7 +13,7 @@ setup:
 play: setup
 	$(VENV)/vrg play sharks-and-minnows
 
-test: lint unit system
+test: lint unit system vcan
 
 lint: setup
 	$(VENV)/ruff check .
@@ -20,11 +21,15 @@ lint: setup
 	$(VENV)/mypy
 
 unit: setup
-	$(VENV)/python -m pytest -q -n 2 -m "not system"
+	$(VENV)/python -m pytest -q -n 2 -m "not system and not vcan"
 
 # One at a time: each starts a dozen processes.
 system: setup
-	$(VENV)/python -m pytest -q -m system
+	$(VENV)/python -m pytest -q -m "system and not vcan"
+
+# One at a time: they share the bus, and where the kernel has no CAN they run on one CPU of another kernel.
+vcan: setup
+	scripts/with-vcan $(VENV)/python -m pytest -q -m vcan
 
 # New versions of what VRG depends on; needs uv.
 lock:

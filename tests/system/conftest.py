@@ -8,13 +8,11 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import NoReturn
 
 import pytest
 
+from tests.requirements import missing
 from tests.system.harness import MINNOWS, Disk, Match, long_match
-
-CI = bool(os.environ.get("CI"))
 
 
 class Arena:
@@ -72,13 +70,6 @@ def start(arena: Arena) -> Iterator[Callable[..., Match]]:
             return running
 
         yield make
-
-
-def missing(what: str) -> NoReturn:
-    """Skip for want of something on this machine; CI has everything, so there it is an error."""
-    if CI:
-        pytest.fail(f"CI must have it: {what}")
-    pytest.skip(what)
 
 
 @pytest.fixture(scope="module")
