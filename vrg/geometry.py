@@ -56,6 +56,12 @@ def wrap(angle: float) -> float:
     return (angle + math.pi) % (2 * math.pi) - math.pi
 
 
+def compose(start: Pose, by: Pose) -> Pose:
+    """The pose `by`, told in the frame of `start`, told in the frame that `start` is told in."""
+    cos, sin = math.cos(start.theta), math.sin(start.theta)
+    return Pose(start.x + by.x * cos - by.y * sin, start.y + by.x * sin + by.y * cos, wrap(start.theta + by.theta))
+
+
 def interpolate(a: Pose, b: Pose, fraction: float) -> Pose:
     """The pose between a (fraction 0) and b (fraction 1), turning the short way."""
     return Pose(

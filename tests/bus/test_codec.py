@@ -30,7 +30,7 @@ statuses = st.builds(
 zones = st.builds(
     m.Zone, name=names, kind=names, x_min=coordinates, y_min=coordinates, x_max=coordinates, y_max=coordinates
 )
-bodies = st.builds(m.Body, name=names, pose=poses, v=speeds, w=spins, physical=st.booleans())
+bodies = st.builds(m.Body, name=names, pose=poses, v=speeds, w=spins, physical=st.booleans(), age=seconds)
 MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
     m.Clock: st.builds(
         m.Clock, time=seconds, tick=counts, epoch=counts, rate=st.floats(0, 1e4), estop=st.booleans()
@@ -51,7 +51,13 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
         m.WorldRequest,
         kind=st.sampled_from(m.RequestKind), robot=st.none() | names, model=st.none() | names, pose=st.none() | poses,
     ),
-    m.Report: st.builds(m.Report, mode=st.text(max_size=30), armed=st.booleans(), manual=st.booleans()),
+    m.Report: st.builds(
+        m.Report,
+        mode=st.text(max_size=30), armed=st.booleans(), manual=st.booleans(), fault=st.none() | st.text(max_size=50),
+        latched=st.booleans(),
+    ),
+    m.MeasuredPose: st.builds(m.MeasuredPose, pose=poses, v=speeds, w=spins),
+    m.Recover: st.builds(m.Recover, by=names),
     m.Manual: st.builds(m.Manual, forward=st.floats(-1, 1), turn=st.floats(-1, 1), lease=st.floats(0, 1)),
     m.RefereeState: st.builds(
         m.RefereeState,

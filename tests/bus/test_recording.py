@@ -130,13 +130,37 @@ def test_a_report_is_written_when_it_changes(tmp_path):
     path = tmp_path / "match.mcap"
     recorder = record(path, 5.0)
     match = synthetic.Match(KEYS)
-    fault = m.Report(mode="Minnow/Stopped", armed=False, fault="no laser")
+    fault = m.Report(mode="Minnow/Stopped", armed=False, fault="no laser", latched=True)
     match.say(recorder.mailbox, KEYS.report("nemo"), fault, 5.0, 99)
     recorder.mailbox.handover(5.0)
     recorder.tick(Tick(5.0))
     recorder.stop()
     reports = [json.loads(message.data) for _, _, message in messages_of(path, topics="/player/nemo/report")]
-    assert [(r["mode"], r["fault"]) for r in reports] == [("Minnow/Cross", ""), ("Minnow/Stopped", "no laser")]
+    assert [(r["mode"], r["fault"], r["latched"]) for r in reports] == [
+        ("Minnow/Cross", "", False),
+        ("Minnow/Stopped", "no laser", True),
+    ]
+
+
+def test_a_measured_pose_is_kept_as_it_came_beside_where_the_world_shows_the_robot(tmp_path):
+    path = tmp_path / "match.mcap"
+    recorder = record(path, 1.0)
+    pose = m.MeasuredPose(pose=m.Pose(1.0, 2.0, np.pi / 2), v=0.5, w=0.0)
+    synthetic.Match(KEYS).say(recorder.mailbox, KEYS.robot_pose("nemo"), pose, 0.95, 7)
+    recorder.mailbox.handover(1.0)
+    recorder.tick(Tick(1.0))
+    recorder.stop()
+    [(schema, _, message)] = messages_of(path, topics="/robot/nemo/measured")
+    place = json.loads(message.data)["pose"]["position"]
+    assert (schema.name, message.log_time) == ("foxglove.PoseInFrame", 950_000_000)
+    assert (place["x"], place["y"]) == (1.0, 2.0)
+    assert len(read_tracks(path)["nemo"].times) == 10, "a track is where the world showed it"
+
+
+def test_physical_robots_have_a_rim_in_the_scene(file):
+    _, _, message = messages_of(file, topics="/scene")[0]
+    entities = {entity["id"]: entity for entity in json.loads(message.data)["entities"]}
+    assert {name for name in synthetic.NAMES if entities[name]["lines"]} == {"bruce", "nemo"}
 
 
 def test_lasers_are_recorded_where_they_are_on_the_robot(tmp_path):

@@ -40,6 +40,10 @@ def test_a_key_finds_its_topic() -> None:
     found = keys.topic_of("vrg/m/robot/r2/laser")
     assert found is not None
     assert found.type is m.Laser
+    assert [keys.topic_of(f"vrg/m/robot/r2/{what}") for what in ("pose", "recover")] == [
+        keys.robot_pose(),
+        keys.recover(),
+    ]
     assert keys.topic_of("vrg/m/robot/r2/nothing") is None
     assert keys.topic_of("vrg/other/clock") is None
 
@@ -52,5 +56,5 @@ def test_the_referee_is_told_to_late_joiners_and_calls_are_never_lost() -> None:
     keys = Keys("m")
     assert keys.referee_state.qos is Qos.STATE
     assert keys.speed_limit("a").qos is Qos.STATE
-    assert {keys.referee_event.qos, keys.official.qos, keys.estop.qos} == {Qos.EVENT}
-    assert {keys.drive("a").qos, keys.clock.qos, keys.laser("a").qos} == {Qos.LATEST}
+    assert {keys.referee_event.qos, keys.official.qos, keys.estop.qos, keys.recover("a").qos} == {Qos.EVENT}
+    assert {keys.drive("a").qos, keys.clock.qos, keys.laser("a").qos, keys.robot_pose("a").qos} == {Qos.LATEST}

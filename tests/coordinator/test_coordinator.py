@@ -29,6 +29,8 @@ class Table:
         self.node = Coordinator(self.mailbox, KEYS, self.book, self.journal, seed=3)
         self.places = {c.name: c.start for c in self.book.contestants.values()}
         self.silent: set[str] = set()
+        self.ages: dict[str, float] = {}
+        self.recovers: list[tuple[str, str]] = []
         self.time = 0.0
         self.world_tick = 0
         self.calls: list[m.Call] = []
@@ -44,7 +46,10 @@ class Table:
     def tick(self, *, live: bool = True, estop: bool = False) -> m.RefereeState:
         if live:
             self.time = round(self.time + 0.1, 6)
-            bodies = [m.Body(name=n, pose=p, v=0.0, w=0.0, physical=False) for n, p in self.places.items()]
+            bodies = [
+                m.Body(name=n, pose=p, v=0.0, w=0.0, physical=n in self.ages, age=self.ages.get(n, 0.0))
+                for n, p in self.places.items()
+            ]
             self.hear(KEYS.poses, m.Poses(bodies=bodies))
             self.world_tick += 5
             self.hear(KEYS.clock, m.Clock(time=self.time, tick=self.world_tick, epoch=0, rate=1.0, estop=estop))
@@ -59,6 +64,8 @@ class Table:
                 self.calls.append(body)
             elif isinstance(body, m.WorldRequest):
                 self.requests.append(body)
+            elif isinstance(body, m.Recover):
+                self.recovers.append((out.message.key, body.by))
             elif isinstance(body, m.SpeedLimit):
                 self.limits[out.message.key] = body.v_max
             elif isinstance(body, m.RefereeState):
@@ -69,6 +76,13 @@ class Table:
     def ticks(self, number: int) -> m.RefereeState:
         for _ in range(number):
             state = self.tick()
+        return state
+
+    def decide(self, action: m.OfficialAction, subject: str | None = None) -> m.RefereeState:
+        """An official decides; the call that answers is the last one."""
+        self.hear(KEYS.official, m.Official(action=action, by="ann", subject=subject, id="7"))
+        state = self.tick()
+        assert self.calls[-1].answers == "7"
         return state
 
     def tag(self) -> None:
@@ -163,6 +177,130 @@ def test_stragglers_are_put_on_their_marks(table: Table) -> None:
     assert [(r.kind, r.places) for r in table.requests] == [
         (m.RequestKind.PLACE, {"m0": table.book.contestants["m0"].start})
     ]
+
+
+def test_nobody_asks_the_world_to_carry_a_physical_robot(table: Table) -> None:
+    table.ages = {"m1": 0.0}
+    table.places["m0"] = table.places["m1"] = m.Pose(5.0, 10.0, 0.0)
+    table.ticks(605)
+    assert [list(r.places) for r in table.requests] == [["m0"]]
+    assert table.calls[-1].rule == "placed"
+    assert "on their marks after 60 s: m0; " in table.calls[-1].text
+    assert "carry them there: m1" in table.calls[-1].text
+    table.places["m0"] = table.book.contestants["m0"].start
+    table.ticks(100)
+    assert len(table.requests) == 1
+    assert table.calls[-1].text == "not on their marks after 70 s, carry them there: m1"
+
+
+def test_a_physical_robot_whose_pose_is_too_old_halts_the_match_and_is_waited_for(table: Table) -> None:
+    table.ages = {"m1": 0.6}
+    said = "m1: its pose is older than 0.5 s"
+    assert table.ticks(3).waiting == [said]
+    table.ages = {"m1": 0.5}
+    assert table.ticks(3).stage is m.Stage.PLAY_ROUND
+    for age in (0.52, 0.62, 0.72):
+        table.ages = {"m1": age}
+        assert table.tick().halted == said
+    assert table.rules() == ["begin", "halt"], "it is told once"
+    assert table.decide(m.OfficialAction.RESUME).halted
+    assert said in table.calls[-1].text
+    table.ages = {"m1": 0.1}
+    assert table.tick().halted == said, "an official ends it"
+    assert table.decide(m.OfficialAction.RESUME).halted is None
+
+
+def test_an_old_pose_halts_a_foul_too(table: Table, monkeypatch: pytest.MonkeyPatch) -> None:
+    table.ages = {"m1": 0.0}
+    table.ticks(3)
+    table.node.match.stage = m.Stage.FOUL
+    monkeypatch.setattr(table.book, "obstacles_to_resume", lambda *_: ["m1 is in the way"])
+    assert table.tick().halted is None
+    table.ages = {"m1": 2.0}
+    assert table.tick().halted
+
+
+class TestLatchedFaults:
+    FAULT = "axis 2: overvoltage"
+
+    def report(self, table: Table, fault: str | None = FAULT) -> None:
+        table.hear(KEYS.report("m1"), m.Report(mode="-", armed=False, fault=fault, latched=True))
+
+    def test_one_halts_play_and_keeps_it_halted_until_it_is_cleared(self, table: Table) -> None:
+        table.ticks(2)
+        table.silent = {"m1"}
+        for _ in range(3):
+            self.report(table)
+            assert table.tick().halted == f"m1: {self.FAULT}"
+        assert table.rules() == ["begin", "halt"]
+        self.report(table)
+        table.decide(m.OfficialAction.RESUME)
+        assert f"m1: {self.FAULT}" in table.calls[-1].text
+        self.report(table)
+        assert table.decide(m.OfficialAction.RECOVER, "m1").halted, "it does not end the halt"
+        assert table.recovers == [(KEYS.recover("m1").key, "ann")]
+        table.silent = set()
+        table.tick()
+        assert table.decide(m.OfficialAction.RESUME).halted is None
+
+    def test_one_keeps_a_round_from_beginning_and_needs_no_words(self, table: Table) -> None:
+        table.silent = {"m1"}
+        for _ in range(3):
+            self.report(table, fault=None)
+            state = table.tick()
+        assert state.waiting == ["m1: its robot has latched a fault"]
+        assert state.halted is None
+
+    def test_a_fault_that_is_not_latched_stops_nobody_else(self, table: Table) -> None:
+        table.ticks(2)
+        table.silent = {"m1"}
+        table.hear(KEYS.report("m1"), m.Report(mode="-", armed=False, fault=self.FAULT))
+        assert table.tick().halted is None
+
+    def test_the_longest_fault_still_fits_into_a_call(self, table: Table) -> None:
+        table.ticks(2)
+        table.silent = {"m1"}
+        self.report(table, "x" * 2000)
+        table.tick()
+        assert len(table.calls[-1].text) <= 2000
+
+    def test_all_robots_may_be_asked_to_recover_and_it_is_journalled_first(self, table: Table) -> None:
+        table.ticks(2)
+        table.decide(m.OfficialAction.RECOVER)
+        assert [key for key, _ in table.recovers] == [KEYS.recover(name).key for name in table.places]
+        assert (table.calls[-1].rule, table.calls[-1].text) == ("recover", "recover all robots: asked by ann")
+        _, records = read_journal(table.journal.path)
+        assert records[-1].calls == [table.calls[-1]]
+
+    def test_nobody_is_asked_before_it_is_journalled(self, table: Table, monkeypatch: pytest.MonkeyPatch) -> None:
+        table.ticks(2)
+        works = table.journal.append
+
+        def full(*_: object) -> None:
+            raise JournalError("no space")
+
+        monkeypatch.setattr(table.journal, "append", full)
+        table.hear(KEYS.official, m.Official(action=m.OfficialAction.RECOVER, by="ann"))
+        table.ticks(2)
+        assert table.recovers == []
+        monkeypatch.setattr(table.journal, "append", works)
+        table.ticks(2)
+        assert len(table.recovers) == len(table.places)
+
+    def test_who_is_no_player_cannot_recover(self, table: Table) -> None:
+        table.ticks(2)
+        table.decide(m.OfficialAction.RECOVER, "sue")
+        assert table.calls[-1].rule == "refused"
+        assert "expected a player of this match (" in table.calls[-1].text
+        assert "got 'sue'" in table.calls[-1].text
+        assert table.recovers == []
+
+    def test_after_the_end_nobody_recovers(self, table: Table) -> None:
+        table.ticks(2)
+        table.decide(m.OfficialAction.END)
+        table.decide(m.OfficialAction.RECOVER)
+        assert table.calls[-1].rule == "refused"
+        assert table.recovers == []
 
 
 def test_what_cannot_be_journalled_halts_is_not_announced_and_is_not_lost(

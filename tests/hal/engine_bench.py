@@ -1,7 +1,9 @@
 """Helpers for tests of engines."""
 
+import math
 from itertools import combinations
 
+from vrg.bus.messages import Pose
 from vrg.hal.sim.engine import Engine
 from vrg.hal.sim.shapes import Box, box_gap, circle_gap
 
@@ -18,14 +20,23 @@ def forward(engine: Engine, name: str, v: float, w: float = 0.0) -> None:
     engine.command(name, *engine.models[engine.row(name)].wheels(v, w), brake=False)
 
 
+def carry(engine: Engine, name: str, v: float, seconds: float) -> None:
+    """Let a kinematic body drive straight ahead at v m/s, then stand."""
+    for _ in range(round(seconds / DT)):
+        x, y, theta = engine.poses[engine.row(name)].tolist()
+        engine.move(name, Pose(x + v * DT * math.cos(theta), y + v * DT * math.sin(theta), theta), v, 0.0)
+        engine.step(DT)
+    engine.move(name, engine.state(name).pose, 0.0, 0.0)
+
+
 def footprint(engine: Engine, row: int) -> Box:
     x, y, heading = engine.poses[row].tolist()
     return Box(x, y, heading, engine.models[row].length, engine.models[row].width)
 
 
 def deepest_overlap(engine: Engine) -> float:
-    """m by which any two bodies, or a body and a wall, overlap; 0 if none do."""
-    bodies = [footprint(engine, row) for row in range(len(engine.names))]
+    """m by which any two bodies that are not kinematic, or one and a wall, overlap; 0 if none do."""
+    bodies = [footprint(engine, row) for row in range(len(engine.names)) if not engine.kinematic[row]]
     gaps = [box_gap(a, b).distance for a, b in combinations(bodies, 2)]
     gaps += [box_gap(a, wall).distance for a in bodies for wall in engine.map.boxes]
     gaps += [circle_gap(a, disc).distance for a in bodies for disc in engine.map.circles]

@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.hal.engine_bench import deepest_overlap, forward, run
+from tests.hal.engine_bench import carry, deepest_overlap, footprint, forward, run
 from vrg.bus.messages import Pose
 from vrg.errors import ConfigError, WorldError
 from vrg.hal.models import MODELS
 from vrg.hal.sim.engine import Engine, make_engine
 from vrg.hal.sim.map import load_map
+from vrg.hal.sim.shapes import box_gap
 
 P2AT = MODELS["P2AT"]
 Make = Callable[..., Engine]
@@ -248,3 +249,144 @@ def test_a_scrum_leaves_no_overlap(make: Make) -> None:
         if type(engine).__name__ == "PlanarEngine":
             assert deepest_overlap(engine) == 0.0
     assert sum(any(engine.state(n).touch) for n in engine.names) >= 4
+
+
+def gap(engine: Engine, first: str, second: str) -> float:
+    """m between two bodies; negative where they overlap."""
+    return box_gap(*(footprint(engine, engine.row(name)) for name in (first, second))).distance
+
+
+class TestKinematicBodies:
+    def test_one_is_where_it_is_put_also_in_a_wall_and_outside_the_map(self, make: Make) -> None:
+        engine = make("marhes_lab")
+        engine.add("g", P2AT, Pose(-4.4, 0, 0), kinematic=True)
+        engine.add("a", P2AT, Pose(0, -1, 0))
+        for pose in (Pose(-4.4, 0, 0), Pose(-4.3, 0.1, 1.0), Pose(50.0, 50.0, -3.0), Pose(-9e4, 9e4, 2.0)):
+            engine.move("g", pose, 0.5, -0.2)
+            run(engine, 0.1)
+            state = engine.state("g")
+            assert (state.pose, state.v, state.w, state.wheels) == (pose, 0.5, -0.2, (0.0, 0.0))
+            assert not any(state.touch), "walls are no contact of a kinematic body"
+        assert np.abs(engine.poses[1] - (0, -1, 0)).max() < 1e-3
+
+    def test_it_takes_no_commands_and_the_others_are_not_carried(self, make: Make) -> None:
+        engine = make()
+        engine.add("g", P2AT, Pose(0, 0, 0), kinematic=True)
+        engine.add("a", P2AT, Pose(3, 0, 0))
+        with pytest.raises(WorldError, match=r"command g: .*kinematic"):
+            engine.command("g", 1.0, 1.0, brake=False)
+        with pytest.raises(WorldError, match=r"move a: .*kinematic"):
+            engine.move("a", Pose(0, 0, 0), 0.0, 0.0)
+        with pytest.raises(WorldError, match="'b'"):
+            engine.move("b", Pose(0, 0, 0), 0.0, 0.0)
+
+    def test_a_robot_that_drives_at_one_stops_and_both_feel_it(self, make: Make) -> None:
+        engine = make()
+        engine.add("g", P2AT, Pose(1.5, 0, 0), kinematic=True)
+        engine.add("a", P2AT, Pose(0, 0, 0))
+        forward(engine, "a", 0.7)
+        run(engine, 4.0)
+        assert engine.state("a").pose.x == pytest.approx(1.0, abs=0.02)
+        assert engine.state("g").pose == Pose(1.5, 0, 0)
+        assert engine.state("a").touch[0]
+        assert engine.state("g").touch[4], "hit from behind"
+        forward(engine, "a", -0.5)
+        run(engine, 1.0)
+        assert not any(engine.state("a").touch + engine.state("g").touch)
+
+    def test_one_that_drives_into_a_resting_robot_pushes_it_before_it(self, make: Make) -> None:
+        engine = make()
+        engine.add("g", P2AT, Pose(0, 0, 0), kinematic=True)
+        engine.add("a", P2AT, Pose(1.0, 0, 0))
+        carry(engine, "g", 0.7, 3.0)
+        assert engine.state("g").pose.x == pytest.approx(2.1)
+        assert engine.state("a").pose.x == pytest.approx(2.1 + P2AT.length, abs=0.02)
+        assert engine.state("a").touch[4]
+        assert engine.state("g").touch[0]
+        run(engine, 0.5)
+        assert engine.state("a").pose.x < 2.7, "it is not flung away"
+        assert gap(engine, "g", "a") > -0.01
+
+    def test_two_that_meet_pass_through_each_other(self, make: Make) -> None:
+        engine = make()
+        engine.add("g", P2AT, Pose(-1, 0, 0), kinematic=True)
+        engine.add("h", P2AT, Pose(0, 0, 0), kinematic=True)
+        carry(engine, "g", 0.5, 2.0)
+        assert engine.state("g").pose.x == pytest.approx(0.0)
+        assert engine.state("h").pose == Pose(0, 0, 0)
+        assert not any(engine.state("g").touch + engine.state("h").touch)
+
+    @pytest.mark.parametrize(("heading", "y"), [(math.pi, -1.0), (2.8, -1.0), (math.pi, -1.2)])
+    @pytest.mark.parametrize("between", [1, 2])
+    def test_no_robot_is_pushed_through_a_wall(self, make: Make, heading: float, y: float, between: int) -> None:
+        engine = make("marhes_lab")
+        for n in range(between):
+            engine.add(f"a{n}", P2AT, Pose(-3.9 + 0.6 * n, -1.0, 0.3))
+        engine.add("g", P2AT, Pose(-1.5, y, heading), kinematic=True)
+        deepest = 0.0
+        for _ in range(250):
+            carry(engine, "g", 0.7, 0.02)
+            deepest = max(deepest, deepest_overlap(engine))
+        assert deepest < 0.06
+        if type(engine).__name__ == "PlanarEngine":
+            assert deepest == 0.0
+        for n in range(between):
+            assert -4.4 < engine.state(f"a{n}").pose.x < -2.0
+            assert abs(engine.state(f"a{n}").pose.y) < 3.0
+        carry(engine, "g", -0.7, 4.0)
+        run(engine, 1.0)
+        assert deepest_overlap(engine) < 0.01
+        for n in range(between):
+            forward(engine, f"a{n}", 0.5)
+        run(engine, 2.0)
+        assert engine.state("a0").pose.x > -3.6, "it drives on"
+
+    def test_one_that_appears_right_upon_a_robot_eases_it_out(self, make: Make) -> None:
+        engine = make()
+        engine.add("a", P2AT, Pose(0, 0, 0))
+        engine.add("g", P2AT, Pose(9, 9, 0), kinematic=True)
+        for x, y, theta in ((0.1, 0.05, 0.4), (0.0, 0.0, 0.0)):
+            engine.place("a", Pose(0, 0, 0))
+            engine.move("g", Pose(x, y, theta), 0.0, 0.0)
+            for _ in range(100):
+                run(engine, 0.02)
+                assert abs(engine.state("a").v) < 1.0
+                assert math.hypot(*engine.poses[0, :2]) < 1.2
+            assert gap(engine, "a", "g") > -0.01
+            assert engine.state("g").pose == Pose(x, y, theta)
+
+    def test_one_may_leave_and_another_come(self, make: Make) -> None:
+        engine = make()
+        engine.add("g", P2AT, Pose(1.0, 0, 0), kinematic=True)
+        engine.add("a", P2AT, Pose(0, 0, 0))
+        forward(engine, "a", 0.5)
+        run(engine, 2.0)
+        assert any(engine.state("a").touch)
+        engine.remove("g")
+        run(engine, 1.0)
+        assert engine.state("a").pose.x > 0.8
+        assert not any(engine.state("a").touch)
+        engine.add("g", P2AT, Pose(3.0, 0, 0), kinematic=True)
+        run(engine, 5.0)
+        assert engine.state("a").pose.x == pytest.approx(2.5, abs=0.02)
+
+    def test_one_that_is_placed_or_restored_stands_there(self, make: Make) -> None:
+        engine = make()
+        engine.add("g", P2AT, Pose(0, 0, 0), kinematic=True)
+        engine.move("g", Pose(0, 0, 0), 0.5, 0.1)
+        engine.restore("g", Pose(2, 3, 0.5), (0.0, 0.0))
+        run(engine, 0.5)
+        assert engine.state("g").pose == Pose(2, 3, 0.5)
+        assert (engine.state("g").v, engine.state("g").w) == (0.0, 0.0)
+
+    def test_robots_out_of_its_reach_move_as_without_it(self, make: Make) -> None:
+        def drive(*others: Pose) -> bytes:
+            engine = make()
+            engine.add("a", P2AT, Pose(0, 0, 0))
+            for n, pose in enumerate(others):
+                engine.add(f"g{n}", P2AT, pose, kinematic=True)
+            forward(engine, "a", 0.5, 0.2)
+            run(engine, 2.0)
+            return engine.poses[0].tobytes()
+
+        assert drive() == drive(Pose(5, 5, 0), Pose(-3, 1, 2))

@@ -9,10 +9,12 @@ import pytest
 from tests.hal.world_bench import KEYS, Wire, config
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import (
+    Body,
     Clock,
     Drive,
     Estop,
     Laser,
+    MeasuredPose,
     PlayerStatus,
     Pose,
     Poses,
@@ -26,6 +28,7 @@ from vrg.bus.messages import (
 from vrg.errors import ConfigError, WorldError
 from vrg.hal.models import MODELS
 from vrg.hal.sim.config import check_setup
+from vrg.hal.sim.ghost import EXTRAPOLATE
 from vrg.hal.sim.world_node import WorldNode
 
 GO = (KEYS.drive("a"), Drive(left=3.0, right=3.0))
@@ -488,3 +491,185 @@ class TestSetup:
     def test_a_world_with_problems_is_not_built(self) -> None:
         with pytest.raises(ConfigError, match="a and b"):
             WorldNode(config(("a", 0, 0, 0), ("b", 0.1, 0, 0)), Mailbox(), KEYS)
+
+
+def mixed(**options: object) -> Wire:
+    """Virtual `a` and physical `g`, 3 m ahead of it."""
+    return Wire(config(("a", 0.0, 0.0, 0.0), ("g", 3.0, 0.0, 0.0), physical="g", noise=False, **options))
+
+
+def body(wire: Wire, name: str = "g") -> Body:
+    poses = wire.heard[KEYS.poses.key]
+    assert isinstance(poses, Poses)
+    return next(body for body in poses.bodies if body.name == name)
+
+
+def measure(wire: Wire, x: float, y: float = 0.0, v: float = 0.0, w: float = 0.0, name: str = "g") -> None:
+    wire.say(KEYS.robot_pose(name), MeasuredPose(pose=Pose(x, y, 0.0), v=v, w=w))
+
+
+class TestPhysicalRobots:
+    def test_before_the_first_measurement_it_stands_at_its_start_and_its_age_is_counted(self) -> None:
+        world = mixed()
+        world.tick(26)
+        assert body(world) == Body("g", Pose(3.0, 0.0, 0.0), 0.0, 0.0, True, pytest.approx(0.5))
+        assert body(world, "a").age == 0.0
+        assert not body(world, "a").physical
+
+    def test_it_is_where_it_was_measured_and_goes_on_for_a_while(self) -> None:
+        world = mixed()
+        world.tick(2)
+        measure(world, 5.0, 1.0, v=0.5)
+        world.tick(6)
+        now = body(world)
+        assert now.age == pytest.approx(0.1)
+        assert (now.pose.x, now.pose.y, now.v) == pytest.approx((5.0 + 0.5 * 0.1, 1.0, 0.5))
+        world.tick(20)
+        now = body(world)
+        assert now.age == pytest.approx(0.5)
+        assert now.pose.x == pytest.approx(5.0 + 0.5 * EXTRAPOLATE), "nobody knows where it went"
+        assert (now.v, now.w) == (0.0, 0.0)
+
+    def test_a_late_measurement_does_not_set_it_back(self) -> None:
+        world = mixed()
+        world.tick(10)
+        measure(world, 5.0)
+        world.tick()
+        world.node.world.measure("g", Pose(4.0, 0.0, 0.0), 0.0, 0.0, world.node.world.time - 0.1)
+        world.tick()
+        assert body(world).pose.x == 5.0
+
+    def test_poses_that_cannot_be_are_told_once_and_ignored(self, caplog: pytest.LogCaptureFixture) -> None:
+        world = mixed()
+        world.tick(5)
+        for name, why in (("a", "pose of a: expected one of the physical robots (g)"), ("x", "pose of x: ")):
+            for _ in range(10):
+                measure(world, 9.0, name=name)
+                world.tick()
+            assert caplog.text.count(why) == 1
+        with pytest.raises(WorldError, match="pose of g: expected a pose of now"):
+            world.node.world.measure("g", Pose(9.0, 0.0, 0.0), 0.0, 0.0, world.node.world.time + 0.3)
+        world.tick(10)
+        assert body(world).pose.x == 3.0
+        assert body(world, "a").pose.x == 0.0
+        caplog.clear()
+        for n in range(300):
+            measure(world, 9.0, name=f"x{n}")
+        world.tick()
+        assert len(caplog.records) < 101
+
+    def test_it_has_no_simulated_state_and_takes_no_commands(self) -> None:
+        world = mixed()
+        world.tick(20, each=[GO, (KEYS.drive("g"), Drive(left=3.0, right=3.0))])
+        assert KEYS.robot_state("g").key not in world.heard
+        assert state(world).armed
+        assert body(world).pose.x == 3.0
+        assert body(world, "a").pose.x > 0.0
+
+    def test_it_is_scanned_and_has_scans(self) -> None:
+        world = mixed()
+        world.tick(2)
+        measure(world, 2.0)
+        world.tick(10)
+        seen, sees = world.heard[KEYS.laser("a").key], world.heard[KEYS.laser("g").key]
+        assert isinstance(seen, Laser)
+        assert isinstance(sees, Laser)
+        model = MODELS["P2AT"]
+        assert model.laser is not None
+        assert seen.ranges[90] == pytest.approx(2.0 - model.length / 2 - model.laser.x, abs=0.001)
+        assert sees.ranges.min() == sees.range_max, "a is behind it"
+        world.say(KEYS.world_request, WorldRequest(kind=RequestKind.PLACE, places={"a": Pose(4.0, 0.0, 0.0)}))
+        world.tick(10)
+        sees = world.heard[KEYS.laser("g").key]
+        assert isinstance(sees, Laser)
+        assert sees.ranges[90] == pytest.approx(2.0 - model.length / 2 - model.laser.x, abs=0.001)
+
+    def test_nobodys_noise_depends_on_it(self) -> None:
+        def readings(*robots: tuple[str, float, float, float]) -> list[object]:
+            world = Wire(config(*robots, physical="g", seed=4, lasers=False))
+            world.tick(300, each=[GO])
+            return [m for key, _, m in world.log if key == KEYS.robot_state("a").key]
+
+        assert readings(("a", 0, 0, 0)) == readings(("g", 9, 9, 0), ("a", 0, 0, 0))
+
+    @pytest.mark.parametrize("engine", ["planar", "pybullet"])
+    def test_a_virtual_robot_bumps_into_it_and_is_pushed(self, engine: str) -> None:
+        world = mixed(engine=engine)
+        world.tick(2)
+        measure(world, 0.8)
+        world.tick(100, each=[GO])
+        assert state(world).touch[0]
+        assert x_of(world) == pytest.approx(0.8 - MODELS["P2AT"].length, abs=0.02)
+        for n in range(20):
+            measure(world, 0.8 - 0.05 * n, v=-0.5)
+            world.tick(5)
+        assert x_of(world) < -0.6
+
+    @pytest.mark.parametrize(
+        ("fields", "why"),
+        [
+            ({"kind": RequestKind.PLACE, "places": {"a": Pose(0, 2, 0), "g": Pose(5, 5, 0)}}, "g is physical: carry"),
+            ({"kind": RequestKind.RESET, "robot": "g"}, "g is physical: carry"),
+            ({"kind": RequestKind.PLACE, "places": {"a": Pose(3.2, 0, 0)}}, "overlap g"),
+            ({"kind": RequestKind.SPAWN, "robot": "b", "model": "P2AT", "pose": Pose(3.2, 0, 0)}, "overlap g"),
+            ({"kind": RequestKind.SPAWN, "robot": "g", "model": "P2AT", "pose": Pose(5, 5, 0)}, "not in the world"),
+        ],
+    )
+    def test_only_people_move_it(self, fields: dict[str, object], why: str) -> None:
+        world = mixed()
+        world.tick()
+        before = world.node.snapshot()
+        with pytest.raises(WorldError, match=why):
+            world.node.world.request(WorldRequest(**fields))  # type: ignore[arg-type]
+        assert world.node.snapshot() == before
+
+    def test_a_reset_of_all_is_one_of_the_virtual_ones(self) -> None:
+        world = mixed()
+        world.tick(2)
+        measure(world, 5.0)
+        world.tick(60, each=[GO])
+        assert x_of(world) > 0.1
+        world.say(KEYS.world_request, WorldRequest(kind=RequestKind.RESET))
+        world.tick()
+        assert x_of(world) == pytest.approx(0.0, abs=0.02)
+        assert x_of(world, "g") == 5.0
+
+    @pytest.mark.parametrize("gone", ["a", "g"])
+    def test_robots_come_and_go_beside_it(self, gone: str) -> None:
+        world = Wire(config(("v", 0, 5, 0), ("g", 3, 0, 0), ("a", 0, 0, 0), physical="g", noise=False))
+        world.tick(2)
+        world.say(KEYS.world_request, WorldRequest(kind=RequestKind.REMOVE, robot=gone))
+        spawn = WorldRequest(kind=RequestKind.SPAWN, robot="b", model="P2AT", pose=Pose(5, 5, 0))
+        world.say(KEYS.world_request, spawn)
+        world.heard.clear()
+        world.tick(60, each=[(KEYS.drive("b"), Drive(left=3.0, right=3.0))])
+        assert world.node.world.names == [n for n in ("v", "g", "a", "b") if n != gone]
+        states = {key.split("/")[3] for key in world.heard if key.endswith("/state")}
+        assert states == {"v", "a", "b"} - {gone}
+        assert state(world, "b").v == pytest.approx(0.33, abs=0.02)
+        assert state(world, "b").odometry.x > 0.1
+        assert state(world, "v").odometry.x == 0.0
+
+    def test_a_restored_world_has_it_where_it_was_and_counts_its_age_anew(self) -> None:
+        old = mixed()
+        old.tick(2)
+        measure(old, 5.0, 1.0)
+        old.tick(20, each=[GO])
+        node = restored(old, old.node.snapshot())
+        new = Wire(config(), node=node)
+        new.tick(2)
+        assert body(new) == Body("g", Pose(5.0, 1.0, 0.0), 0.0, 0.0, True, pytest.approx(0.02))
+        assert node.world.virtual == ["a"]
+        assert node.world.pose("a") == old.node.world.pose("a")
+        measure(new, 6.0)
+        new.tick()
+        assert body(new).pose.x == 6.0
+
+    def test_a_match_with_and_one_without_it_are_two_set_ups(self) -> None:
+        virtual = Wire(config(("a", 0.0, 0.0, 0.0), ("g", 3.0, 0.0, 0.0), noise=False))
+        with pytest.raises(WorldError, match="choose another run folder"):
+            restored(virtual, mixed().node.snapshot())
+
+    def test_its_start_must_be_free_like_any_other(self) -> None:
+        problems = check_setup(config(("a", 20, -20, 0), ("g", 20.2, -20, 0), physical="g", map="courtyard"))
+        assert problems == ["robots a and g: expected room between them, but they overlap"]

@@ -25,9 +25,16 @@ class Silent(Node):
         """Nothing."""
 
 
-def config(*robots: tuple[str, float, float, float], model: str = "P2AT", **options: object) -> WorldConfig:
-    """A world of the given (name, x, y, heading); planar, on open ground, unless options say otherwise."""
-    setups = tuple(RobotSetup(name=n, model=model, pose=Pose(x, y, heading)) for n, x, y, heading in robots)
+def config(
+    *robots: tuple[str, float, float, float], model: str = "P2AT", physical: str = "", **options: object
+) -> WorldConfig:
+    """A world of the given (name, x, y, heading); planar, on open ground, unless options say otherwise.
+
+    Robots whose name is a letter of `physical` are.
+    """
+    setups = tuple(
+        RobotSetup(name=n, model=model, pose=Pose(x, y, heading), physical=n in physical) for n, x, y, heading in robots
+    )
     wanted = {"map": "open", "engine": "planar", "robots": setups, **options}
     return WorldConfig(**wanted)  # type: ignore[arg-type]
 

@@ -36,12 +36,17 @@ def test_releasing_is_a_key_of_its_own(controls):
 
 
 @pytest.mark.parametrize(
-    ("key", "action"), [(pygame.K_h, m.OfficialAction.HALT), (pygame.K_c, m.OfficialAction.RESUME)]
+    ("key", "action"),
+    [
+        (pygame.K_h, m.OfficialAction.HALT),
+        (pygame.K_c, m.OfficialAction.RESUME),
+        (pygame.K_r, m.OfficialAction.RECOVER),
+    ],
 )
-def test_halt_and_continue_go_to_the_referee(controls, key, action):
+def test_halt_continue_and_recover_go_to_the_referee(controls, key, action):
     controls.press(key, PLAYERS)
     [(topic, official)] = said(controls)
-    assert (topic, official.action, official.by) == ("official", action, "spectator")
+    assert (topic, official.action, official.by, official.subject) == ("official", action, "spectator", None)
 
 
 def test_tab_goes_through_the_players_and_gives_each_back(controls):

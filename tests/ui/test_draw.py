@@ -103,6 +103,45 @@ def test_the_gravest_banner_is_first(scene_at):
     assert found[0].lines == ("x",), "the referee halts because of the stop: one banner says it"
 
 
+def test_a_halt_with_a_latched_fault_names_the_key_that_clears_it(scene_at):
+    scene = scene_at(10.0, halted="x")
+    assert "R " not in banners(scene)[0].hint
+    latched = tuple(dataclasses.replace(player, latched=player.name == "nemo") for player in scene.players)
+    assert banners(dataclasses.replace(scene, players=latched))[0].hint.startswith("R lets robots clear their faults")
+
+
+def test_physical_robots_have_a_white_rim_on_the_field_and_in_the_panel(scene_at):
+    def white(scene, place):
+        surface, view = painted(scene)
+        return close_to(colours_near(surface, place or where(scene, view, "nemo"), 20), palette.TEXT)
+
+    mixed = scene_at(10.0)
+    virtual = dataclasses.replace(
+        mixed, bodies=tuple(dataclasses.replace(body, physical=False, name="") for body in mixed.bodies)
+    )
+    mixed = dataclasses.replace(
+        mixed, bodies=tuple(dataclasses.replace(body, name="nemo" * body.physical) for body in mixed.bodies)
+    )
+    surface, view = painted(mixed)
+    place = next(view.point(body.pose.x, body.pose.y) for body in mixed.bodies if body.physical)
+    assert white(mixed, place) > white(virtual, place) + 60
+    corner = pygame.Rect(700, 760, 240, 40)
+    legend = (surface.subsurface(corner), painted(virtual)[0].subsurface(corner))
+    assert len({tuple(legend[0].get_at((x, y))) for x in range(240) for y in range(40)}) > 5
+    assert len({tuple(legend[1].get_at((x, y))) for x in range(240) for y in range(40)}) == 1
+
+
+def test_a_long_fault_takes_lines_of_its_own_in_the_panel(scene_at):
+    scene = scene_at(10.0)
+    fault = "axis 2 (node 5) has latched: overvoltage at 58.2 V while it braked"
+    ailing = tuple(dataclasses.replace(p, fault=fault if p.name == "nemo" else None) for p in scene.players)
+    plain, _ = painted(scene)
+    warned, _ = painted(dataclasses.replace(scene, players=ailing))
+    below_nemo = (1110, 310)
+    assert close_to(colours_near(warned, below_nemo, 60), palette.CAUTION, 40) > 100
+    assert close_to(colours_near(plain, below_nemo, 60), palette.CAUTION, 40) == 0
+
+
 def test_the_driven_player_is_ringed(scene_at):
     scene = scene_at(10.0)
     plain, view = painted(scene)

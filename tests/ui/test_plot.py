@@ -57,6 +57,20 @@ def test_physical_robots_are_dashed(recorded, drawn, tmp_path):
     assert len(dashed) == 7, "each player has a colour of its own"
 
 
+def test_the_legend_says_what_dashes_mean(recorded, drawn, tmp_path):
+    def explained(tracks):
+        plot_trajectories(tracks, tmp_path / "plot.png")
+        [legend] = drawn[-1].figure.legends
+        entries = zip(legend.get_lines(), legend.get_texts(), strict=True)
+        return {text.get_text().split(" (")[0]: line.get_linestyle() for line, text in entries}
+
+    tracks = read_tracks(recorded)
+    mixed = explained(tracks)
+    assert mixed["physical robot"] == "--"
+    assert {name for name in synthetic.NAMES if mixed[name] == "--"} == {"bruce", "nemo"}
+    assert "physical robot" not in explained({"dory": tracks["dory"]})
+
+
 def test_a_line_passes_through_the_recorded_places(recorded, drawn, tmp_path):
     track = read_tracks(recorded)["dory"]
     plot_trajectories({"dory": track}, tmp_path / "plot.png")

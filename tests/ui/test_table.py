@@ -1,5 +1,6 @@
 """The match as text."""
 
+import dataclasses
 import io
 
 import pytest
@@ -72,6 +73,15 @@ def test_the_table_shows_place_and_heading(scene_at, name):
     assert f"{pose.x:.2f}" in line
     assert f"{pose.y:.2f}" in line
     assert "°" in line
+
+
+def test_what_ails_a_player_is_in_the_table_whole(scene_at):
+    scene = scene_at(10.0)
+    fault = "axis two (node five) latched: overvoltage while it braked, says its drive"
+    ailing = tuple(dataclasses.replace(p, fault=fault if p.name == "nemo" else None) for p in scene.players)
+    console = Console(file=io.StringIO(), width=100)
+    console.print(table(dataclasses.replace(scene, players=ailing)))
+    assert fault.split() == [word for word in console.file.getvalue().split() if word in fault.split()], "wrapped"
 
 
 def test_no_color_is_honoured(scene_at, monkeypatch):

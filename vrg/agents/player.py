@@ -48,6 +48,7 @@ class Player(Node):
         self._motion = VelocityEstimator()
         self._estop = False
         self._fault: str | None = None
+        self._latched = False
         self._mode = "-"
         robot.connect()
         # Whatever a forerunner that crashed has left behind, this player begins disarmed.
@@ -58,7 +59,7 @@ class Player(Node):
         estop = decisive(self._estops.take())
         if estop is not None:
             self._estop = estop.engaged
-        self._fault = None
+        self._fault, self._latched = None, False
         referee = self._referee.latest
         readings = self._read()
         why = self._reason_to_stand(tick, referee)
@@ -75,7 +76,13 @@ class Player(Node):
         armed = readings is not None and readings.armed
         self.mailbox.publish(
             self._keys.report(self.name),
-            Report(mode=self._mode, armed=armed, manual=manual is not None, fault=self._fault),
+            Report(
+                mode=self._mode,
+                armed=armed,
+                manual=manual is not None,
+                fault=self._fault,
+                latched=self._latched,
+            ),
         )
 
     def stop(self) -> None:
@@ -120,8 +127,9 @@ class Player(Node):
         except StaleDataError as error:
             self._fault = str(error)
             return None
+        self._latched = readings.latched
         if readings.age > SENSOR_TIMEOUT:
-            self._fault = f"the newest reading of {self.name} is {readings.age:.1f} s old"
+            self._fault = readings.fault or f"the newest reading of {self.name} is {readings.age:.1f} s old"
             return None
         if readings.fault:
             self._fault = readings.fault

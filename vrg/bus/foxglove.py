@@ -195,6 +195,7 @@ class ReportRecord(Struct, frozen=True, gc=False):
     armed: bool
     manual: bool
     fault: str
+    latched: bool
 
 
 class CallRecord(Struct, frozen=True, gc=False):

@@ -1,4 +1,7 @@
-"""The recorded 3-D scene: each robot a box with an arrow and its name, coloured by role; each zone an outline."""
+"""The recorded 3-D scene: each robot a box with an arrow and its name, coloured by role; each zone an outline.
+
+A physical robot's box has a white rim, as in the spectator's window.
+"""
 
 import math
 from dataclasses import dataclass
@@ -29,7 +32,9 @@ class Shape:
         return fg.pose_of(x, y, body.theta)
 
 
-def robot_entity(name: str, pose: fg.Pose, shape: Shape, role: str, state: str, at: fg.Time) -> fg.SceneEntity:
+def robot_entity(
+    name: str, pose: fg.Pose, shape: Shape, role: str, state: str, at: fg.Time, *, physical: bool
+) -> fg.SceneEntity:
     """A robot in the scene; `pose` is on the ground."""
     x, y, turned = pose.position.x, pose.position.y, pose.orientation
     middle = fg.Pose(fg.Vector3(x, y, shape.height / 2), turned)
@@ -39,7 +44,14 @@ def robot_entity(name: str, pose: fg.Pose, shape: Shape, role: str, state: str, 
     box = fg.CubePrimitive(middle, size, _color(role_colour(role, state)))
     arrow = fg.ArrowPrimitive(top, shape.length * 0.5, 0.06, 0.18, 0.16, _WHITE)
     text = fg.TextPrimitive(above, True, 0.25, False, _WHITE, f"{name} ({state or role})")
-    return fg.SceneEntity(at, fg.FRAME, name, _FOREVER, False, [arrow], [box], [], [text])
+    rim = [_rim(top, shape)] if physical else []
+    return fg.SceneEntity(at, fg.FRAME, name, _FOREVER, False, [arrow], [box], rim, [text])
+
+
+def _rim(top: fg.Pose, shape: Shape) -> fg.LinePrimitive:
+    x, y = shape.length / 2, shape.width / 2
+    corners = [fg.Vector3(a, b, 0.0) for a, b in ((x, y), (-x, y), (-x, -y), (x, -y))]
+    return fg.LinePrimitive(1, top, 0.05, False, corners, _WHITE)
 
 
 def zone_entity(zone: m.Zone, at: fg.Time) -> fg.SceneEntity:

@@ -1,6 +1,7 @@
 """What one node hears and says. Executors fill and empty it between ticks; nodes only read and publish."""
 
 import logging
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
@@ -24,10 +25,15 @@ class Inlet(Generic[T]):
 
     Between ticks arrivals wait outside; `handover` brings them in, so that what a node sees does not change
     while it computes.
+
+    Args:
+        alarm: called with each arrival before the tick that hands it over; see `Mailbox.subscribe`.
     """
 
-    def __init__(self, topic: Topic[T]) -> None:
+    def __init__(self, topic: Topic[T], alarm: Callable[[Received[T]], None] | None = None) -> None:
         self.topic = topic
+        self.alarm = alarm
+        self._alarmed = 0
         self.dropped = 0
         self.by_key: dict[str, Received[T]] = {}
         self._waiting: list[Received[T]] = []
@@ -68,10 +74,19 @@ class Inlet(Generic[T]):
             self.by_key.clear()
             self._fresh.clear()
 
+    def sound(self) -> None:
+        """Executor only: raise the alarm for what has arrived since the last call."""
+        if self.alarm is not None:
+            fresh, self._alarmed = self._waiting[self._alarmed :], len(self._waiting)
+            for message in fresh:
+                self.alarm(message)
+
     def handover(self) -> None:
         """Executor only: bring in what waits."""
         if not self._waiting:
             return
+        self.sound()
+        self._alarmed = 0
         waiting, self._waiting = self._waiting, []
         if len(waiting) > 1:
             waiting.sort(key=_order)
@@ -105,9 +120,14 @@ class Mailbox:
         self._out: list[Outgoing] = []
         self._sequences: dict[str, int] = {}
 
-    def subscribe(self, topic: Topic[T]) -> Inlet[T]:
-        """Declare that the node hears this topic. Only before its first tick."""
-        inlet = Inlet(topic)
+    def subscribe(self, topic: Topic[T], alarm: Callable[[Received[T]], None] | None = None) -> Inlet[T]:
+        """Declare that the node hears this topic. Only before its first tick.
+
+        Args:
+            alarm: called at once with what arrives, on the node's own thread, between its ticks: for an emergency
+                stop, which cannot wait for the next one. It may make a robot safe; it publishes nothing.
+        """
+        inlet = Inlet(topic, alarm)
         self.inlets.append(inlet)  # type: ignore[arg-type]
         return inlet
 
@@ -117,6 +137,11 @@ class Mailbox:
         sequence = self._sequences.get(key, 0)
         self._sequences[key] = sequence + 1
         self._out.append(Outgoing(topic, Received(key, self.now, sequence, body)))
+
+    def sound(self) -> None:
+        """Executor only: raise the alarms of what has arrived since the last call."""
+        for inlet in self.inlets:
+            inlet.sound()
 
     def forget(self) -> None:
         """Executor only: the world has stepped back in time; sensors, commands and states count no more."""

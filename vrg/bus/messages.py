@@ -63,19 +63,40 @@ class Clock(Message, frozen=True, kw_only=True):
 
 
 class Body(Struct, frozen=True, forbid_unknown_fields=True):
-    """One body in the world, with its speed along its own x axis and its yaw rate."""
+    """One body in the world.
+
+    Args:
+        v, w: speed along its own x axis, m/s, and yaw rate, rad/s.
+        physical: a robot of flesh and steel, which the world shows where it was measured.
+        age: s of match time since it was measured; 0 for a virtual body.
+    """
 
     name: Name
     pose: Pose
     v: Speed
     w: AngularSpeed
     physical: bool
+    age: Seconds = 0.0
 
 
 class Poses(Message, frozen=True, kw_only=True):
     """Every body at one instant."""
 
+    version: ClassVar[int] = 2
+
     bodies: list[Body]
+
+
+class MeasuredPose(Message, frozen=True, kw_only=True):
+    """Where a physical robot was measured to be, by its own odometry or by a motion-capture system.
+
+    Args:
+        v, w: body velocity at that instant, m/s and rad/s.
+    """
+
+    pose: Pose
+    v: Speed
+    w: AngularSpeed
 
 
 class Drive(Message, frozen=True, kw_only=True):
@@ -179,12 +200,26 @@ class Report(Message, frozen=True, kw_only=True):
         armed: its robot's motors accept commands.
         manual: a human holds the lease.
         fault: what keeps it from playing, in words.
+        latched: its robot has latched a fault that only an official's `recover` clears.
     """
+
+    version: ClassVar[int] = 2
 
     mode: Text
     armed: bool
     manual: bool = False
     fault: Text | None = None
+    latched: bool = False
+
+
+class Recover(Message, frozen=True, kw_only=True):
+    """Clear the fault that the robot has latched, if it has one.
+
+    Args:
+        by: the official who asks for it.
+    """
+
+    by: Name
 
 
 class Manual(Message, frozen=True, kw_only=True):
@@ -309,6 +344,7 @@ class OfficialAction(enum.StrEnum):
     SET_SCORE = "set-score"
     SET_ROLE = "set-role"
     SET_STATE = "set-state"
+    RECOVER = "recover"
 
 
 class Official(Message, frozen=True, kw_only=True):
@@ -316,10 +352,12 @@ class Official(Message, frozen=True, kw_only=True):
 
     Args:
         by: who decides, for the log. reason: in words, for the log.
-        subject: the team (set-score) or the player (set-role, set-state).
+        subject: the team (set-score) or the player (set-role, set-state, recover; there None is everybody).
         value: the new score, role or state.
         id: of this decision, so that its sender knows the answer.
     """
+
+    version: ClassVar[int] = 2
 
     action: OfficialAction
     by: Name

@@ -95,7 +95,7 @@ def run_node(
         DuplicateNodeError: a node of this kind and name is alive already.
     """
     clock = _HeardClock(session, keys)
-    session.attach(node.mailbox)
+    session.attach(node.mailbox, clock.wake_for_alarms)
     claim(session, keys, node.kind, node.name)
     statistics = Statistics(cpu=-time.process_time(), wall=-time.monotonic())
     pulse = _Pulse(session, keys, node)
@@ -109,6 +109,7 @@ def run_node(
                 node.mailbox.forget()
                 last = -1
             session.receive()
+            node.mailbox.sound()
             pulse.beat(statistics)
             index = due_index(clock.now, node.period)
             if clock.stalled:
@@ -141,7 +142,7 @@ class _HeardClock:
         self._mailbox = Mailbox()
         self._inlet = self._mailbox.subscribe(keys.clock)
         self._arrived = threading.Condition()
-        self._fresh = False
+        self._fresh = self._woken = False
         self._epoch = self._tick = 0
         self._heard_at = time.monotonic()
         self.now = 0.0
@@ -154,11 +155,18 @@ class _HeardClock:
             self._fresh = True
             self._arrived.notify()
 
+    def wake_for_alarms(self, inlet: Inlet[Message]) -> None:
+        """End a wait when something arrives that has an alarm."""
+        if inlet.alarm is not None:
+            with self._arrived:
+                self._woken = True
+                self._arrived.notify()
+
     def wait(self, timeout: float) -> bool:
         """Wait for the next message, `timeout` seconds at most; True if the world was restarted since the last."""
         with self._arrived:
-            quiet = not self._arrived.wait_for(lambda: self._fresh, timeout)
-            self._fresh = False
+            quiet = not self._arrived.wait_for(lambda: self._fresh or self._woken, timeout)
+            self._fresh = self._woken = False
         self._session.receive()
         self._mailbox.handover(self.now)
         restarted = False

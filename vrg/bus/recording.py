@@ -1,6 +1,7 @@
 """The recorder: a match in one MCAP file that Foxglove and Lichtblick open, and `vrg.bus.tracks` reads back.
 
-Topics: `/scene` (robots as boxes coloured by role, zones as outlines), `/robot/<name>/pose`, `/robot/<name>/laser`,
+Topics: `/scene` (robots as boxes coloured by role, the physical ones with a white rim, zones as outlines),
+`/robot/<name>/pose` (by the world), `/robot/<name>/measured` (of a physical robot, as it came), `/robot/<name>/laser`,
 `/player/<name>/report`, `/referee/state`, `/referee/calls` (words for the viewer's log panel) and `/referee/event`
 (the same calls with players and places). Times are match time in ns.
 """
@@ -65,6 +66,7 @@ class Recorder(Node):
         self._shapes = dict(shapes or {})
         self._clock = mailbox.subscribe(keys.clock)
         self._poses = mailbox.subscribe(keys.poses)
+        self._measured = mailbox.subscribe(keys.robot_pose())
         self._state = mailbox.subscribe(keys.referee_state)
         self._calls = mailbox.subscribe(keys.referee_event)
         self._reports = mailbox.subscribe(keys.report())
@@ -151,6 +153,11 @@ class Recorder(Node):
             self._write_report(report)
         for poses in self._poses.take():
             self._write_poses(poses)
+        for measured in self._measured.take():
+            pose = measured.body.pose
+            in_frame = fg.PoseInFrame(_time(measured.stamp), fg.FRAME, fg.pose_of(pose.x, pose.y, pose.theta))
+            topic = f"/robot/{name_in(measured.key)}/measured"
+            self._write(topic, in_frame, measured.stamp, measured.sequence, physical=True)
         if self._lasers is not None:
             for scan in self._lasers.take():
                 self._write_scan(scan)
@@ -196,7 +203,9 @@ class Recorder(Node):
         if self._said.get(player) == report:
             return
         self._said[player] = report
-        record = fg.ReportRecord(_time(received.stamp), report.mode, report.armed, report.manual, report.fault or "")
+        record = fg.ReportRecord(
+            _time(received.stamp), report.mode, report.armed, report.manual, report.fault or "", report.latched
+        )
         self._write(f"/player/{player}/report", record, received.stamp, received.sequence)
 
     def _write_poses(self, received: Received[m.Poses]) -> None:
@@ -209,7 +218,7 @@ class Recorder(Node):
             self._write(f"/robot/{body.name}/pose", in_frame, stamp, sequence, body.physical)
             role, state = self._roles.get(body.name, ("robot", ""))
             shape = self._shapes.get(body.name, _DEFAULT_SHAPE)
-            entities.append(robot_entity(body.name, pose, shape, role, state, at))
+            entities.append(robot_entity(body.name, pose, shape, role, state, at, physical=body.physical))
         # The zones go along each time: a viewer that jumps to an instant reads only the last scene before it.
         entities.extend(zone_entity(zone, at) for zone in self._zones)
         self._write("/scene", fg.SceneUpdate([], entities), stamp, sequence)

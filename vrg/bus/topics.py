@@ -96,6 +96,14 @@ class Keys:
         """World -> player's HAL: one scan."""
         return Topic(f"{self.root}/robot/{robot}/laser", m.Laser, Qos.LATEST)
 
+    def robot_pose(self, robot: str = "*") -> Topic[m.MeasuredPose]:
+        """A physical robot's HAL, or a motion-capture system -> world: where it was measured to be."""
+        return Topic(f"{self.root}/robot/{robot}/pose", m.MeasuredPose, Qos.LATEST)
+
+    def recover(self, robot: str = "*") -> Topic[m.Recover]:
+        """Referee -> the robot device: clear the latched fault."""
+        return Topic(f"{self.root}/robot/{robot}/recover", m.Recover, Qos.EVENT)
+
     def speed_limit(self, robot: str = "*") -> Topic[m.SpeedLimit]:
         """Referee -> the robot device: the top speed this match allows it, which no player is told."""
         return Topic(f"{self.root}/robot/{robot}/limit", m.SpeedLimit, Qos.STATE)
@@ -120,7 +128,7 @@ class Keys:
 
     @property
     def official(self) -> Topic[m.Official]:
-        """A human official -> referee: halt, resume, overrule, end."""
+        """A human official -> referee: halt, resume, overrule, recover, end."""
         return Topic(f"{self.root}/official", m.Official, Qos.EVENT)
 
     @property
@@ -150,8 +158,8 @@ class Keys:
     def _all(self) -> list[Topic[m.Message]]:
         return [
             self.clock, self.poses, self.world_request, self.drive(), self.robot_state(), self.laser(),
-            self.speed_limit(), self.report(), self.manual(), self.referee_state, self.referee_event,
-            self.official, self.estop, self.pulse(),
+            self.robot_pose(), self.recover(), self.speed_limit(), self.report(), self.manual(), self.referee_state,
+            self.referee_event, self.official, self.estop, self.pulse(),
         ]  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from vrg.bus.topics import NAME_PATTERN, Keys
 from vrg.commands.options import EndpointOption, NameOption, which_match
 from vrg.errors import BusError
 
-app = typer.Typer(no_args_is_help=True, help="Decide as an official: halt, resume, end, overrule.")
+app = typer.Typer(no_args_is_help=True, help="Decide as an official: halt, resume, end, overrule, recover robots.")
 
 ANSWER_PATIENCE = 3.0
 """s of real time to wait for the referee's answer."""
@@ -132,6 +132,17 @@ def set_state(
 ) -> None:
     """Overrule: the state of a player."""
     _decide(OfficialAction.SET_STATE, match, router, reason, player, state)
+
+
+@app.command()
+def recover(
+    player: Annotated[str | None, typer.Argument(help="Whose robot; everybody's if missing.")] = None,
+    match: NameOption = None,
+    router: EndpointOption = None,
+    reason: ReasonOption = "",
+) -> None:
+    """Let robots clear the faults that they have latched. Go on with `resume`."""
+    _decide(OfficialAction.RECOVER, match, router, reason, player)
 
 
 def estop(

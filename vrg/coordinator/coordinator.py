@@ -12,7 +12,9 @@ from vrg.bus.messages import (
     Body,
     Call,
     OfficialAction,
+    Recover,
     RefereeState,
+    Report,
     RequestKind,
     SpeedLimit,
     Stage,
@@ -21,7 +23,7 @@ from vrg.bus.messages import (
 from vrg.bus.node import Node, Tick, is_fresh
 from vrg.bus.topics import Keys
 from vrg.coordinator.journal import Journal
-from vrg.coordinator.match import Match, Outcome, standing_still
+from vrg.coordinator.match import LONGEST, Match, Outcome, standing_still
 from vrg.coordinator.rulebook import Field, RuleBook
 from vrg.errors import JournalError
 
@@ -33,6 +35,8 @@ SILENCE = 1.0
 """s of match time without a report after which a player counts as absent."""
 PATIENCE = 5.0
 """s of absence after which a match in play is halted."""
+POSE_TIMEOUT = 0.5
+"""s of match time after which a match in play is halted because nobody knows where a physical robot is."""
 AT_REST = 0.05
 """m/s and rad/s below which a body counts as at rest."""
 
@@ -75,6 +79,8 @@ class Coordinator(Node):
         self._world: tuple[int, int] | None = None
         self._last_time: float | None = None
         self._field = Field({})
+        self._lost: list[str] = []
+        """Physical robots whose poses are too old."""
         self._unsaved: list[Outcome] = []
         self._announced_limits = False
         self._state = self.match.state(self._field, estop=False)
@@ -86,7 +92,7 @@ class Coordinator(Node):
             for name, v_max in self._limits.items():
                 self.mailbox.publish(self._keys.speed_limit(name), SpeedLimit(v_max=v_max))
         self._look()
-        alarms = [self._hear_estops(), self._hear_world(), self._guard(tick)]
+        alarms = [self._hear_estops(), self._hear_world(), *self._guard(tick)]
         absent = self._absent(tick)
         outcomes = [*alarms, *self._hear_officials(absent, alarmed=any(alarms))]
         dt = 0.0 if self._last_time is None or not tick.live else max(0.0, tick.time - self._last_time)
@@ -103,7 +109,9 @@ class Coordinator(Node):
         for received in self._poses.take():
             bodies = {b.name: b for b in received.body.bodies if b.name in self._names}
             moving = frozenset(name for name, body in bodies.items() if _moves(body))
-            self._field = Field({name: body.pose for name, body in bodies.items()}, moving)
+            physical = frozenset(name for name, body in bodies.items() if body.physical)
+            self._field = Field({name: body.pose for name, body in bodies.items()}, moving, physical)
+            self._lost = [name for name, body in bodies.items() if body.physical and body.age > POSE_TIMEOUT]
 
     def _hear_estops(self) -> Outcome:
         estop = decisive(self._estops.take())
@@ -144,21 +152,24 @@ class Coordinator(Node):
             report = self._reports.by_key.get(self._keys.report(name).key)
             if report is None or not is_fresh(report.stamp, tick.time, SILENCE):
                 reasons.append(f"{name} does not report")
-            elif report.body.fault:
-                fault = report.body.fault
-                reasons.append(fault if fault.startswith(name) else f"{name}: {fault}")
-        return reasons
+            elif fault := _fault(name, report.body):
+                reasons.append(fault)
+        return [*reasons, *map(_lost, self._lost)]
 
-    def _guard(self, tick: Tick) -> Outcome:
+    def _guard(self, tick: Tick) -> list[Outcome]:
         """Halt for what no rule book knows of."""
         if not tick.live and self._clock.latest is not None:
-            return self.match.halt("the world's clock has stopped")
-        if self.match.stage is Stage.PLAY_ROUND and self.match.halted is None:
-            for name in self._names:
-                report = self._reports.by_key.get(self._keys.report(name).key)
-                if report is not None and not is_fresh(report.stamp, tick.time, PATIENCE):
-                    return self.match.halt(f"{name} has not reported for {PATIENCE:g} s")
-        return Outcome()
+            return [self.match.halt("the world's clock has stopped")]
+        if self.match.stage not in (Stage.PLAY_ROUND, Stage.FOUL) or self.match.halted is not None:
+            return []
+        reasons = []
+        for name in self._names:
+            report = self._reports.by_key.get(self._keys.report(name).key)
+            if report is not None and not is_fresh(report.stamp, tick.time, PATIENCE):
+                reasons.append(f"{name} has not reported for {PATIENCE:g} s")
+            elif report is not None and report.body.latched and (fault := _fault(name, report.body)):
+                reasons.append(fault)
+        return [self.match.halt(reason) for reason in (*reasons, *map(_lost, self._lost))]
 
     def _record(self, time: float, outcomes: list[Outcome]) -> bool:
         """Journal first, then announce; whether the journal is up to date.
@@ -195,6 +206,8 @@ class Coordinator(Node):
                 return False
             for outcome in self._unsaved:
                 self._put_on_marks(outcome.place)
+                for name, by in outcome.recover.items():
+                    self.mailbox.publish(self._keys.recover(name), Recover(by=by))
             self._unsaved = []
             for call in calls:
                 log.info("%s: %s", call.rule, call.text)
@@ -213,6 +226,18 @@ def _held(state: RefereeState, halted: str | None) -> RefereeState:
     return structs.replace(
         state, halted=halted or "the journal cannot be written", players=standing_still(state.players)
     )
+
+
+def _lost(name: str) -> str:
+    return f"{name}: its pose is older than {POSE_TIMEOUT:g} s"
+
+
+def _fault(name: str, report: Report) -> str | None:
+    """What a player reports to be wrong, with its name, None if nothing is; cut so that it fits into a call."""
+    fault = report.fault or ("its robot has latched a fault" if report.latched else None)
+    if fault is None:
+        return None
+    return (fault if fault.startswith(name) else f"{name}: {fault}")[:LONGEST]
 
 
 def _moves(body: Body) -> bool:

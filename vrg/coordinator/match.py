@@ -5,7 +5,7 @@
 HALT lies across all stages: the clock is stopped and robots stand; only an official ends it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -54,12 +54,14 @@ class Outcome:
     Args:
         findings: calls to announce, in order.
         stages: stages entered, in order.
-        place: players that are to be put on their marks.
+        place: players whose robots are to be put on their marks by the world.
+        recover: players whose robots are to clear the fault that they have latched, each with who asks for it.
     """
 
     findings: Sequence[Finding] = field(default_factory=tuple)
     stages: Sequence[Stage] = field(default_factory=tuple)
     place: Sequence[str] = field(default_factory=tuple)
+    recover: Mapping[str, str] = field(default_factory=dict)
 
     def __bool__(self) -> bool:
         return bool(self.findings or self.stages or self.place)
@@ -184,11 +186,29 @@ class Match:
             self.winner = NOBODY
             ended = _announce("ended", f"ended by {by}{why}", number)
             return Outcome(ended.findings, [self._enter(Stage.GAME_OVER)])
+        if action is OfficialAction.RECOVER:
+            return self._recover(official, now, why)
+        return self._overrule(official, why)
+
+    def _overrule(self, official: Official, why: str) -> Outcome:
+        action, by, number = official.action, official.by, official.id
         try:
             self.game = self._book.overrule(self.game, action, official.subject or "", official.value or "")
         except ConfigError as error:
             return _announce("refused", f"{by} asks for {action}: {error}", number)
         return _announce("overruled", f"{by}: {action} {official.subject} {official.value}{why}", number)
+
+    def _recover(self, official: Official, now: Field, why: str) -> Outcome:
+        """Ask robots to clear the faults that they have latched. It ends no halt: what is wrong may come back."""
+        by, subject, number = official.by, official.subject, official.id
+        names = [player.name for player in self._book.statuses(self.game, self.stage, now)]
+        if subject is not None and subject not in names:
+            known = ", ".join(names)
+            return _announce(
+                "refused", f"{by} asks for recover: expected a player of this match ({known}), got {subject!r}", number
+            )
+        asked = _announce("recover", f"recover {subject or 'all robots'}: asked by {by}{why}", number)
+        return Outcome(asked.findings, recover=dict.fromkeys(names if subject is None else [subject], by))
 
     def _refusal(self, action: OfficialAction, absent: Sequence[str]) -> str | None:
         """Why an official cannot do this now."""
@@ -220,8 +240,14 @@ class Match:
         if absent or self.in_stage < self._place_at:
             return Outcome()
         self._place_at = self.in_stage + PLACE_AGAIN
-        late = f"asked to be put on their marks after {self.in_stage:.0f} s: {', '.join(obstacles)}"
-        return Outcome(_announce("placed", late).findings, place=list(obstacles))
+        virtual = [name for name in obstacles if name not in now.physical]
+        physical = [name for name in obstacles if name in now.physical]
+        said = []
+        if virtual:
+            said.append(f"asked to be put on their marks after {self.in_stage:.0f} s: {', '.join(virtual)}")
+        if physical:
+            said.append(f"not on their marks after {self.in_stage:.0f} s, carry them there: {', '.join(physical)}")
+        return Outcome(_announce("placed" if virtual else "late", "; ".join(said)).findings, place=virtual)
 
     def _play(self, dt: float, now: Field) -> Outcome:
         self.clock += dt

@@ -51,10 +51,12 @@ class Field:
     Args:
         poses: by player; a player that the world has not reported is absent.
         moving: players that are not at rest.
+        physical: players whose robots only people can put anywhere.
     """
 
     poses: Mapping[str, Pose]
     moving: frozenset[str] = frozenset()
+    physical: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, kw_only=True)

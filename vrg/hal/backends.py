@@ -9,17 +9,20 @@ import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
 from typing import Any
 
 from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import Pose
 from vrg.bus.topics import Keys
 from vrg.errors import ConfigError
 from vrg.hal.models import RobotModel
 from vrg.hal.robot import Robot
+from vrg.hal.settings import BackendSettings
 
 GROUP = "vrg.backends"
 
-_BUILT_IN = {"sim": "vrg.hal.sim.robot:SimRobot"}
+_BUILT_IN = {"sim": "vrg.hal.sim.robot:SimRobot", "can": "vrg.hal.can.robot:CanRobot"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,13 +32,16 @@ class RobotContext:
     Args:
         name: the robot's in the match. model: its description.
         keys: of the match. mailbox: of the player's node; a backend subscribes and publishes through it.
-        options: the backend's own, from the match file.
+        start: where the robot stands when it is connected. base: folder that relative paths start from.
+        options: the backend's own table in the match file.
     """
 
     name: str
     model: RobotModel
     keys: Keys
     mailbox: Mailbox
+    start: Pose = field(default_factory=lambda: Pose(0.0, 0.0, 0.0))
+    base: Path = Path()
     options: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -51,6 +57,15 @@ def open_robot(backend: str, context: RobotContext) -> Robot:
         ConfigError: no backend has this name, or it cannot be imported; says why.
     """
     return _factory(backend)(context)
+
+
+def settings_type(backend: str) -> type[BackendSettings] | None:
+    """What checks a backend's own table in a match file; None where it takes none.
+
+    Raises:
+        ConfigError: no backend has this name, or it cannot be imported.
+    """
+    return getattr(_factory(backend), "settings", None)
 
 
 def _factory(backend: str) -> Callable[[RobotContext], Robot]:

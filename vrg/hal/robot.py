@@ -8,13 +8,15 @@ Connecting never energises a motor; arming is a step of its own.
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
 
-from vrg.bus.messages import Pose
+from vrg.bus.codec import Received
+from vrg.bus.messages import Laser, Pose
 from vrg.hal.models import RobotModel
+from vrg.hal.settings import BackendSettings
 
 COMMAND_TIMEOUT = 0.2
 """s without a fresh drive command after which every backend stops the motors."""
@@ -59,6 +61,7 @@ class Readings:
         battery: charge left, 0 to 1.
         fault: what is wrong, in words.
         laser: None where the robot has none, or before the first scan.
+        latched: the fault, or an emergency stop that was pressed at the robot itself, stays until a person clears it.
     """
 
     stamp: float
@@ -74,6 +77,7 @@ class Readings:
     estop: bool
     fault: str | None
     laser: Scan | None
+    latched: bool = False
 
 
 class Robot(ABC):
@@ -82,7 +86,12 @@ class Robot(ABC):
     Args:
         name: the robot's name in the match.
         model: its description; readable before connecting.
+
+    Attributes:
+        settings: checks the backend's own table in a match file; None where it has none.
     """
+
+    settings: ClassVar[type[BackendSettings] | None] = None
 
     def __init__(self, name: str, model: RobotModel) -> None:
         self.name = name
@@ -131,6 +140,9 @@ class Robot(ABC):
     def disarm(self) -> None:
         """Stop, and let the motors accept no command until armed again. Idempotent."""
 
+    def recover(self) -> None:  # noqa: B027 - where faults do not latch there is nothing to do
+        """Forget a fault that has latched, as a person has decided; stays disarmed. What is still wrong comes back."""
+
     @abstractmethod
     def close(self) -> None:
         """Disarm and let go. Idempotent."""
@@ -152,3 +164,20 @@ def limit_wheels(left: float, right: float, limit: float) -> Wheels:
         return Wheels(left, right)
     scale = limit / fastest
     return Wheels(left * scale, right * scale)
+
+
+def scan_of(received: Received[Laser], now: float) -> Scan:
+    """A scan that came over the bus, looked at at match time `now`.
+
+    Its age is the distance of its stamp from now either way: one that is far ahead is of before the world was set back
+    to a snapshot.
+    """
+    laser = received.body
+    ranges = laser.ranges
+    return Scan(
+        stamp=received.stamp,
+        age=abs(now - received.stamp),
+        angles=laser.angle_min + laser.angle_step * np.arange(len(ranges), dtype=np.float64),
+        ranges=ranges,
+        range_max=laser.range_max,
+    )

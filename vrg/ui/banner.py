@@ -36,7 +36,9 @@ def banners(scene: Scene) -> list[Banner]:
     if scene.stage is Stage.GAME_OVER:
         found.append(Banner("GAME OVER", _result(scene), palette.GOOD))
     elif scene.halted is not None and not scene.estop:
-        found.append(Banner("HALT", (scene.halted,), palette.CAUTION, "C continues"))
+        latched = any(player.latched for player in scene.players)
+        hint = "R lets robots clear their faults, then C continues" if latched else "C continues"
+        found.append(Banner("HALT", (scene.halted,), palette.CAUTION, hint))
     elif scene.waiting and scene.halted is None:
         found.append(Banner("Waiting for", scene.waiting, palette.CALM))
     return found

@@ -49,6 +49,8 @@ class Controls:
                 self._official(OfficialAction.HALT)
             case pygame.K_c:
                 self._official(OfficialAction.RESUME)
+            case pygame.K_r:
+                self._official(OfficialAction.RECOVER)
             case pygame.K_TAB:
                 self._next(players, -1 if shift else 1)
             case pygame.K_ESCAPE:

@@ -17,12 +17,16 @@ KEYS: Final = (
     ("U", "release the stop"),
     ("H", "halt"),
     ("C", "continue"),
+    ("R", "recover robots"),
     ("TAB", "drive a player"),
     ("ARROWS", "steer"),
     ("ESC", "give it back"),
     ("P", "picture"),
     ("Q", "close window"),
 )
+
+PHYSICAL_RIM: Final = 2
+"""Pixels of white around the badge of a player with a physical robot, as around its body."""
 
 
 @dataclass
@@ -129,11 +133,12 @@ class PanelPainter:
         if not scene.players:
             return
         self._section(pen, "PLAYERS", ui)
+        physical = {body.name for body in scene.bodies if body.physical}
         for player in scene.players:
-            self._player(pen, player, ui, player.name == driving)
+            self._player(pen, player, ui, driven=player.name == driving, physical=player.name in physical)
         pen.y += round(10 * ui)
 
-    def _player(self, pen: _Pen, player: ScenePlayer, ui: float, driven: bool) -> None:
+    def _player(self, pen: _Pen, player: ScenePlayer, ui: float, *, driven: bool, physical: bool) -> None:
         row = round(24 * ui)
         if driven:
             back = pygame.Rect(pen.left - round(8 * ui), pen.y, pen.width + round(16 * ui), row)
@@ -142,6 +147,8 @@ class PanelPainter:
         middle = pen.y + row // 2
         badge = pygame.Rect(0, 0, round(18 * ui), round(18 * ui))
         badge.center = (pen.left + badge.width // 2, middle)
+        if physical:
+            shapes.pill(pen.surface, badge.inflate(2 * PHYSICAL_RIM, 2 * PHYSICAL_RIM), palette.TEXT, radius=6)
         shapes.pill(pen.surface, badge, style.colour, radius=4)
         shapes.marker(pen.surface, badge.center, 1.5708, badge.width * 0.32, palette.INK, style.marker)
         columns = (0.10, 0.46, 0.70)
@@ -161,7 +168,7 @@ class PanelPainter:
         if player.fault:
             size = round(11 * ui)
             indent = round(pen.width * columns[0])
-            for line in self._fonts.wrap(player.fault, pen.width - indent, size, lines=2):
+            for line in self._fonts.wrap(player.fault, pen.width - indent, size, lines=3):
                 warning = self._fonts.render(line, size, palette.CAUTION)
                 pen.surface.blit(warning, (pen.left + indent, pen.y))
                 pen.y += round(15 * ui)

@@ -64,6 +64,7 @@ class ScenePlayer:
     armed: bool = False
     manual: bool = False
     fault: str | None = None
+    latched: bool = False
 
 
 @dataclass(frozen=True)
@@ -221,7 +222,9 @@ class SceneBuilder:
             mode=report.mode if report else "",
             armed=report.armed if report else False,
             manual=report.manual if report else False,
-            fault=report.fault if report else None,
+            # It stands beside the name, which a fault often begins with.
+            fault=report.fault.removeprefix(f"{status.name}: ") if report and report.fault else None,
+            latched=report.latched if report else False,
         )
 
 

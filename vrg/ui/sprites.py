@@ -17,7 +17,7 @@ def robot_sprite(style: Style, physical: bool, length: int, width: int) -> pygam
     A physical robot has a white rim, a virtual one a dark one.
     """
     long, wide = length * FINENESS, width * FINENESS
-    rim = (2 if physical else 1) * FINENESS
+    rim = (3 if physical else 1) * FINENESS
     nose = round(0.3 * long)
     half = long // 2 + rim + nose + 2
     surface = pygame.Surface((2 * half, 2 * half), pygame.SRCALPHA)

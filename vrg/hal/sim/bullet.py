@@ -12,6 +12,9 @@ Turning in place then balances the moments of lengthwise and sideways slip at
     effective track = track + wheelbase^2 / track
 
 whatever the friction; `RobotModel.effective_track` holds what this engine measures (tests/hal/test_bullet.py).
+
+A kinematic body is one without mass that is set to its place, with its speed, before each physics step, so that the
+solver pushes the others at that speed. It is far taller than they are, so that nobody is ever pushed up upon it.
 """
 
 import math
@@ -23,6 +26,7 @@ from vrg.hal.models import RobotModel
 from vrg.hal.sim.battery import GRAVITY
 from vrg.hal.sim.engine import Engine, Floats, bumper_bit
 from vrg.hal.sim.map import WALL_HEIGHT, Map
+from vrg.hal.sim.shapes import Box, box_gap, circle_gap
 
 STEP = 0.01
 """s; the longest physics step."""
@@ -36,8 +40,13 @@ CONTACT = 0.005
 """m; a bumper closer than this is pressed."""
 _CLEARANCE = 0.05
 """m of ground clearance of a body."""
-_RAY, _GROUND, _WALL, _BODY, _WHEEL = 1, 2, 4, 8, 16
-"""Collision groups: wheels stand on the ground alone, bodies meet bodies and walls. PyBullet's rays are in group 1."""
+_RAY, _GROUND, _WALL, _BODY, _WHEEL, _KINEMATIC = 1, 2, 4, 8, 16, 32
+"""Collision groups: wheels stand on the ground alone, bodies meet bodies and walls, kinematic bodies meet the other
+bodies alone. PyBullet's rays are in group 1."""
+_TALL = 10.0
+"""m; a kinematic body's height above and below the axles."""
+_SQUEEZED = 0.02
+"""m that a body may be pressed into a wall; deeper, and what presses it lets it through."""
 
 
 class BulletEngine(Engine):
@@ -47,6 +56,8 @@ class BulletEngine(Engine):
         super().__init__(map_)
         self._client = pybullet.connect(pybullet.DIRECT)
         self._bodies: list[int] = []
+        self._passing: set[tuple[int, int]] = set()
+        """Kinematic bodies and others that they let through until the two are apart."""
         self._radii: Floats = np.zeros((0, 1))
         self._open = True
         pybullet.setGravity(0, 0, -GRAVITY, physicsClientId=self._client)
@@ -67,11 +78,21 @@ class BulletEngine(Engine):
         self.speeds = aims
         self.wheels += aims * dt
         rims = (aims * self._radii).tolist()
-        for _ in range(steps):
-            for body, model, (left, right) in zip(self._bodies, self.models, rims, strict=True):
-                self._pull(body, model, left, right)
+        carried = self.kinematic.nonzero()[0].tolist()
+        driven = (~self.kinematic).nonzero()[0].tolist()
+        for left_over in range(steps, 0, -1):
+            for row in carried:
+                self._carry(row, left_over * dt / steps)
+            for row in driven:
+                self._pull(self._bodies[row], self.models[row], *rims[row])
             pybullet.stepSimulation(physicsClientId=client)
-        self._read()
+            for row in carried:
+                self._restrain(row)
+        self._read(driven)
+        for row in carried:
+            self.touch[row] = self._pressed(self._bodies[row], self.models[row], *self.poses[row].tolist())
+        if self._passing:
+            self._let_through()
 
     def close(self) -> None:
         """Disconnect from the physics client. Idempotent."""
@@ -81,12 +102,15 @@ class BulletEngine(Engine):
 
     def _added(self, row: int) -> None:
         model = self.models[row]
-        self._bodies.append(self._build_robot(model))
+        self._bodies.append(self._build_kinematic(model) if self.kinematic[row] else self._build_robot(model))
         self._radii = np.array([m.wheel_radius for m in self.models]).reshape(-1, 1)
         self._placed(row)
 
     def _removed(self, row: int) -> None:
-        pybullet.removeBody(self._bodies.pop(row), physicsClientId=self._client)
+        body = self._bodies.pop(row)
+        for pair in [pair for pair in self._passing if body in pair]:
+            self._meet(pair, True)
+        pybullet.removeBody(body, physicsClientId=self._client)
         self._radii = np.delete(self._radii, row, axis=0)
 
     def _placed(self, row: int) -> None:
@@ -95,6 +119,89 @@ class BulletEngine(Engine):
         turn = (0.0, 0.0, math.sin(theta / 2), math.cos(theta / 2))
         pybullet.resetBasePositionAndOrientation(body, (x, y, model.wheel_radius), turn, physicsClientId=self._client)
         pybullet.resetBaseVelocity(body, (0, 0, 0), (0, 0, 0), physicsClientId=self._client)
+
+    def _moved(self, row: int, way: float, turn: float) -> None:
+        """The next step carries it there."""
+
+    def _carry(self, row: int, ahead: float) -> None:
+        """Set a kinematic body to where it comes from, `ahead` seconds before it is at its pose."""
+        client, body, model = self._client, self._bodies[row], self.models[row]
+        x, y, theta = self.poses[row].tolist()
+        v, w = self.velocities[row].tolist()
+        # What was measured may be nonsense; what it pushes is flung away no faster than a robot drives.
+        v, w = max(-model.v_max, min(v, model.v_max)), max(-model.w_max, min(w, model.w_max))
+        vx, vy = v * math.cos(theta), v * math.sin(theta)
+        half = (theta - w * ahead) / 2
+        place = (x - vx * ahead, y - vy * ahead, model.wheel_radius)
+        turn = (0.0, 0.0, math.sin(half), math.cos(half))
+        pybullet.resetBasePositionAndOrientation(body, place, turn, physicsClientId=client)
+        pybullet.resetBaseVelocity(body, (vx, vy, 0.0), (0.0, 0.0, w), physicsClientId=client)
+
+    def _restrain(self, row: int) -> None:
+        """Keep what a kinematic body touches from being flung away or through a wall.
+
+        One that appears right upon another is deep in it, and the solver drives the two apart at any speed.
+        """
+        client = self._client
+        contacts = pybullet.getContactPoints(bodyA=self._bodies[row], physicsClientId=client)
+        met = {contact[2] for contact in contacts}
+        for body in sorted(met):
+            model = self.models[self._bodies.index(body)]
+            (vx, vy, vz), (wx, wy, wz) = pybullet.getBaseVelocity(body, physicsClientId=client)
+            scale = min(1.0, max(model.v_max, self.models[row].v_max) / max(math.hypot(vx, vy), 1e-9))
+            turn = max(-model.w_max, min(wz, model.w_max))
+            if scale < 1.0 or turn != wz:
+                pybullet.resetBaseVelocity(body, (vx * scale, vy * scale, vz), (wx, wy, turn), physicsClientId=client)
+        if met:
+            self._relieve(self._bodies[row], met)
+
+    def _relieve(self, kinematic: int, met: set[int]) -> None:
+        """Let bodies through that are wedged between a kinematic body and a wall, also with others between."""
+        chain, new = set(met), set(met)
+        while new:
+            touched = {
+                contact[2]
+                for body in new
+                for contact in pybullet.getContactPoints(bodyA=body, linkIndexA=-1, physicsClientId=self._client)
+            }
+            new = {b for b in touched if b in self._bodies and not self.kinematic[self._bodies.index(b)]} - chain
+            chain |= new
+        if any(self._wall_depth(body) > _SQUEEZED for body in chain):
+            for body in met:
+                self._meet((kinematic, body), False)
+
+    def _meet(self, pair: tuple[int, int], do: bool) -> None:
+        """Whether a kinematic body and another meet from now on."""
+        pybullet.setCollisionFilterPair(*pair, -1, -1, int(do), physicsClientId=self._client)
+        if do:
+            self._passing.discard(pair)
+        else:
+            self._passing.add(pair)
+
+    def _let_through(self) -> None:
+        """Bumpers of bodies that are let through; those that are apart again meet again."""
+        for pair in sorted(self._passing):
+            rows = [self._bodies.index(body) for body in pair]
+            gap = box_gap(*(self._footprint(row) for row in rows))
+            if gap.distance > CONTACT:
+                self._meet(pair, True)
+                continue
+            for row in rows:
+                x, y, theta = self.poses[row].tolist()
+                self.touch[row] |= bumper_bit(self.models[row], math.atan2(gap.y - y, gap.x - x) - theta)
+
+    def _wall_depth(self, body: int) -> float:
+        """m by which a body is in a wall or an obstacle."""
+        (x, y, _), turn = pybullet.getBasePositionAndOrientation(body, physicsClientId=self._client)
+        model = self.models[self._bodies.index(body)]
+        box = Box(x, y, _yaw(turn), model.length, model.width)
+        gaps = [box_gap(box, wall).distance for wall in self.map.boxes]
+        gaps += [circle_gap(box, disc).distance for disc in self.map.circles]
+        return -min(gaps, default=0.0)
+
+    def _footprint(self, row: int) -> Box:
+        x, y, theta = self.poses[row].tolist()
+        return Box(x, y, theta, self.models[row].length, self.models[row].width)
 
     def _pull(self, body: int, model: RobotModel, left: float, right: float) -> None:
         """Apply the wheels' traction for the next physics step. `left` and `right` are speeds of the rims, m/s."""
@@ -117,9 +224,10 @@ class BulletEngine(Engine):
         pybullet.applyExternalForce(body, -1, force, place, pybullet.WORLD_FRAME, physicsClientId=client)
         pybullet.applyExternalTorque(body, -1, (0.0, 0.0, moment), pybullet.WORLD_FRAME, physicsClientId=client)
 
-    def _read(self) -> None:
+    def _read(self, driven: list[int]) -> None:
         client = self._client
-        for row, body in enumerate(self._bodies):
+        for row in driven:
+            body = self._bodies[row]
             (x, y, _), turn = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)
             theta = _yaw(turn)
             (vx, vy, _), (_, _, w) = pybullet.getBaseVelocity(body, physicsClientId=client)
@@ -202,10 +310,19 @@ class BulletEngine(Engine):
             localInertiaDiagonal=inertia,
             physicsClientId=client,
         )
-        pybullet.setCollisionFilterGroupMask(body, -1, _BODY, _BODY | _WALL | _RAY, physicsClientId=client)
+        pybullet.setCollisionFilterGroupMask(body, -1, _BODY, _BODY | _WALL | _RAY | _KINEMATIC, physicsClientId=client)
         for link in range(4):
             pybullet.changeDynamics(body, link, lateralFriction=0.0, physicsClientId=client)
             pybullet.setCollisionFilterGroupMask(body, link, _WHEEL, _GROUND, physicsClientId=client)
+        return body
+
+    def _build_kinematic(self, model: RobotModel) -> int:
+        client = self._client
+        half = (model.length / 2, model.width / 2, _TALL)
+        hull = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half, physicsClientId=client)
+        body: int = pybullet.createMultiBody(0.0, hull, physicsClientId=client)
+        pybullet.changeDynamics(body, -1, lateralFriction=BODY_FRICTION, physicsClientId=client)
+        pybullet.setCollisionFilterGroupMask(body, -1, _KINEMATIC, _BODY | _RAY, physicsClientId=client)
         return body
 
 

@@ -19,11 +19,17 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, kw_only=True)
 class RobotSetup:
-    """A robot at the start. `model` is a name in vrg.hal.models.MODELS."""
+    """A robot at the start.
+
+    Args:
+        model: a name in vrg.hal.models.MODELS.
+        physical: it is a robot of flesh and steel: the world shows it where it is measured, and moves it nowhere.
+    """
 
     name: str
     model: str
     pose: Pose
+    physical: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

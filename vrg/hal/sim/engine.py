@@ -35,22 +35,28 @@ class BodyState:
 class Engine(ABC):
     """Moves robots over a map. Its state is in arrays, one row a robot, in the order of `names`.
 
+    A kinematic body is where it is put: nothing pushes it, and no wall or other kinematic body is in its way. The
+    others run into it, and are pushed where it drives over them; between it and a wall they overlap with it rather
+    than with the wall.
+
     Args:
         map_: the walls and obstacles.
 
     Attributes:
         names, models: of the robots.
+        kinematic: shape (robots,): moved by `move` alone.
         poses: shape (robots, 3): x, y in m, heading in rad within -pi..pi.
         velocities: shape (robots, 2): v in m/s, w in rad/s.
         wheels: shape (robots, 2): angles turned, left and right, rad.
         speeds: shape (robots, 2): wheel speeds that the motors have reached, rad/s.
-        touch: bit n of a robot's number = its bumper n is in contact.
+        touch: bit n of a robot's number = its bumper n is in contact; with a kinematic body only others count.
     """
 
     def __init__(self, map_: Map) -> None:
         self.map = map_
         self.names: list[str] = []
         self.models: list[RobotModel] = []
+        self.kinematic: npt.NDArray[np.bool_] = np.zeros(0, dtype=bool)
         self.poses: Floats = np.zeros((0, 3))
         self.velocities: Floats = np.zeros((0, 2))
         self.wheels: Floats = np.zeros((0, 2))
@@ -60,8 +66,11 @@ class Engine(ABC):
         self._braking: npt.NDArray[np.bool_] = np.zeros(0, dtype=bool)
         self._slew: Floats = np.zeros((0, 1))
 
-    def add(self, name: str, model: RobotModel, pose: Pose) -> None:
+    def add(self, name: str, model: RobotModel, pose: Pose, kinematic: bool = False) -> None:
         """Put a robot into the world, at rest and with its wheels braked.
+
+        Args:
+            kinematic: it is moved by `move` alone, and may be anywhere, also in a wall.
 
         Raises:
             WorldError: the name is taken.
@@ -74,6 +83,7 @@ class Engine(ABC):
         self.poses = np.vstack((self.poses, (pose.x, pose.y, _wrap(pose.theta))))
         for field in ("velocities", "wheels", "speeds", "_targets"):
             setattr(self, field, np.vstack((getattr(self, field), (0.0, 0.0))))
+        self.kinematic = np.append(self.kinematic, kinematic)
         self._braking = np.append(self._braking, True)
         self._slew = np.vstack((self._slew, (model.brake / model.wheel_radius,)))
         self._added(len(self.names) - 1)
@@ -87,7 +97,7 @@ class Engine(ABC):
         row = self.row(name)
         self._removed(row)
         del self.names[row], self.models[row], self.touch[row]
-        for field in ("poses", "velocities", "wheels", "speeds", "_targets", "_braking", "_slew"):
+        for field in ("kinematic", "poses", "velocities", "wheels", "speeds", "_targets", "_braking", "_slew"):
             setattr(self, field, np.delete(getattr(self, field), row, axis=0))
 
     def place(self, name: str, pose: Pose) -> None:
@@ -102,6 +112,23 @@ class Engine(ABC):
         self.touch[row] = 0
         self._placed(row)
 
+    def move(self, name: str, pose: Pose, v: float, w: float) -> None:
+        """Carry a kinematic body to where it is at the end of the next step.
+
+        Args:
+            v, w: its body velocity there, m/s and rad/s: what it pushes is pushed at that speed.
+
+        Raises:
+            WorldError: there is none of that name, or it is not kinematic.
+        """
+        row = self.row(name)
+        if not self.kinematic[row]:
+            raise WorldError(f"move {name}: expected a kinematic body, got one that drives itself")
+        x, y, theta = self.poses[row].tolist()
+        self.poses[row] = pose.x, pose.y, _wrap(pose.theta)
+        self.velocities[row] = v, w
+        self._moved(row, math.hypot(pose.x - x, pose.y - y), abs(_wrap(pose.theta - theta)))
+
     def command(self, name: str, left: float, right: float, brake: bool) -> None:
         """Set what the wheels of a robot aim for until the next command.
 
@@ -110,9 +137,11 @@ class Engine(ABC):
             brake: lock the wheels instead.
 
         Raises:
-            WorldError: there is none of that name.
+            WorldError: there is none of that name, or it is kinematic.
         """
         row = self.row(name)
+        if self.kinematic[row]:
+            raise WorldError(f"command {name}: expected a body that drives itself, got a kinematic one")
         model = self.models[row]
         self._targets[row] = (0.0, 0.0) if brake else (left, right)
         self._braking[row] = brake
@@ -166,6 +195,10 @@ class Engine(ABC):
     @abstractmethod
     def _placed(self, row: int) -> None:
         """A robot has been put at `poses[row]`, at rest."""
+
+    @abstractmethod
+    def _moved(self, row: int, way: float, turn: float) -> None:
+        """A kinematic body has been moved to `poses[row]` by so many m and rad, with `velocities[row]`."""
 
     def _accelerate(self, dt: float) -> Floats:
         """The wheel speeds that the motors may ask for at the end of a step: `speeds` moved towards the targets."""

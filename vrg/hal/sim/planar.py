@@ -1,12 +1,14 @@
 """The planar engine: unicycles with acceleration limits, footprints that never overlap. For thousands of matches.
 
 Wheels don't slip on open ground; the skid of the real body is in the model's effective track. Bodies that run into
-something slide along it. A braked or resting body doesn't give way, two moving ones share the push.
+something slide along it. A braked or resting body doesn't give way, two moving ones share the push. A kinematic body
+gives way to nobody: the other takes the whole push, as far as walls and its neighbours leave room.
 """
 
 import math
 
 import numpy as np
+import numpy.typing as npt
 
 from vrg.hal.models import RobotModel
 from vrg.hal.sim.engine import Engine, Floats, bumper_bit
@@ -21,6 +23,8 @@ _PUSH = 0.2
 """m; no robot is pushed farther than this in one step."""
 _ROUNDS = 6
 """Pushes apart before bodies that still overlap are put back where they came from."""
+_SHOVE = _PUSH / (2 * _ROUNDS)
+"""m; where kinematic bodies are, nobody is pushed farther than this at once: one may have appeared upon another."""
 
 
 class PlanarEngine(Engine):
@@ -43,6 +47,10 @@ class PlanarEngine(Engine):
         self._budgets: Floats = np.zeros((2, 0))
         """m to go before a wall (first row) or another robot (second) could be touched."""
         self._contacts: set[tuple[int, int, int]] = set()
+        self._margin = CONTACT
+        """m; whoever is nearer than this may touch in this step."""
+        self._shove = math.inf
+        """m; the longest push at once."""
 
     def step(self, dt: float) -> None:
         """Advance by dt seconds."""
@@ -50,6 +58,7 @@ class PlanarEngine(Engine):
             return
         poses, velocities = self.poses, self.velocities
         self.speeds = speeds = self._accelerate(dt)
+        carried = velocities[self.kinematic]  # their wheels stand: the lines below give them no speed and no way
         v, w = velocities[:, 0], velocities[:, 1]
         np.multiply(speeds[:, 0] + speeds[:, 1], self._half_radius, out=v)
         np.multiply(speeds[:, 1] - speeds[:, 0], self._turn, out=w)
@@ -64,6 +73,7 @@ class PlanarEngine(Engine):
         self._budgets -= np.abs(way) + np.abs(turned) * self._reach
         if self._budgets.min() < 0.0:
             self._collide(before, dt)
+        velocities[self.kinematic] = carried
         if np.abs(heading).max() > math.pi:
             heading -= np.round(heading / (2 * math.pi)) * (2 * math.pi)
 
@@ -71,20 +81,26 @@ class PlanarEngine(Engine):
         """Nothing is held."""
 
     def _added(self, row: int) -> None:
-        self._forget(self.models)
+        self._forget(self.models, self.kinematic)
 
     def _removed(self, row: int) -> None:
-        self._forget(self.models[:row] + self.models[row + 1 :])
+        self._forget(self.models[:row] + self.models[row + 1 :], np.delete(self.kinematic, row))
 
     def _placed(self, row: int) -> None:
-        self._forget(self.models)
+        self._forget(self.models, self.kinematic)
 
-    def _forget(self, models: list[RobotModel]) -> None:
+    def _moved(self, row: int, way: float, turn: float) -> None:
+        self._budgets[1, row] -= way + turn * self._reach[row]
+
+    def _forget(self, models: list[RobotModel], kinematic: npt.NDArray[np.bool_]) -> None:
         """Derive everything anew and look at every robot at the next step."""
         self._half_radius = np.array([m.wheel_radius / 2 for m in models])
         self._turn = np.array([m.wheel_radius / m.effective_track for m in models])
         self._reach = np.array([math.hypot(m.length, m.width) / 2 for m in models])
         self._budgets = np.full((2, len(models)), -1.0)
+        self._budgets[0, kinematic] = math.inf
+        # Without them nobody is pushed by more than he drove in, and what is out of touch stays so.
+        self._margin, self._shove = (CONTACT + _PUSH, _SHOVE) if kinematic.any() else (CONTACT, math.inf)
         self._contacts.clear()
         self.touch = [0] * len(self.touch)
 
@@ -94,8 +110,12 @@ class PlanarEngine(Engine):
         if not (walls or pairs or self._contacts):
             return
         if self._overlapping(walls, pairs):
+            free = {pair for pair in pairs if not self.kinematic[list(pair)].any()}
             moved = self._push_apart(walls, pairs)
-            moved |= self._put_back(walls, pairs, before)
+            if len(free) < len(pairs):
+                # The last word is the walls' and the neighbours': what a kinematic body wedges in, it overlaps.
+                moved |= self._push_apart(walls, free)
+            moved |= self._put_back(walls, free, before)
             for row in moved:
                 self._slide(row, before, dt)
                 self._budgets[:, row] = 0.0
@@ -108,6 +128,8 @@ class PlanarEngine(Engine):
             gap = box_gap(self._body(row), self._body(other))
             self._note(gap, row, other)
             self._note(gap, other, row)
+            if gap.distance < 0.0 and (self.kinematic[row] or self.kinematic[other]):
+                self._budgets[1, row] = -1.0  # pushed on at the next step, also if both stand
         self.touch = [0] * len(self.names)
         for row, _, bit in self._contacts:
             self.touch[row] |= bit
@@ -137,7 +159,7 @@ class PlanarEngine(Engine):
         x, y, _ = self.poses[row].tolist()
         gaps = self._static_distances(x, y) - self._reach[row]
         self._budgets[0, row] = max(0.0, gaps.min()) if len(gaps) else math.inf
-        near: list[int] = (gaps < CONTACT).nonzero()[0].tolist()
+        near: list[int] = (gaps < self._margin).nonzero()[0].tolist()
         return near
 
     def _near_robots(self, row: int) -> list[int]:
@@ -146,10 +168,12 @@ class PlanarEngine(Engine):
         gaps = np.hypot(poses[:, 0] - poses[row, 0], poses[:, 1] - poses[row, 1])
         gaps -= self._reach + self._reach[row]
         gaps[row] = math.inf
+        if self.kinematic[row]:
+            gaps[self.kinematic] = math.inf
         half = np.maximum(gaps, 0.0) / 2
         np.minimum(budgets, half, out=budgets)
         budgets[row] = half.min()
-        near: list[int] = (gaps < CONTACT).nonzero()[0].tolist()
+        near: list[int] = (gaps < self._margin).nonzero()[0].tolist()
         return near
 
     def _overlapping(self, walls: list[tuple[int, Box | Circle]], pairs: set[tuple[int, int]]) -> set[int]:
@@ -186,7 +210,10 @@ class PlanarEngine(Engine):
                 self._shift(shifts, other, gap, share - 1.0)
             if not shifts:
                 break
-            for row, (dx, dy) in shifts.items():
+            for row, (x, y) in shifts.items():
+                length = math.hypot(x, y)
+                shorter = min(1.0, self._shove / length) if length else 1.0
+                dx, dy = x * shorter, y * shorter
                 self.poses[row, 0] += dx
                 self.poses[row, 1] += dy
                 moved.add(row)
@@ -202,6 +229,8 @@ class PlanarEngine(Engine):
 
     def _share(self, row: int, other: int) -> float:
         """How much of a push the first of two robots takes, 0 to 1."""
+        if self.kinematic[row] or self.kinematic[other]:
+            return 0.0 if self.kinematic[row] else 1.0
         moves = [not self._braking[n] and bool(self.speeds[n].any()) for n in (row, other)]
         return 0.5 if moves[0] == moves[1] else float(moves[0])
 

@@ -2,13 +2,10 @@
 
 import math
 
-import numpy as np
-
-from vrg.bus.codec import Received
-from vrg.bus.messages import Drive, Laser
+from vrg.bus.messages import Drive
 from vrg.errors import RobotError, StaleDataError
 from vrg.hal.backends import RobotContext
-from vrg.hal.robot import Readings, Robot, Scan, Wheels, limit_wheels
+from vrg.hal.robot import Readings, Robot, Wheels, limit_wheels, scan_of
 
 AGREE_TIME = 0.5
 """s of match time after which a robot that the world still calls disarmed takes itself for disarmed."""
@@ -86,7 +83,7 @@ class SimRobot(Robot):
         if received is None:
             raise StaleDataError(f"{self.name}: expected a reading, but none has come yet: is the world running?")
         self._stopped()
-        state = received.body
+        state, scan = received.body, self._lasers.latest
         return Readings(
             stamp=received.stamp,
             age=abs(self._mailbox.now - received.stamp),
@@ -100,7 +97,7 @@ class SimRobot(Robot):
             armed=self._armed and state.armed,
             estop=state.estop,
             fault=state.fault,
-            laser=self._scan(self._lasers.latest),
+            laser=scan_of(scan, self._mailbox.now) if scan is not None else None,
         )
 
     def stop(self) -> None:
@@ -137,16 +134,3 @@ class SimRobot(Robot):
             self._disarmed = now
         drive = Drive(left=left, right=right, armed=self._armed and now > self._disarmed)
         self._mailbox.publish(self._drive_topic, drive)
-
-    def _scan(self, received: Received[Laser] | None) -> Scan | None:
-        if received is None:
-            return None
-        laser = received.body
-        ranges = laser.ranges
-        return Scan(
-            stamp=received.stamp,
-            age=abs(self._mailbox.now - received.stamp),
-            angles=laser.angle_min + laser.angle_step * np.arange(len(ranges), dtype=np.float64),
-            ranges=ranges,
-            range_max=laser.range_max,
-        )

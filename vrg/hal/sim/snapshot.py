@@ -6,11 +6,23 @@ from msgspec import Struct
 from vrg.bus.messages import Count, Name, Pose
 from vrg.errors import WorldError
 
-_VERSION = 1
+_VERSION = 2
+
+
+class GhostSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One physical robot.
+
+    Args:
+        pose: where the world showed it.
+    """
+
+    name: Name
+    model: Name
+    pose: Pose
 
 
 class RobotSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One robot.
+    """One virtual robot.
 
     Args:
         start: where a reset puts it. pose: where it is. wheels: angles turned, rad.
@@ -35,6 +47,7 @@ class WorldSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     Args:
         setup: fingerprint of the set-up that the world was made from.
         refereed: a referee had been heard: nothing moves until it is heard again.
+        robots: the virtual ones. physical: the others.
     """
 
     setup: str
@@ -43,6 +56,7 @@ class WorldSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     estop: bool
     refereed: bool
     robots: list[RobotSnapshot]
+    physical: list[GhostSnapshot]
     version: int = _VERSION
 
 

@@ -2,9 +2,10 @@
 
 import logging
 
+from vrg.bus.codec import Received
 from vrg.bus.estop import decisive
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Clock, Laser, RobotState, WorldRequest
+from vrg.bus.messages import Clock, Laser, MeasuredPose, RobotState, WorldRequest
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys, Topic, name_in
 from vrg.errors import WorldError
@@ -13,6 +14,9 @@ from vrg.hal.sim.snapshot import decode_snapshot, encode_snapshot
 from vrg.hal.sim.world import World
 
 log = logging.getLogger(__name__)
+
+LOUD_NAMES = 100
+"""Names whose measured poses are refused that are logged, one line each: anybody may send any name."""
 
 
 class WorldNode(Node):
@@ -35,6 +39,8 @@ class WorldNode(Node):
         self.world = World(config)
         self._keys = keys
         self._started = False
+        self._measured = mailbox.subscribe(keys.robot_pose())
+        self._refused: set[str] = set()
         self._drives = mailbox.subscribe(keys.drive())
         self._limits = mailbox.subscribe(keys.speed_limit())
         self._requests = mailbox.subscribe(keys.world_request)
@@ -98,8 +104,22 @@ class WorldNode(Node):
             self._request(request.body)
         for limit in self._limits.take():
             world.limit(name_in(limit.key), limit.body.v_max)
+        for measured in self._measured.take():
+            self._measure(measured)
         for drive in self._drives.take():
             world.drive(name_in(drive.key), drive.body.left, drive.body.right, drive.body.armed)
+
+    def _measure(self, measured: Received[MeasuredPose]) -> None:
+        name, body = name_in(measured.key), measured.body
+        try:
+            self.world.measure(name, body.pose, body.v, body.w, measured.stamp)
+        except WorldError as error:
+            # Such poses come many times a second: the first is told, and the first after a good one.
+            if name not in self._refused and len(self._refused) < LOUD_NAMES:
+                self._refused.add(name)
+                log.warning("ignored a measured pose: %s", error)
+        else:
+            self._refused.discard(name)
 
     def _request(self, request: WorldRequest) -> None:
         try:
@@ -111,5 +131,5 @@ class WorldNode(Node):
 
     def _name_topics(self) -> None:
         """Topics are made once for a list of robots, not once a tick."""
-        self._states = [self._keys.robot_state(name) for name in self.world.names]
+        self._states = [self._keys.robot_state(name) for name in self.world.virtual]
         self._lasers = {name: self._keys.laser(name) for name in self.world.names}
