@@ -1,0 +1,509 @@
+"""What goes wrong on a bus, each on vcan0: the robot ends up stopped, says why, and moves again only when told to."""
+
+import math
+import random
+import socket
+import struct
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+
+import pytest
+
+from tests.hal.can.bench import KEYS, LINK, PATIENCE, CanBench, Drives
+from tests.hal.contract import STOPPED, armed
+from tests.vcan import INTERFACE
+from vrg.bus.messages import PlayerStatus, Pose, RefereeState, SpeedLimit, Stage
+from vrg.errors import RobotError
+from vrg.hal.can import odrive
+from vrg.hal.can.bus import CanBus
+from vrg.hal.can.emulator.faults import FaultKind
+from vrg.hal.can.frame import Frame
+
+pytestmark = pytest.mark.vcan
+
+BUS_OFF, ERROR_PASSIVE, NO_ACK, RESTARTED = (0x40, b""), (0x04, b"\0\x20"), (0x20, b""), (0x100, b"")
+_CAN_ERR_FLAG = 0x20000000
+
+
+@pytest.fixture
+def drives() -> Iterator[Drives]:
+    with Drives("odrive", [0, 1]) as drives:
+        yield drives
+
+
+@pytest.fixture
+def bench(drives: Drives) -> Iterator[CanBench]:
+    bench = CanBench("odrive", [0], [1])
+    yield bench
+    bench.close()
+
+
+def ip(*arguments: str) -> None:
+    """Do something to a network interface."""
+    subprocess.run(["ip", *arguments], check=True, timeout=PATIENCE, capture_output=True)
+
+
+def wait(bench: CanBench, condition: Callable[[], object], what: str) -> None:
+    """Let time pass until the condition holds."""
+    deadline = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < deadline, f"waited {PATIENCE:g} s for {what}"
+        bench.advance(0.05)
+
+
+def driving(bench: CanBench) -> None:
+    """Connected, armed and under way."""
+    armed(bench)
+    bench.run(3.0, 3.0, 0.6)
+    assert bench.robot.read().v > 0.1
+
+
+def drive_on(bench: CanBench) -> None:
+    """What a player goes on doing: drive, or arm where it is not armed."""
+    with suppress(RobotError):
+        if bench.robot.read().armed:
+            bench.robot.drive(3.0, 3.0)
+        else:
+            bench.robot.arm()
+    bench.advance(0.1)
+
+
+def assert_latched(bench: CanBench, drives: Drives, words: str) -> None:
+    """The fault is told, every motor stands, and it stays so although the player goes on."""
+    wait(bench, lambda: bench.robot.read().fault, "a fault")
+    fault = bench.robot.read().fault
+    assert fault is not None
+    assert words in fault
+    assert bench.robot.read().latched
+    wait(bench, lambda: at_rest(drives), "the motors to stand")
+    for _ in range(8):
+        drive_on(bench)
+    assert at_rest(drives)
+    assert bench.robot.read().fault == fault
+    with pytest.raises(RobotError):
+        bench.robot.drive(1.0, 1.0)
+
+
+def at_rest(drives: Drives) -> bool:
+    """Whether every emulated motor stands."""
+    return all(abs(drive.motor.velocity) < 0.5 for drive in drives.drives)
+
+
+def recovers(bench: CanBench) -> None:
+    """An official's word clears it, and the robot drives again once it is armed."""
+    bench.recover()
+    bench.robot.read()
+    wait(bench, lambda: bench.robot.read().fault is None, "the fault to be cleared")
+    bench.advance(0.6)
+    assert not bench.robot.read().armed, "recovering does not arm"
+    assert abs(bench.robot.read().v) < STOPPED
+    wait(bench, lambda: can_arm(bench), "the robot to let itself be armed")
+    bench.run(3.0, 3.0, 0.6)
+    reading = bench.robot.read()
+    assert reading.fault is None
+    assert reading.v > 0.1
+
+
+def can_arm(bench: CanBench) -> bool:
+    """Try to arm."""
+    with suppress(RobotError):
+        bench.robot.arm()
+        return True
+    return False
+
+
+def error_frame(error_class: int, data: bytes) -> None:
+    """What a controller's driver would put on the interface."""
+    with socket.socket(socket.PF_CAN, socket.SOCK_RAW, socket.CAN_RAW) as raw:
+        raw.bind((INTERFACE,))
+        raw.send(struct.pack("<IB3x8s", _CAN_ERR_FLAG | error_class, 8, data.ljust(8, b"\0")))
+
+
+class TestDrives:
+    """Something is wrong with one drive."""
+
+    @pytest.mark.parametrize("node", [0, 1])
+    def test_heartbeat_loss(self, bench: CanBench, drives: Drives, node: int) -> None:
+        driving(bench)
+        bench.fault(node, FaultKind.SILENCE)
+        assert_latched(bench, drives, f"node {node}: no heartbeat")
+        bench.fault(node, FaultKind.END)
+        for _ in range(8):
+            drive_on(bench)
+        assert bench.robot.read().fault, "heartbeats that come back clear nothing"
+        recovers(bench)
+
+    def test_a_frozen_drive(self, bench: CanBench, drives: Drives) -> None:
+        driving(bench)
+        bench.fault(0, FaultKind.FREEZE)
+        assert_latched(bench, drives, "node 0: no heartbeat")
+        bench.fault(0, FaultKind.END)
+        bench.advance(0.3)
+        recovers(bench)
+
+    def test_a_reboot(self, bench: CanBench, drives: Drives) -> None:
+        driving(bench)
+        before = bench.robot.read().odometry
+        bench.fault(1, FaultKind.REBOOT)
+        deadline = time.monotonic() + PATIENCE
+        while bench.robot.read().fault is None:
+            assert time.monotonic() < deadline, "nobody notices"
+            drive_on(bench)
+        assert_latched(bench, drives, "node 1:")
+        after = bench.robot.read().odometry
+        assert math.hypot(after.x - before.x, after.y - before.y) < 0.5, "the jump is no way that it went"
+        recovers(bench)
+
+    def test_one_wheel_faults_and_the_other_idles_at_once(self, bench: CanBench, drives: Drives) -> None:
+        driving(bench)
+        bench.fault(0, FaultKind.ERROR, value=odrive.AxisError.MOTOR_OVER_TEMP)
+        # Nobody reads or drives meanwhile: it is the receive thread that switches the other one off.
+        other = drives.drives[1]
+        deadline = time.monotonic() + PATIENCE
+        while other._energised:
+            assert time.monotonic() < deadline, "the other wheel goes on"
+            time.sleep(0.002)
+        assert not other._reason, "it was told to idle before its own watchdog noticed"
+        assert_latched(bench, drives, "node 0: MOTOR_OVER_TEMP")
+        recovers(bench)
+
+    @pytest.mark.parametrize(
+        ("bits", "words"),
+        [(0x200, "DC_BUS_UNDER_VOLTAGE"), (0x20 | 0x1000, "DRV_FAULT, CURRENT_LIMIT_VIOLATION"), (1 << 29, "0x2000")],
+    )
+    def test_errors_are_told_in_words(self, bench: CanBench, drives: Drives, bits: int, words: str) -> None:
+        driving(bench)
+        bench.fault(1, FaultKind.ERROR, value=bits)
+        assert_latched(bench, drives, words)
+
+    @pytest.mark.parametrize(
+        ("kind", "words"),
+        [
+            (FaultKind.NAN, "nan"),
+            (FaultKind.LENGTH, "malformed"),
+            (FaultKind.JUMP, "jumped"),
+            (FaultKind.GARBAGE, "node 0:"),
+        ],
+    )
+    def test_rubbish(self, bench: CanBench, drives: Drives, kind: FaultKind, words: str) -> None:
+        driving(bench)
+        bench.fault(0, kind)
+        assert_latched(bench, drives, words)
+        reading = bench.robot.read()
+        numbers = [reading.v, reading.w, *reading.encoders, reading.odometry.x, reading.odometry.y, reading.ins.theta]
+        assert all(math.isfinite(number) for number in numbers)
+        bench.fault(0, FaultKind.END)
+        bench.advance(0.2)
+        if reading.estop:
+            bench.estop(False)  # among random bits there was one of an emergency stop
+        recovers(bench)
+
+    def test_a_fault_that_is_still_there_comes_back(self, bench: CanBench, drives: Drives) -> None:
+        driving(bench)
+        bench.fault(0, FaultKind.SILENCE)
+        assert_latched(bench, drives, "no heartbeat")
+        bench.recover()
+        bench.robot.read()
+        bench.advance(1.5)
+        assert_latched(bench, drives, "no heartbeat")
+
+    def test_a_drive_that_someone_else_idles(self, bench: CanBench, drives: Drives) -> None:
+        driving(bench)
+        bench.run(3.0, 3.0, 1.0)
+        bench.inject(odrive.encode(1, odrive.SetAxisState(odrive.AxisState.IDLE)))
+        for _ in range(5):
+            drive_on(bench)
+        assert_latched(bench, drives, "node 1: expected closed-loop control")
+
+    def test_another_master(self, bench: CanBench, drives: Drives) -> None:
+        driving(bench)
+        bench.inject(odrive.encode(1, odrive.SetInputVel(5.0)))
+        assert_latched(bench, drives, "node 1: another program commands it too")
+        recovers(bench)
+
+
+class TestEmergencyStop:
+    """By the match's bus, by a frame, by a button at a drive."""
+
+    def test_a_button_at_a_drive_stops_all_and_needs_a_release(self, bench: CanBench, drives: Drives) -> None:
+        driving(bench)
+        bench.fault(1, FaultKind.ESTOP)
+        wait(bench, lambda: bench.robot.read().estop, "the stop to be seen")
+        assert_latched(bench, drives, "emergency stop")
+        bench.recover()
+        bench.robot.read()
+        bench.advance(1.0)
+        assert bench.robot.read().estop, "a recovery is no release"
+        bench.estop(False)
+        bench.robot.read()
+        bench.advance(1.0)
+        assert not bench.robot.read().estop
+        assert not bench.robot.read().armed
+        wait(bench, lambda: can_arm(bench), "the robot to let itself be armed")
+        bench.run(3.0, 3.0, 0.6)
+        assert bench.robot.read().v > 0.1
+
+    def test_a_frame_of_another_master(self, bench: CanBench, drives: Drives) -> None:
+        driving(bench)
+        bench.inject(odrive.encode(0, odrive.Estop()))
+        wait(bench, lambda: bench.robot.read().estop, "the stop to be seen")
+        assert_latched(bench, drives, "emergency stop")
+
+    def test_it_does_not_wait_for_a_tick(self, bench: CanBench, drives: Drives) -> None:
+        driving(bench)
+        bench.estop(True)  # no call of the robot follows
+        deadline = time.monotonic() + PATIENCE
+        while not all(drive._reason & odrive.AxisError.ESTOP_REQUESTED for drive in drives.drives):
+            assert time.monotonic() < deadline, "no Estop frame came"
+            time.sleep(0.002)
+        wait(bench, lambda: at_rest(drives), "the motors to stand")
+
+    def test_a_drive_that_was_stopped_before_is_not_armed(self, drives: Drives) -> None:
+        first = CanBench("odrive", [0], [1])
+        driving(first)
+        first.estop(True)
+        first.advance(0.3)
+        first.close()
+        second = CanBench("odrive", [0], [1])
+        try:
+            second.robot.connect()
+            second.advance(0.7)
+            assert second.robot.read().estop
+            with pytest.raises(RobotError, match="emergency"):
+                second.robot.arm()
+        finally:
+            second.close()
+
+
+class TestCommands:
+    """What is sent, and what never is."""
+
+    def test_nothing_is_sent_while_nobody_drives(self, bench: CanBench, drives: Drives) -> None:
+        driving(bench)
+        frames = heard(bench, 1.0)
+        setpoints = [f for f in frames if odrive.command_of(f.id) == odrive.Command.SET_INPUT_VEL]
+        assert len(setpoints) <= 2
+        wait(bench, lambda: at_rest(drives), "the drives' watchdogs to stop the motors")
+        assert all(drive._reason & odrive.AxisError.WATCHDOG_TIMER_EXPIRED for drive in drives.drives)
+
+    def test_a_player_that_was_late_may_arm_again(self, bench: CanBench, drives: Drives) -> None:
+        driving(bench)
+        bench.advance(1.0)
+        reading = bench.robot.read()
+        assert not reading.armed
+        assert reading.fault is None
+        with pytest.raises(RobotError, match="arm"):
+            bench.robot.drive(3.0, 3.0)
+        bench.robot.arm()
+        bench.run(3.0, 3.0, 0.6)
+        assert bench.robot.read().v > 0.1
+
+    def test_the_match_s_speed_limit_holds(self, bench: CanBench, drives: Drives) -> None:
+        armed(bench)
+        radius = bench.robot.features.wheel_radius
+        bench.hear(KEYS.speed_limit("r"), SpeedLimit(v_max=0.2))
+        bench.advance(0.05)
+        sent = bench.robot.drive(100.0, 100.0)
+        assert sent.left == pytest.approx(0.2 / radius)
+        bench.run(100.0, 100.0, 1.0)
+        assert bench.robot.read().v < 0.21
+
+    def test_a_referee_that_halts_holds_it(self, bench: CanBench, drives: Drives) -> None:
+        driving(bench)
+        bench.hear(KEYS.referee_state, referee(halted="because"))
+        bench.advance(0.05)
+        assert bench.robot.drive(3.0, 3.0).left == 0.0
+        bench.hear(KEYS.referee_state, referee(may_move=False))
+        bench.advance(0.05)
+        assert bench.robot.drive(3.0, 3.0).left == 0.0
+        bench.hear(KEYS.referee_state, referee())
+        bench.advance(0.05)
+        assert bench.robot.drive(3.0, 3.0).left == 3.0
+
+
+class TestInterface:
+    """The interface itself goes, and comes back."""
+
+    @pytest.fixture(autouse=True)
+    def _restore(self) -> Iterator[None]:
+        yield
+        with suppress(subprocess.CalledProcessError):
+            ip("link", "add", INTERFACE, "type", "vcan")
+        with suppress(subprocess.CalledProcessError):
+            subprocess.run(["tc", "qdisc", "del", "dev", INTERFACE, "root"], check=False, capture_output=True)
+        ip("link", "set", INTERFACE, "up")
+
+    def test_down_and_up(self, bench: CanBench, drives: Drives) -> None:
+        driving(bench)
+        ip("link", "set", INTERFACE, "down")
+        assert_latched(bench, drives, "the interface is down")
+        ip("link", "set", INTERFACE, "up")
+        for _ in range(8):
+            drive_on(bench)
+        assert bench.robot.read().fault, "an interface that is back clears nothing"
+        recovers(bench)
+
+    def test_deleted_and_made_again(self, bench: CanBench, drives: Drives) -> None:
+        driving(bench)
+        ip("link", "del", INTERFACE)
+        assert_latched(bench, drives, "the interface is ")
+        bench.recover()
+        bench.advance(0.1)
+        bench.robot.read()
+        fault = bench.robot.read().fault
+        assert fault is not None
+        assert "no such CAN interface" in fault
+        ip("link", "add", INTERFACE, "type", "vcan")
+        ip("link", "set", INTERFACE, "up")
+        wait(bench, lambda: all(d._now > time.monotonic() - 0.05 for d in drives.drives), "the drives to be back")
+        bench.advance(0.5)
+        recovers(bench)
+
+    def test_a_full_transmit_queue(self, bench: CanBench, drives: Drives) -> None:
+        driving(bench)
+        tc = ["tc", "qdisc", "add", "dev", INTERFACE, "root", "netem", "delay", "100s", "limit", "1"]
+        subprocess.run(tc, check=True, timeout=PATIENCE)
+        assert_latched(bench, drives, "")
+        fault = bench.robot.read().fault
+        assert fault is not None
+        assert "transmit queue is full" in fault or "no heartbeat" in fault
+        with pytest.raises(RobotError, match="queue is full"):
+            fill(bench)
+        subprocess.run(["tc", "qdisc", "del", "dev", INTERFACE, "root"], check=True, timeout=PATIENCE)
+        bench.advance(0.3)
+        recovers(bench)
+
+    @pytest.mark.parametrize(
+        ("frame", "words"), [(BUS_OFF, "bus-off"), (ERROR_PASSIVE, "error-passive"), (NO_ACK, "acknowledges")]
+    )
+    def test_error_frames(self, bench: CanBench, drives: Drives, frame: tuple[int, bytes], words: str) -> None:
+        driving(bench)
+        error_frame(*frame)
+        assert_latched(bench, drives, words)
+        error_frame(*RESTARTED)
+        for _ in range(5):
+            drive_on(bench)
+        assert bench.robot.read().fault, "a controller that starts again clears nothing"
+        recovers(bench)
+
+    def test_a_harmless_error_frame(self, bench: CanBench, drives: Drives) -> None:
+        driving(bench)
+        error_frame(0x04, b"\0\x08")  # a warning
+        bench.run(3.0, 3.0, 0.5)
+        assert bench.robot.read().fault is None
+
+    def test_old_frames_in_the_queue_are_not_taken_for_new_ones(self, bench: CanBench, drives: Drives) -> None:
+        """A process that was frozen finds heartbeats of before, of a drive that has died meanwhile."""
+        driving(bench)
+        with (
+            bench.robot._train._lock
+        ):  # the receive thread stands, as it would in a frozen process; the kernel's queue fills
+            time.sleep(0.5)
+            bench.cut()
+            time.sleep(1.5)
+        wait(bench, lambda: bench.robot.read().fault, "a fault")
+        assert_latched(bench, drives, "no heartbeat")
+
+    def test_receive_overflow(self, bench: CanBench, drives: Drives) -> None:
+        """More than the queue holds: what is lost is the newest, and what is left is old."""
+        driving(bench)
+        noise = odrive.encode(0, odrive.Torques(0.0, 0.0))
+        with bench.robot._train._lock:
+            flooded = 0
+            for _ in range(30_000):
+                with suppress(Exception):
+                    bench.inject(noise)
+                    flooded += 1
+            time.sleep(1.0)
+        assert flooded > 10_000
+        assert_latched(bench, drives, "no heartbeat")
+        recovers(bench)
+
+
+class TestConnecting:
+    """What is wrong before anything moves is said before anything is armed."""
+
+    def test_a_wrong_node_id(self, drives: Drives) -> None:
+        bench = CanBench("odrive", [0], [7])
+        try:
+            with pytest.raises(RobotError, match=r"odrive node 7 on vcan0.*heard there: ODrive nodes 0, 1"):
+                bench.robot.connect()
+        finally:
+            bench.close()
+
+    def test_a_missing_interface(self, drives: Drives) -> None:
+        bench = CanBench("odrive", [0], [1], channel="vcan77")
+        try:
+            with pytest.raises(RobotError, match=r"vcan77: no such CAN interface on this machine.*ip link add vcan77"):
+                bench.robot.connect()
+        finally:
+            bench.close()
+
+    def test_an_unknown_kind_of_interface(self, drives: Drives) -> None:
+        bench = CanBench("odrive", [0], [1], interface="tin-can")
+        try:
+            with pytest.raises(RobotError, match="tin-can"):
+                bench.robot.connect()
+        finally:
+            bench.close()
+
+    def test_two_drives_with_one_id(self, drives: Drives) -> None:
+        with Drives("odrive", [1], serial=0xABCDE):
+            bench = CanBench("odrive", [0], [1])
+            try:
+                with pytest.raises(RobotError, match=r"node 1: 2 drives have this id: serial numbers 1001 and ABCDE"):
+                    bench.robot.connect()
+            finally:
+                bench.close()
+
+    def test_another_protocol(self, drives: Drives) -> None:
+        bench = CanBench("cia402", [1], [2])
+        try:
+            with pytest.raises(RobotError, match=r"cia402 nodes 1, 2.*heard there: ODrive nodes 0, 1"):
+                bench.robot.connect()
+        finally:
+            bench.close()
+
+    def test_an_interface_that_is_down(self, drives: Drives) -> None:
+        bench = CanBench("odrive", [0], [1])
+        ip("link", "set", INTERFACE, "down")
+        try:
+            with pytest.raises(RobotError, match="down"):
+                bench.robot.connect()
+        finally:
+            ip("link", "set", INTERFACE, "up")
+            bench.close()
+
+
+def heard(bench: CanBench, seconds: float) -> list[Frame]:
+    """What is on the bus while time passes."""
+    frames: list[Frame] = []
+    bus = CanBus(LINK, frames.append)
+    bus.start()
+    bench.advance(seconds)
+    bus.stop()
+    return frames
+
+
+def fill(bench: CanBench) -> None:
+    """Send until the queue is full."""
+    bus = CanBus(LINK, lambda _: None)
+    bus.start()
+    try:
+        for _ in range(100):
+            bus.send(Frame(0x7FF, random.randbytes(8)))
+    finally:
+        bus.stop()
+
+
+def referee(halted: str | None = None, may_move: bool = True) -> RefereeState:
+    """The referee's word on robot r."""
+    me = PlayerStatus(
+        name="r", team="t", role="minnow", state="active", may_move=may_move, radius=0.4, pose=Pose(0.0, 0.0, 0.0)
+    )
+    return RefereeState(
+        game="g", stage=Stage.PLAY_ROUND, halted=halted, waiting=[], clock=0.0, total=0.0, round=1, rounds=1,
+        score={}, players=[me], zones=[],
+    )  # fmt: skip

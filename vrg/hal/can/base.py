@@ -1,0 +1,135 @@
+"""A drive base: two or four motor axes as a robot's left and right wheels, and odometry by their encoders. Pure."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from vrg.bus.messages import Pose
+from vrg.geometry import wrap
+from vrg.hal.models import RobotModel
+from vrg.hal.robot import Wheels
+
+TURN = 2 * math.pi
+"""rad."""
+_JUMP_MARGIN = 1.5
+"""An encoder may be this much faster than the top speed before it is disbelieved."""
+_JUMP_SLACK = 0.25
+"""s that a frame may be late: what it says is older than it looks, and the next one seems to come from far."""
+
+
+@dataclass(frozen=True, slots=True)
+class WheelAxis:
+    """How one motor drives one side.
+
+    Args:
+        node: of its drive. left: it is on the left side.
+        direction: 1 where a positive motor speed drives ahead, -1 where it drives back.
+        ratio: turns of the motor for one turn of the wheel.
+    """
+
+    node: int
+    left: bool
+    direction: int = 1
+    ratio: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """What an encoder said: turn and turn/s of the motor at monotonic time `at`, s."""
+
+    position: float
+    velocity: float
+    at: float
+
+
+class DriveBase:
+    """See the module.
+
+    Args:
+        axes: one or two a side.
+        model: wheel radius, effective track and top speed.
+
+    Attributes:
+        pose: by odometry, from (0, 0, 0) where the robot was when `restart` was called.
+        angles: that the left and the right wheels have turned since then, rad.
+    """
+
+    def __init__(self, axes: Sequence[WheelAxis], model: RobotModel) -> None:
+        self.axes = tuple(axes)
+        self._model = model
+        self._axis_of = {axis.node: axis for axis in axes}
+        self._last: dict[int, Estimate] = {}
+        self._moved: dict[int, float] = {}
+        self.pose = Pose(0.0, 0.0, 0.0)
+        self.angles = (0.0, 0.0)
+
+    def restart(self) -> None:
+        """Begin anew at (0, 0, 0)."""
+        self.pose, self.angles = Pose(0.0, 0.0, 0.0), (0.0, 0.0)
+        self.rebase()
+
+    def rebase(self) -> None:
+        """Take whatever the encoders say next as where the wheels are now: none has moved."""
+        self._last.clear()
+        self._moved.clear()
+
+    def setpoints(self, wheels: Wheels) -> list[tuple[int, float]]:
+        """The motor speed of each node, turn/s, for wheel speeds in rad/s."""
+        return [
+            (axis.node, (wheels.left if axis.left else wheels.right) / TURN * axis.direction * axis.ratio)
+            for axis in self.axes
+        ]
+
+    def wheels(self, velocities: Mapping[int, float]) -> Wheels:
+        """The wheel speeds, rad/s, for the motors' by node, turn/s: the mean of each side."""
+        sides: tuple[list[float], list[float]] = ([], [])
+        for axis in self.axes:
+            sides[0 if axis.left else 1].append(velocities[axis.node] * TURN * axis.direction / axis.ratio)
+        return Wheels(_mean(sides[0]), _mean(sides[1]))
+
+    def update(self, node: int, estimate: Estimate, turns: float = 0.0) -> bool:
+        """Take in one encoder's estimate; the pose moves on once all have one more.
+
+        A position is only ever compared with the one before: how coarse a float32 has become far from zero adds up to
+        nothing, as what one difference is short of is in the next.
+
+        Args:
+            turns: after which the position begins anew (0 = never).
+
+        Returns:
+            False where no motor could have turned that far in that time: the drive was started again. The position is
+            then taken for the old one.
+        """
+        axis = self._axis_of[node]
+        last, self._last[node] = self._last.get(node), estimate
+        if last is None:
+            return True
+        way = estimate.position - last.position
+        if turns:
+            way = math.remainder(way, turns)
+        fastest = self._model.wheel_speed_max / TURN * abs(axis.ratio)
+        believable = _JUMP_MARGIN * fastest * (max(0.0, estimate.at - last.at) + _JUMP_SLACK)
+        if abs(way) > believable:
+            return False
+        self._moved[node] = self._moved.get(node, 0.0) + way * TURN * axis.direction / axis.ratio
+        if len(self._moved) == len(self.axes):
+            self._advance()
+        return True
+
+    def _advance(self) -> None:
+        left = _mean([self._moved[a.node] for a in self.axes if a.left])
+        right = _mean([self._moved[a.node] for a in self.axes if not a.left])
+        self._moved.clear()
+        self.angles = (self.angles[0] + left, self.angles[1] + right)
+        # Wheel angles in place of speeds give a way and a turn in place of velocities.
+        way, turn = self._model.velocity(left, right)
+        middle = self.pose.theta + turn / 2
+        self.pose = Pose(
+            self.pose.x + way * math.cos(middle),
+            self.pose.y + way * math.sin(middle),
+            wrap(self.pose.theta + turn),
+        )
+
+
+def _mean(values: Sequence[float]) -> float:
+    return sum(values) / len(values)

@@ -1,0 +1,249 @@
+"""A CAN bus by python-can, with a receive thread of its own. Knows frames, not motors.
+
+Met in practice, and worked around here: after an interface went down `recv` returns None for ever and the bus still
+calls itself active, so nobody judges health by the absence of errors; after an interface was deleted the socket stays
+dead for good; a full transmit queue is an error at once, whatever the time-out; the receive queue overflows silently.
+"""
+
+import contextlib
+import errno
+import logging
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import can
+
+from vrg.errors import RobotError
+from vrg.hal.can.frame import Frame
+from vrg.hal.can.link import Link
+
+log = logging.getLogger(__name__)
+# python-can tells of every socket that it makes, and logs the errors that it raises as well.
+logging.getLogger("can").setLevel(logging.CRITICAL)
+
+RECEIVE_BUFFER = 1 << 20
+"""bytes: some 4000 frames, where the default holds 278."""
+_POLL = 0.05
+"""s between looks at the bus when nothing arrives."""
+
+_FATAL_CLASSES = {
+    0x00000001: "transmit time-out",
+    0x00000010: "transceiver error",
+    0x00000020: "no node acknowledges: is another one switched on, and the bus terminated?",
+    0x00000040: "bus-off: the controller has given up after too many errors",
+}
+"""Classes of error frames (linux/can/error.h) after which nothing can be relied on."""
+_CONTROLLER_CLASS = 0x00000004
+_CONTROLLER = {
+    0x01: "receive overflow in the controller: frames were lost",
+    0x02: "transmit overflow in the controller: frames were lost",
+    0x10: "error-passive: too many receive errors",
+    0x20: "error-passive: too many transmit errors",
+}
+"""What data[1] of a controller's error frame may say."""
+
+
+class CanBus:
+    """One bus.
+
+    Args:
+        link: how to reach it.
+        on_frame: called with every data and remote frame of others, on the receive thread.
+        on_trouble: called with what is wrong with the bus, in words, on the receive thread.
+        on_quiet: called on the receive thread when nothing has come for a moment.
+    """
+
+    def __init__(
+        self,
+        link: Link,
+        on_frame: Callable[[Frame], None],
+        on_trouble: Callable[[str], None] = lambda _: None,
+        on_quiet: Callable[[], None] = lambda: None,
+    ) -> None:
+        self.link = link
+        self._on_frame = on_frame
+        self._on_trouble = on_trouble
+        self._on_quiet = on_quiet
+        self._bus: can.BusABC | None = None
+        self._thread: threading.Thread | None = None
+        self._stopping = threading.Event()
+        self._filters: list[can.typechecking.CanFilter] | None = None
+
+    @property
+    def open(self) -> bool:
+        """Whether frames can be sent."""
+        return self._bus is not None
+
+    def start(self) -> None:
+        """Open the bus and begin to listen. Idempotent.
+
+        Raises:
+            RobotError: there is no such interface or channel; says what to do.
+        """
+        if self._bus is not None:
+            return
+        bus = open_bus(self.link)
+        if self._filters is not None:
+            bus.set_filters(self._filters)
+        # A new event for each thread, so that one that is late to end is not revived.
+        self._stopping = threading.Event()
+        self._bus = bus
+        name = f"can {self.link}"
+        self._thread = threading.Thread(target=self._receive, args=(bus, self._stopping), name=name, daemon=True)
+        self._thread.start()
+
+    def listen_to(self, wanted: Iterable[tuple[int, int]] | None) -> None:
+        """Let the kernel drop everything but 11-bit identifiers with `identifier & mask == id & mask` (id, mask).
+
+        Error frames still arrive. Holds across a restart; None hears everything again.
+        """
+        self._filters = None
+        if wanted is not None:
+            self._filters = [{"can_id": id_, "can_mask": mask, "extended": False} for id_, mask in wanted]
+        if self._bus is not None:
+            self._bus.set_filters(self._filters)
+
+    def send(self, frame: Frame) -> None:
+        """Send now or never: what cannot go out at once is dropped, so that no old setpoint is ever sent.
+
+        Raises:
+            RobotError: it could not be sent; says why.
+        """
+        bus = self._bus
+        if bus is None:
+            raise RobotError(f"{self.link}: expected an open bus, this one is closed")
+        try:
+            bus.send(message_of(frame))
+        except (can.CanError, OSError, ValueError) as error:
+            raise RobotError(f"{self.link}: {describe_error(error)}") from None
+
+    def stop(self) -> None:
+        """Close. Idempotent. Waits for the receive thread: hold no lock that its callbacks want."""
+        self._stopping.set()
+        thread, self._thread = self._thread, None
+        if thread is not None:
+            thread.join()
+        bus, self._bus = self._bus, None
+        if bus is not None:
+            # A deleted interface makes even closing fail; the socket is gone all the same.
+            with contextlib.suppress(can.CanError, OSError):
+                bus.shutdown()
+
+    def _receive(self, bus: can.BusABC, stopping: threading.Event) -> None:
+        while not stopping.is_set():
+            try:
+                message = bus.recv(_POLL)
+            except (can.CanError, OSError, ValueError) as error:
+                if stopping.is_set():
+                    return
+                self._on_trouble(f"{self.link}: {describe_error(error)}")
+                if stopping.wait(_POLL) or errno_of(error) in (errno.ENODEV, errno.EBADF):
+                    return
+                continue
+            try:
+                if message is None:
+                    self._on_quiet()
+                elif message.is_error_frame:
+                    self._error_frame(message)
+                else:
+                    self._on_frame(frame_of(message))
+            except Exception as error:
+                # Whoever listens has failed: the motors must stop, and somebody must see it.
+                log.exception("%s: a frame could not be handled: %s", self.link, message)
+                self._on_trouble(f"{self.link}: a frame could not be handled: {error!r}")
+
+    def _error_frame(self, message: can.Message) -> None:
+        words = describe_error_frame(message.arbitration_id, bytes(message.data))
+        if words:
+            self._on_trouble(f"{self.link}: {words}")
+        else:
+            log.info("%s: error frame: class 0x%x, data %s", self.link, message.arbitration_id, message.data.hex())
+
+
+def open_bus(link: Link) -> can.BusABC:
+    """python-can's bus.
+
+    Raises:
+        RobotError: there is no such interface or channel; says what to do.
+    """
+    options: dict[str, Any] = {} if link.bitrate is None else {"bitrate": link.bitrate}
+    try:
+        bus = can.Bus(interface=link.interface, channel=link.channel, ignore_config=True, **options)
+    except (can.CanError, OSError, ValueError, ImportError, NotImplementedError) as error:
+        raise RobotError(f"{link}: {_explain_open(link, error)}") from None
+    raw = getattr(bus, "socket", None)
+    if isinstance(raw, socket.socket):
+        # Root may exceed net.core.rmem_max; who may not gets as much as there is.
+        try:
+            raw.setsockopt(socket.SOL_SOCKET, getattr(socket, "SO_RCVBUFFORCE", 33), RECEIVE_BUFFER)
+        except OSError:
+            raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)
+    return bus
+
+
+def _explain_open(link: Link, error: Exception) -> str:
+    number = errno_of(error)
+    if link.interface == "socketcan" and number == errno.ENODEV:
+        make = f"`ip link add {link.channel} type vcan && ip link set {link.channel} up` as root, or scripts/with-vcan"
+        hint = f"; a virtual one comes by {make}" if link.channel.startswith("vcan") else "; `ip link` lists them"
+        return f"no such CAN interface on this machine{hint}"
+    if link.interface == "socketcan" and number == errno.EAFNOSUPPORT:
+        return "this machine's kernel has no CAN: see scripts/with-vcan"
+    return f"cannot be opened by python-can's interface {link.interface!r}: {error}"
+
+
+def describe_error(error: Exception) -> str:
+    """What an error of python-can means for who uses the bus."""
+    number = errno_of(error)
+    if number == errno.ENETDOWN:
+        return "the interface is down"
+    if number in (errno.ENODEV, errno.ENXIO, errno.EBADF):
+        return "the interface is gone"
+    if number == errno.ENOBUFS:
+        return "the transmit queue is full: nobody takes the frames off the bus"
+    return str(error) or type(error).__name__
+
+
+def describe_error_frame(error_class: int, data: bytes) -> str | None:
+    """What an error frame says, in words; None where it is no reason to stop."""
+    found = [words for bit, words in _FATAL_CLASSES.items() if error_class & bit]
+    if error_class & _CONTROLLER_CLASS and len(data) > 1:
+        found += [words for bit, words in _CONTROLLER.items() if data[1] & bit]
+    return "; ".join(found) or None
+
+
+def errno_of(error: Exception) -> int | None:
+    """The system's number of an error; python-can hides it in an attribute of its own, or in the cause."""
+    for candidate in (getattr(error, "error_code", None), getattr(error, "errno", None)):
+        if isinstance(candidate, int):
+            return candidate
+    cause = error.__cause__ or error.__context__
+    return errno_of(cause) if isinstance(cause, Exception) else None
+
+
+def message_of(frame: Frame) -> can.Message:
+    """A frame as python-can wants it."""
+    return can.Message(
+        arbitration_id=frame.id,
+        data=frame.data,
+        is_extended_id=frame.extended,
+        is_remote_frame=frame.remote,
+        check=False,
+    )
+
+
+def frame_of(message: can.Message) -> Frame:
+    """What python-can has received."""
+    # The kernel's stamp tells how long a frame has waited to be read: after a freeze, old heartbeats are not taken for
+    # new ones. A clock that is set meanwhile makes a frame at most older, never newer than now.
+    waited = max(0.0, time.time() - message.timestamp) if message.timestamp else 0.0
+    return Frame(
+        message.arbitration_id,
+        bytes(message.data),
+        message.is_remote_frame,
+        message.is_extended_id,
+        time.monotonic() - waited,
+    )

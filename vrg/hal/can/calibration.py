@@ -1,0 +1,102 @@
+"""What differs from robot to robot of one model, measured once and kept in a file that people can read.
+
+robot = "sue"
+track = 0.575
+
+[axes.0]
+direction = 1
+ratio = 50.2
+"""
+
+import math
+import tomllib
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+
+from vrg.errors import ConfigError
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class AxisCalibration(_Table):
+    """One motor.
+
+    Args:
+        direction: 1 where a positive speed drives ahead, -1 where it drives back.
+        ratio: turns of the motor for one turn of the wheel.
+    """
+
+    direction: int
+    ratio: float = Field(gt=0, le=10_000)
+
+    @field_validator("direction")
+    @classmethod
+    def _direction(cls, value: int) -> int:
+        if value not in (1, -1):
+            raise ValueError(f"expected 1 or -1, got {value}")
+        return value
+
+
+class Calibration(_Table):
+    """One robot.
+
+    Args:
+        robot: its name, for people. track: effective track, m. axes: by node id.
+    """
+
+    robot: str
+    track: float = Field(gt=0.01, le=10)
+    axes: dict[int, AxisCalibration]
+
+
+def load_calibration(path: Path, nodes: list[int]) -> Calibration:
+    """Read a calibration file of a robot with these nodes.
+
+    Raises:
+        ConfigError: it cannot be read, or does not fit; every problem.
+    """
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ConfigError([f"{path}: expected a calibration file, as `vrg can calibrate` writes it: {error}"]) from None
+    try:
+        found = Calibration.model_validate(data)
+    except ValidationError as error:
+        where = [(".".join(map(str, d["loc"])), d["msg"].removeprefix("Value error, ")) for d in error.errors()]
+        raise ConfigError([f"{path}: {field}: {words}" for field, words in where]) from None
+    if sorted(found.axes) != sorted(nodes):
+        raise ConfigError([f"{path}: axes: expected nodes {sorted(nodes)}, as wired, got {sorted(found.axes)}"])
+    return found
+
+
+def calibration_text(calibration: Calibration) -> str:
+    """A calibration as it is written to its file."""
+    lines = [f'robot = "{calibration.robot}"', f"track = {calibration.track:.6g}"]
+    for node, axis in sorted(calibration.axes.items()):
+        lines += ["", f"[axes.{node}]", f"direction = {axis.direction}", f"ratio = {axis.ratio:.8g}"]
+    return "\n".join(lines) + "\n"
+
+
+def corrected_ratio(ratio: float, by_odometry: float, by_tape: float) -> float:
+    """The ratio after a straight run of `by_tape` m that the odometry took for `by_odometry` m.
+
+    Raises:
+        ValueError: one of them is not positive.
+    """
+    if not (by_odometry > 0 and by_tape > 0):
+        raise ValueError(f"expected ways above 0 m, got {by_odometry} and {by_tape}")
+    return ratio * by_odometry / by_tape
+
+
+def corrected_track(track: float, by_odometry: float, really: float) -> float:
+    """The effective track after a turn on the spot of `really` rad that the odometry took for `by_odometry` rad.
+
+    Raises:
+        ValueError: one of them is zero or not finite, or they differ in sign.
+    """
+    if not (math.isfinite(by_odometry) and math.isfinite(really) and by_odometry * really > 0):
+        raise ValueError(f"expected two turns to the same side, got {by_odometry} and {really} rad")
+    return track * by_odometry / really

@@ -1,0 +1,203 @@
+"""What all emulated drives have in common: a motor, time, a watchdog, and faults on request. Pure.
+
+A drive is called with the monotonic time; it answers with the frames that it sends.
+"""
+
+import math
+import random
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import ClassVar
+
+from vrg.hal.can.emulator.faults import FaultKind, FaultRequest, decode_fault, is_fault_request
+from vrg.hal.can.emulator.motor import Motor, MotorModel
+from vrg.hal.can.frame import Frame, FrameError
+
+BOOT = 0.3
+"""s of silence while a drive starts."""
+_JUMP = 1000
+"""turns."""
+_LASTING = frozenset({FaultKind.SILENCE, FaultKind.FREEZE, FaultKind.NAN, FaultKind.GARBAGE, FaultKind.LENGTH})
+
+
+@dataclass(frozen=True, kw_only=True)
+class DriveOptions:
+    """Of one emulated drive.
+
+    Args:
+        serial: number, unique among drives.
+        watchdog: s without a setpoint after which the motor is switched off; 0 = never.
+        voltage: of the supply, V.
+        heartbeat, encoder, supply: periods of those frames, s.
+    """
+
+    serial: int
+    motor: MotorModel = field(default_factory=MotorModel)
+    watchdog: float = 0.2
+    voltage: float = 24.0
+    heartbeat: float = 0.1
+    encoder: float = 0.01
+    supply: float = 1.0
+
+
+class Cycle:
+    """Something that is due again and again."""
+
+    def __init__(self, period: float, now: float, phase: float = 0.0) -> None:
+        self.period = period
+        self.next = now + phase * period if period else math.inf
+
+    def due(self, now: float) -> bool:
+        """Whether it is; a drive that was late does not make up for what it missed."""
+        if now < self.next:
+            return False
+        self.next = max(self.next + self.period, now + self.period / 2)
+        return True
+
+
+class EmulatedDrive(ABC):
+    """See the module.
+
+    Args:
+        node: its id. now: monotonic s.
+        rng: what garbage is made from.
+    """
+
+    protocol: ClassVar[str]
+    supports: ClassVar[frozenset[FaultKind]] = frozenset(FaultKind)
+
+    def __init__(self, node: int, options: DriveOptions, now: float, rng: random.Random) -> None:
+        self.node = node
+        self.options = options
+        self.motor = Motor(options.motor)
+        self._rng = rng
+        self._now = now
+        self._until: dict[FaultKind, float] = {}
+        self._booted = now
+        self._fed = now
+        self._late: Sequence[Frame] = ()
+        self._watchdog = options.watchdog
+        self._boot(now)
+
+    @property
+    def due(self) -> float:
+        """Monotonic s at which `step` has something to do."""
+        return min([self._booted] if self._now < self._booted else [cycle.next for cycle in self._cycles()])
+
+    def receive(self, frame: Frame, now: float) -> list[Frame]:
+        """Hear a frame of somebody else's."""
+        self._advance(now)
+        if is_fault_request(frame, self.node):
+            try:
+                return self._shown(self._break(decode_fault(frame), now))
+            except FrameError:
+                return []
+        if now < self._booted or self._has(FaultKind.FREEZE):
+            return []
+        return self._shown(self._hear(frame, now))
+
+    def step(self, now: float) -> list[Frame]:
+        """Let time pass, and send what is due."""
+        self._advance(now)
+        if now < self._booted or self._has(FaultKind.FREEZE):
+            return []
+        return self._shown(self._cyclic(now))
+
+    @abstractmethod
+    def _boot(self, now: float) -> None:
+        """Begin from the start: idle, no errors."""
+
+    @abstractmethod
+    def _cycles(self) -> Sequence[Cycle]:
+        """What is due again and again."""
+
+    @abstractmethod
+    def _hear(self, frame: Frame, now: float) -> list[Frame]:
+        """Do what a frame asks for."""
+
+    @abstractmethod
+    def _cyclic(self, now: float) -> list[Frame]:
+        """What is due now."""
+
+    @property
+    @abstractmethod
+    def _energised(self) -> bool:
+        """Whether the motor is under control."""
+
+    @abstractmethod
+    def _move(self, dt: float) -> None:
+        """Let the motor, which is under control, do what the newest setpoint asks for."""
+
+    @abstractmethod
+    def _starve(self) -> list[Frame]:
+        """The watchdog has expired; what is to be said of it goes out with the next frames."""
+
+    @abstractmethod
+    def _press_estop(self) -> list[Frame]:
+        """A button at the drive is pressed."""
+
+    @abstractmethod
+    def _latch(self, bits: int) -> list[Frame]:
+        """An error has come up; 0 = whatever is typical."""
+
+    def _feed(self, now: float) -> None:
+        """A setpoint has come."""
+        self._fed = now
+
+    def _estimates(self) -> tuple[float, float]:
+        """What the encoder says, turn and turn/s."""
+        if self._has(FaultKind.NAN):
+            return math.nan, math.nan
+        return self.motor.position, self.motor.velocity
+
+    def _has(self, kind: FaultKind) -> bool:
+        return self._now < self._until.get(kind, -math.inf)
+
+    def _advance(self, now: float) -> None:
+        dt, self._now = max(0.0, now - self._now), max(now, self._now)
+        starves = self._fed + self._watchdog if self._watchdog else math.inf
+        if not self._energised or self._has(FaultKind.FREEZE):
+            self.motor.coast(dt)
+        elif now >= starves:
+            driven = max(0.0, min(dt, starves - (now - dt)))
+            self._move(driven)
+            self._late = self._starve()
+            self.motor.coast(dt - driven)
+        else:
+            self._move(dt)
+
+    def _break(self, request: FaultRequest, now: float) -> list[Frame]:
+        if request.kind not in self.supports:
+            return []
+        if request.kind in _LASTING:
+            self._until[request.kind] = now + request.duration if request.duration else math.inf
+        actions: dict[FaultKind, Callable[[], list[Frame]]] = {
+            FaultKind.ESTOP: self._press_estop,
+            FaultKind.ERROR: lambda: self._latch(request.value & 0xFFFFFFFF),
+        }
+        match request.kind:
+            case FaultKind.END:
+                self._until.clear()
+            case FaultKind.REBOOT:
+                self._restart(now)
+            case FaultKind.JUMP:
+                self.motor.position += request.value or _JUMP
+        return actions.get(request.kind, list)()
+
+    def _restart(self, now: float) -> None:
+        self._until.clear()
+        self._booted = now + BOOT
+        self.motor.position = self.motor.velocity = 0.0
+        self._boot(self._booted)
+
+    def _shown(self, frames: list[Frame]) -> list[Frame]:
+        """What really goes out, after faults."""
+        frames, self._late = [*self._late, *frames], ()
+        if self._has(FaultKind.SILENCE):
+            return []
+        if self._has(FaultKind.GARBAGE):
+            return [replace(f, data=self._rng.randbytes(len(f.data))) for f in frames]
+        if self._has(FaultKind.LENGTH):
+            return [replace(f, data=f.data[:-1]) for f in frames]
+        return frames

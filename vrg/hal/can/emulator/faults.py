@@ -1,0 +1,89 @@
+"""What can be asked of an emulated drive to go wrong, and how it is asked: by a frame that no real drive listens to."""
+
+import enum
+import struct
+from dataclasses import dataclass
+
+from vrg.hal.can.frame import Frame, FrameError
+
+_REQUEST = 0x1E5640_00
+"""29-bit identifier; the low byte is the node's id."""
+_PACKING = struct.Struct("<BHi")
+_TICK = 0.01
+"""s; unit of a duration on the wire."""
+
+
+class FaultKind(enum.IntEnum):
+    """What goes wrong. Those that last end by their duration, or by `END`."""
+
+    END = 0
+    SILENCE = 1
+    FREEZE = 2
+    REBOOT = 3
+    ESTOP = 4
+    ERROR = 5
+    NAN = 6
+    JUMP = 7
+    GARBAGE = 8
+    LENGTH = 9
+
+
+WHAT = {
+    FaultKind.END: "everything that lasts is over",
+    FaultKind.SILENCE: "sends nothing, but goes on",
+    FaultKind.FREEZE: "hears nothing, sends nothing, does nothing; its motor is off",
+    FaultKind.REBOOT: "starts again: a gap, idle, position zero",
+    FaultKind.ESTOP: "its own emergency stop is pressed",
+    FaultKind.ERROR: "latches an error: --value gives its bits (default: the driver chip's)",
+    FaultKind.NAN: "its encoder says NaN",
+    FaultKind.JUMP: "its encoder jumps by --value turns (default 1000)",
+    FaultKind.GARBAGE: "its frames carry random bytes",
+    FaultKind.LENGTH: "its frames are too short",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class FaultRequest:
+    """One request.
+
+    Args:
+        duration: s for which it lasts, 0.01 to 655; 0 = until END. value: error bits or turns, 0 = the default.
+    """
+
+    kind: FaultKind
+    duration: float = 0.0
+    value: int = 0
+
+
+def encode_fault(node: int, request: FaultRequest) -> Frame:
+    """The frame that asks a node for a fault.
+
+    Raises:
+        ValueError: a duration or value that does not fit.
+    """
+    ticks = round(request.duration / _TICK)
+    if not 0 <= ticks <= 0xFFFF:
+        raise ValueError(f"duration: expected 0 to 655 s, got {request.duration}")
+    if not -(1 << 31) <= request.value < 1 << 31:
+        raise ValueError(f"value: expected 32 bits, got {request.value}")
+    return Frame(_REQUEST | node, _PACKING.pack(request.kind, ticks, request.value), extended=True)
+
+
+def is_fault_request(frame: Frame, node: int) -> bool:
+    """Whether a frame asks this node for a fault."""
+    return frame.extended and frame.id == _REQUEST | node
+
+
+def decode_fault(frame: Frame) -> FaultRequest:
+    """What a frame asks for.
+
+    Raises:
+        FrameError: it is of another length, or asks for an unknown fault.
+    """
+    if len(frame.data) != _PACKING.size:
+        raise FrameError(f"fault request: expected {_PACKING.size} bytes, got {len(frame.data)}")
+    kind, ticks, value = _PACKING.unpack(frame.data)
+    try:
+        return FaultRequest(FaultKind(kind), ticks * _TICK, value)
+    except ValueError:
+        raise FrameError(f"fault request: expected one of {list(map(int, FaultKind))}, got {kind}") from None

@@ -1,0 +1,92 @@
+"""A motor with its load, under a drive's current control. Pure."""
+
+import math
+from dataclasses import dataclass
+
+TURN = 2 * math.pi
+_STEP = 0.002
+"""s; the longest step of integration."""
+_LONGEST = 1.0
+"""s of simulated time that one call makes up for at most."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MotorModel:
+    """A motor and what hangs on it. The defaults drive one side of a 20 kg robot through a 50:1 gear.
+
+    Args:
+        inertia: of rotor and load, at the shaft, kg m^2.
+        torque_constant: Nm/A. current_limit: A.
+        friction: Coulomb friction at the shaft, Nm.
+        response: time constant of the velocity loop, s.
+        braking: time constant with the drive off and the phases shorted, s.
+        velocity_limit: turn/s.
+    """
+
+    inertia: float = 9e-4
+    torque_constant: float = 0.04
+    current_limit: float = 12.0
+    friction: float = 0.02
+    response: float = 0.02
+    braking: float = 0.03
+    velocity_limit: float = 120.0
+
+
+class Motor:
+    """See the module.
+
+    Attributes:
+        position, velocity: turn, turn/s. current: A.
+    """
+
+    def __init__(self, model: MotorModel) -> None:
+        self.model = model
+        self.current_limit = model.current_limit
+        self.velocity_limit = model.velocity_limit
+        self.position = 0.0
+        self.velocity = 0.0
+        self.current = 0.0
+
+    @property
+    def torque(self) -> float:
+        """Of the motor, Nm."""
+        return self.current * self.model.torque_constant
+
+    def coast(self, dt: float) -> None:
+        """Let `dt` seconds pass with the drive off: the shorted phases brake the motor to a halt."""
+        self.current = 0.0
+        decay = math.exp(-dt / self.model.braking)
+        self.position += self.velocity * self.model.braking * (1 - decay)
+        self.velocity *= decay
+
+    def turn(self, dt: float, velocity: float) -> None:
+        """Let `dt` seconds pass while the drive aims for a velocity, turn/s."""
+        target = max(-self.velocity_limit, min(self.velocity_limit, velocity))
+        gain = self.model.inertia * TURN / (self.model.response * self.model.torque_constant)
+        for step in _steps(dt):
+            drag = math.copysign(self.model.friction, target) / self.model.torque_constant if target else 0.0
+            self._push(gain * (target - self.velocity) + drag, step)
+
+    def pull(self, dt: float, torque: float) -> None:
+        """Let `dt` seconds pass while the drive holds a torque, Nm."""
+        for step in _steps(dt):
+            self._push(torque / self.model.torque_constant, step)
+
+    def _push(self, current: float, dt: float) -> None:
+        self.current = max(-self.current_limit, min(self.current_limit, current))
+        torque = self.current * self.model.torque_constant
+        friction = self.model.friction
+        if self.velocity == 0.0 and abs(torque) <= friction:
+            return
+        torque -= math.copysign(friction, self.velocity or torque)
+        before = self.velocity
+        self.velocity += torque / self.model.inertia / TURN * dt
+        if before * self.velocity < 0.0 and abs(self.torque) <= friction:
+            self.velocity = 0.0  # friction stops, it does not push back
+        self.position += (before + self.velocity) / 2 * dt
+
+
+def _steps(dt: float) -> list[float]:
+    dt = max(0.0, min(dt, _LONGEST))
+    count = max(1, math.ceil(dt / _STEP))
+    return [dt / count] * count

@@ -1,0 +1,170 @@
+"""What a match file says of CAN robots: the table [backends.can]."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+
+from vrg.errors import ConfigError
+from vrg.hal.can.axis import Axis
+from vrg.hal.can.base import WheelAxis
+from vrg.hal.can.calibration import Calibration, load_calibration
+from vrg.hal.can.link import Link
+from vrg.hal.can.protocols import PROTOCOLS, axis_type
+from vrg.hal.settings import BackendSettings, Companion
+
+EMULATING = "emulating"
+"""The first word of what `vrg can node` says once it is on the bus."""
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class RobotWiring(_Table):
+    """One robot: [backends.can.robots.<name>].
+
+    Args:
+        left, right: node ids of the motors on each side, one or two.
+        ratio: turns of a motor for one turn of its wheel; a calibration file stands above it.
+        calibration: file written by `vrg can calibrate`, relative to the match file.
+        pose: `odometry`: the robot says where it is; `feed`: somebody else publishes it, a motion-capture system say.
+        supply: V of an empty and of a full battery.
+        interface, channel, bitrate, protocol: in place of the table's, for a robot on a bus of its own.
+    """
+
+    left: list[int] = Field(min_length=1, max_length=2)
+    right: list[int] = Field(min_length=1, max_length=2)
+    ratio: float = Field(1.0, gt=0, le=10_000)
+    calibration: str | None = None
+    pose: str = "odometry"
+    supply: tuple[float, float] = (20.0, 25.2)
+    interface: str | None = None
+    channel: str | None = None
+    bitrate: int | None = Field(None, ge=10_000, le=1_000_000)
+    protocol: str | None = None
+
+    @field_validator("pose")
+    @classmethod
+    def _pose(cls, value: str) -> str:
+        return _one_of(value, ["odometry", "feed"])
+
+    @field_validator("protocol")
+    @classmethod
+    def _protocol(cls, value: str | None) -> str | None:
+        return value if value is None else _one_of(value, sorted(PROTOCOLS))
+
+    @model_validator(mode="after")
+    def _sides(self) -> "RobotWiring":
+        if len(self.left) != len(self.right):
+            raise ValueError(f"expected as many motors left as right, got {len(self.left)} and {len(self.right)}")
+        if len(set(self.nodes)) != len(self.nodes):
+            raise ValueError(f"expected an id of its own for every motor, got {self.nodes}")
+        if not self.supply[0] < self.supply[1]:
+            raise ValueError(f"supply: expected the voltage of an empty and of a full battery, got {self.supply}")
+        return self
+
+    @property
+    def nodes(self) -> list[int]:
+        """Of all motors."""
+        return [*self.left, *self.right]
+
+    def wheel_axes(self, calibration: Calibration | None) -> list[WheelAxis]:
+        """How the motors drive the wheels, by the calibration where there is one."""
+        axes = []
+        for left, nodes in ((True, self.left), (False, self.right)):
+            for node in nodes:
+                own = calibration.axes[node] if calibration is not None else None
+                direction, ratio = (own.direction, own.ratio) if own is not None else (1, self.ratio)
+                axes.append(WheelAxis(node, left, direction, ratio))
+        return axes
+
+
+class CanSettings(BackendSettings):
+    """The table [backends.can].
+
+    Args:
+        interface, channel, bitrate: of the bus, as python-can calls them. protocol: of the drives.
+        emulate: start emulated drives for these robots; without it they are expected on the bus.
+        robots: by name. Those of players whose backend is another one are left alone.
+    """
+
+    interface: str = "socketcan"
+    channel: str = "can0"
+    bitrate: int | None = Field(None, ge=10_000, le=1_000_000)
+    protocol: str = "odrive"
+    emulate: bool = False
+    robots: dict[str, RobotWiring] = Field(default_factory=dict)
+
+    @field_validator("protocol")
+    @classmethod
+    def _protocol(cls, value: str) -> str:
+        return _one_of(value, sorted(PROTOCOLS))
+
+    @model_validator(mode="after")
+    def _nodes(self) -> "CanSettings":
+        owner: dict[tuple[Link, int], str] = {}
+        for name in self.robots:
+            for node in self.robots[name].nodes:
+                problem = self.axis_type(name).check_node(node)
+                if problem:
+                    raise ValueError(f"robots.{name}: node id of {self.protocol_of(name)}: {problem}")
+                other = owner.setdefault((self.link(name), node), name)
+                if other != name:
+                    raise ValueError(f"robots.{name}: node {node} on {self.link(name)} is {other}'s already")
+        return self
+
+    def link(self, robot: str) -> Link:
+        """The bus of a robot."""
+        own = self.robots[robot]
+        return Link(
+            interface=own.interface or self.interface,
+            channel=own.channel or self.channel,
+            bitrate=own.bitrate or self.bitrate,
+        )
+
+    def protocol_of(self, robot: str) -> str:
+        """What a robot's drives speak."""
+        return self.robots[robot].protocol or self.protocol
+
+    def axis_type(self, robot: str) -> type[Axis]:
+        """The class of a robot's axes."""
+        return axis_type(self.protocol_of(robot))
+
+    def problems(self, robots: Sequence[str], base: Path) -> list[str]:
+        """Robots without wiring, and calibration files that do not fit."""
+        found = []
+        for name in robots:
+            wiring = self.robots.get(name)
+            if wiring is None:
+                found.append(f"expected a table [backends.can.robots.{name}] with its wiring, found none")
+            elif wiring.calibration:
+                try:
+                    load_calibration(base / wiring.calibration, wiring.nodes)
+                except ConfigError as error:
+                    found += error.problems
+        return found
+
+    def companions(self, robots: Sequence[str]) -> list[Companion]:
+        """The emulated drives of these robots, one process for each bus and protocol."""
+        if not self.emulate:
+            return []
+        nodes: dict[tuple[Link, str], list[int]] = {}
+        for name in robots:
+            nodes.setdefault((self.link(name), self.protocol_of(name)), []).extend(self.robots[name].nodes)
+        companions = []
+        for number, ((link, protocol), ids) in enumerate(nodes.items(), 1):
+            arguments = ["can", "node", "--interface", link.interface, "--channel", link.channel]
+            if link.bitrate is not None:
+                arguments += ["--bitrate", str(link.bitrate)]
+            arguments += ["--protocol", protocol]
+            for node in ids:
+                arguments += ["--id", str(node)]
+            companions.append(Companion("drives" if number == 1 else f"drives-{number}", tuple(arguments), EMULATING))
+        return companions
+
+
+def _one_of(value: str, known: list[str]) -> str:
+    if value not in known:
+        raise ValueError(f"expected one of {', '.join(known)}, got {value!r}")
+    return value
