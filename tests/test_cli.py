@@ -186,7 +186,9 @@ def test_wrong_usage_is_status_2(vrg: Callable[..., Done], arguments: list[str],
     assert not Path("runs").exists()
 
 
-@pytest.mark.parametrize("arguments", [["official", "halt"], ["estop"], ["topic", "list"]], ids=" ".join)
+@pytest.mark.parametrize(
+    "arguments", [["official", "halt"], ["official", "recover", "nemo"], ["estop"], ["topic", "list"]], ids=" ".join
+)
 def test_without_a_match_there_is_nothing_to_decide(vrg: Callable[..., Done], arguments: list[str]) -> None:
     done = vrg(*arguments)
     assert done.status == 1

@@ -114,6 +114,17 @@ def test_the_command_line_overrides_and_the_text_says_so() -> None:
     assert 'engine = "pybullet"' not in setup.text
 
 
+def test_a_physical_robot_is_in_the_world_as_one_and_keeps_it_in_real_time(load: Load) -> None:
+    virtual = load(GOOD.replace("seed = 0", "seed = 0\nrate = 4.0"))
+    assert (virtual.physical, virtual.world.rate) == ([], 4.0)
+    can = '[backends.can]\nchannel = "vcan0"\n[backends.can.robots.player1]\nleft = [0]\nright = [1]\nratio = 50.0\n'
+    text = GOOD.replace("seed = 0", "seed = 0\nrate = 4.0").replace("[rules]", f"{can}[rules]")
+    mixed = load(text.replace('role = "shark"', 'role = "shark"\nbackend = "can"', 1))
+    assert mixed.physical == ["player1"]
+    assert mixed.world.rate == 1.0
+    assert [robot.physical for robot in mixed.world.robots] == [True] + [False] * 6
+
+
 def test_an_overridden_value_is_checked_too() -> None:
     with pytest.raises(ConfigError, match="seed"):
         load_match(match_path("sharks-and-minnows"), seed=-3)

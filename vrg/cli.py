@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from vrg import __version__
-from vrg.commands import diagram, doctor, official, play, processes, topic
+from vrg.commands import can, diagram, doctor, official, play, processes, topic
 from vrg.errors import ConfigError, VrgError
 
 # What pygame prints on import would be the first line of every command.
@@ -23,6 +23,7 @@ app.command()(play.check)
 app.command()(official.estop)
 app.add_typer(official.app, name="official")
 app.add_typer(topic.app, name="topic")
+app.add_typer(can.app, name="can")
 app.command()(diagram.diagram)
 app.command()(doctor.doctor)
 for node in (

@@ -18,13 +18,14 @@ from vrg.bus.topics import NAME_PATTERN, Keys
 from vrg.coordinator.games import GAMES, make_rulebook
 from vrg.coordinator.rulebook import Contestant, RuleBook
 from vrg.errors import ConfigError
-from vrg.hal.backends import backend_names
+from vrg.hal.backends import backend_names, settings_type
 from vrg.hal.models import MODELS, robot_model
+from vrg.hal.settings import Companion
 from vrg.hal.sim.config import RobotSetup, WorldConfig, check_setup
 from vrg.hal.sim.map import load_map
 from vrg.toml_text import line_of, lines_of, syntax_error_line, with_values
 
-PROCESS_NAMES = ("router", "world", "referee", "recorder", "spectator")
+PROCESS_NAMES = ("router", "world", "referee", "recorder", "spectator", "drives")
 """A player's process and log are named after the player; these names are taken."""
 
 
@@ -94,6 +95,7 @@ class MatchFile(_Table):
         rate: match seconds per real second.
         lasers: False saves the scans where no player looks at them. noise: False = perfect sensors.
         rules: the game's own settings.
+        backends: settings of those backends that take any, by name.
     """
 
     name: str
@@ -105,6 +107,7 @@ class MatchFile(_Table):
     lasers: bool = True
     noise: bool = True
     rules: dict[str, Any]
+    backends: dict[str, dict[str, Any]] = {}
     players: list[PlayerEntry] = Field(min_length=1)
 
     @field_validator("name")
@@ -136,6 +139,22 @@ class MatchSetup:
     def keys(self) -> Keys:
         """The key map of this match."""
         return Keys(self.file.name)
+
+    @property
+    def physical(self) -> list[str]:
+        """The players whose robots are no virtual ones. With any of them the world keeps real time, whatever `rate`."""
+        return [p.name for p in self.file.players if p.backend != "sim"]
+
+    @property
+    def companions(self) -> list[Companion]:
+        """The processes that the players' robots need besides the players' own."""
+        found: list[Companion] = []
+        for backend in dict.fromkeys(p.backend for p in self.file.players):
+            kind = settings_type(backend)
+            if kind is not None:
+                robots = [p.name for p in self.file.players if p.backend == backend]
+                found += kind.model_validate(self.file.backends[backend]).companions(robots)
+        return found
 
     def player(self, name: str) -> PlayerEntry:
         """The player of this name.
@@ -216,12 +235,14 @@ def _check(file: MatchFile, text: str, path: Path, base: Path, lines: dict[tuple
         map=file.map if "/" not in file.map and not file.map.endswith(".toml") else str(base / file.map),
         engine=file.engine,
         seed=file.seed,
-        rate=file.rate,
+        rate=1.0 if any(p.backend != "sim" for p in file.players) else file.rate,
         lasers=file.lasers,
         noise=file.noise,
-        robots=tuple(RobotSetup(name=p.name, model=p.model, pose=p.pose) for p in file.players if p.backend == "sim"),
+        robots=tuple(
+            RobotSetup(name=p.name, model=p.model, pose=p.pose, physical=p.backend != "sim") for p in file.players
+        ),
     )
-    problems = _rule_problems(game.settings, file.rules, path, lines)
+    problems = _rule_problems(game.settings, file.rules, path, lines) + _backend_problems(file, path, base, lines)
     for i, player in enumerate(file.players):
         if player.role not in game.roles:
             line = line_of(lines, ("players", i, "role"))
@@ -301,6 +322,31 @@ def _rule_problems(
     except ValidationError as error:
         return _explain(error, path, lines, ("rules",))
     return []
+
+
+def _backend_problems(file: MatchFile, path: Path, base: Path, lines: dict[tuple[str | int, ...], int]) -> list[str]:
+    """What is wrong with the tables [backends.*]; also of those that no player has chosen, as one word chooses them."""
+    problems = []
+    for backend in sorted({player.backend for player in file.players} | set(file.backends)):
+        users = {i: player.name for i, player in enumerate(file.players) if player.backend == backend}
+        where = ("backends", backend)
+        here = f"{path}:{line_of(lines, where)}: backends.{backend}"
+        try:
+            kind = settings_type(backend)
+            if kind is not None and backend in file.backends:
+                found = kind.model_validate(file.backends[backend]).problems(list(users.values()), base)
+                problems += [f"{here}: {problem}" for problem in found]
+            elif kind is not None:
+                line = line_of(lines, ("players", min(users), "backend"))
+                wanted = f"expected a table [backends.{backend}], found none"
+                problems.append(f"{path}:{line}: players.{min(users)}.backend: {wanted}")
+            elif backend in file.backends:
+                problems.append(f"{here}: this backend has no settings")
+        except ConfigError as error:
+            problems += [f"{here}: {problem}" for problem in error.problems]
+        except ValidationError as error:
+            problems += _explain(error, path, lines, where)
+    return problems
 
 
 def _explain(

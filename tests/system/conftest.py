@@ -22,12 +22,13 @@ class Arena:
         self._folder = folder
         self._numbers = itertools.count(1)
         self._shared: Match | None = None
+        self._text = ""
 
-    def shared(self) -> Match:
+    def shared(self, text: str) -> Match:
         """A long match in play that tests use one after the other; another one where the last test spoilt it."""
-        if self._shared is None or not self._shared.healthy:
+        if self._shared is None or self._text != text or not self._shared.healthy:
             self.clear()
-            self._shared = self.start(long_match("long"))
+            self._shared, self._text = self.start(text), text
         return self._shared
 
     def start(self, text: str, **options: object) -> Match:
@@ -54,7 +55,7 @@ def arena(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Arena]:
 @pytest.fixture
 def match(arena: Arena) -> Match:
     """The shared match, in play, with every minnow moving."""
-    shared = arena.shared()
+    shared = arena.shared(long_match("long"))
     shared.observer.wait_until(lambda: shared.observer.moving(*MINNOWS), "minnows to move")
     return shared
 

@@ -20,6 +20,7 @@ import psutil
 import zenoh
 
 from tests.system.observer import PATIENCE, Observer
+from tests.vcan import INTERFACE
 from vrg.bus.session import configure, open_session
 from vrg.bus.topics import Keys
 from vrg.launch.run_folder import RunFolder
@@ -31,8 +32,23 @@ MINNOWS = ("ann", "bob", "cid")
 PLAYERS = ("shark", *MINNOWS)
 
 
-def match_text(name: str, *, length: float, width: float, zone: float, rules: str = "", rate: float = 1.0) -> str:
-    """A match file: one shark and three minnows, one pass, on open ground; they drive along y."""
+def match_text(
+    name: str,
+    *,
+    length: float,
+    width: float,
+    zone: float,
+    rules: str = "",
+    rate: float = 1.0,
+    wiring: dict[str, tuple[int, int]] | None = None,
+    can: str = "emulate = true",
+) -> str:
+    """A match file: one shark and three minnows, one pass, on open ground; they drive along y.
+
+    Args:
+        wiring: the nodes, left and right, of players whose robots are on vcan0. can: more of that backend's settings.
+    """
+    wiring = wiring or {}
     half, side = length / 2, width / 2
     places = {
         "shark": (0.0, zone / 2 - half, 90.0),
@@ -54,9 +70,13 @@ y = [{-half}, {half}]
 zone_depth = {zone}
 {rules}
 """
+    if wiring:
+        head += f'\n[backends.can]\nchannel = "{INTERFACE}"\n{can}\n'
+    for player, (left, right) in wiring.items():
+        head += f"\n[backends.can.robots.{player}]\nleft = [{left}]\nright = [{right}]\nratio = 50.0\n"
     players = [
         f'[[players]]\nname = "{player}"\nrole = "{"shark" if player == "shark" else "minnow"}"\n'
-        f"x = {x}\ny = {y}\nheading = {heading}\n"
+        f'backend = "{"can" if player in wiring else "sim"}"\nx = {x}\ny = {y}\nheading = {heading}\n'
         for player, (x, y, heading) in places.items()
     ]
     return "\n".join([head, *players])
@@ -172,12 +192,13 @@ class Match:
         return (self.run.logs / f"{name}.log").read_text(encoding="utf-8", errors="replace")
 
     def child(self, name: str) -> psutil.Process:
-        """The process of a player by its name, or of `router`, `world`, `coordinator`, `recorder`, `spectator`."""
+        """A player's process by its name, or `router`, `world`, `coordinator`, `recorder`, `spectator`, `drives`."""
         for process in psutil.Process(self.launcher.pid).children():
             with contextlib.suppress(psutil.NoSuchProcess):
                 arguments = process.cmdline()[3:]
                 kind = arguments[0] if arguments else ""
-                if name == (arguments[2] if kind == "player" else kind):
+                own = {"player": arguments[2:3], "can": ["drives"]}.get(kind, [kind])
+                if own == [name]:
                     return process
         raise AssertionError(f"no process {name} runs; {self.said()}")
 

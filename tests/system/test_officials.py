@@ -42,6 +42,15 @@ def test_a_resume_of_what_is_not_halted_is_refused(match: Match) -> None:
     assert "play is not halted" in done.stdout
 
 
+def test_an_official_lets_robots_recover(match: Match) -> None:
+    assert "recover cid: asked by" in match.command("official", "recover", "cid")
+    assert "recover all robots: asked by" in match.command("official", "recover", "--reason", "new battery")
+    refused = match.vrg("official", "recover", "nobody")
+    assert refused.returncode == 1
+    assert "expected a player of this match" in refused.stdout
+    assert match.observer.state.halted is None
+
+
 def test_an_official_overrules_score_and_state(match: Match) -> None:
     observer = match.observer
     assert "set-score minnows 3" in match.command("official", "set-score", "minnows", "3")

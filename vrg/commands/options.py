@@ -1,5 +1,9 @@
 """Options that several subcommands share."""
 
+import logging
+import os
+import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,6 +14,8 @@ import typer
 from vrg.bus.session import DEFAULT_ENDPOINT
 from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.launch import registry
+
+log = logging.getLogger(__name__)
 
 MatchArgument = Annotated[
     str, typer.Argument(metavar="GAME|match.toml", help="A match file, or a game's name for its default match.")
@@ -42,3 +48,23 @@ def which_match(match: str | None, router: str | None) -> tuple[str, str]:
         ConfigError: it is not clear which.
     """
     return registry.find(match, router, DEFAULT_ENDPOINT)
+
+
+@contextmanager
+def child_process(leash: bool) -> Iterator[Stop]:
+    """Logging, signals, and the leash of the supervisor: standard input ends when it dies."""
+    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+    # zenoh's threads wait for the interpreter's lock: let it go sooner than the default 5 ms.
+    sys.setswitchinterval(1e-3)
+    with stoppable() as stop:
+        if leash:
+            threading.Thread(target=_hold_leash, args=(stop,), daemon=True).start()
+        yield stop
+
+
+def _hold_leash(stop: Stop) -> None:
+    # The bare descriptor: a thread inside sys.stdin's lock would keep the interpreter from ending.
+    while os.read(0, 64):
+        pass
+    log.info("stopping: the supervisor is gone")
+    stop.set()

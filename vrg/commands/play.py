@@ -82,6 +82,10 @@ def play(
         soft_wrap=True,
     )
     show = _Show(console, window=not headless and _has_display(), record=record)
+    if setup.physical and setup.file.rate != setup.world.rate:
+        console.print(
+            f"rate {setup.world.rate:g}, not {setup.file.rate:g}: {', '.join(setup.physical)} cannot be hurried"
+        )
     state: RefereeState | None
     with stop_on_signals() as stop:
         if in_process_:

@@ -2,10 +2,7 @@
 
 import logging
 import os
-import sys
-import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
@@ -16,7 +13,6 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Node
 from vrg.bus.process import Statistics, run_node, run_world
 from vrg.bus.session import DEFAULT_ENDPOINT, open_router, open_session
-from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys
 from vrg.commands.options import (
     BaseOption,
@@ -26,7 +22,7 @@ from vrg.commands.options import (
     NameOption,
     RouterOption,
     RunOption,
-    stoppable,
+    child_process,
     which_match,
 )
 from vrg.config import MatchSetup, load_match, match_path
@@ -41,26 +37,6 @@ SNAPSHOT_PERIOD = 5
 
 WINDOW_PERIOD = 1 / 30
 """s of real time between looks at a window's keys."""
-
-
-@contextmanager
-def _process(leash: bool) -> Iterator[Stop]:
-    """Logging, signals, and the leash of the supervisor: standard input ends when it dies."""
-    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
-    # zenoh's threads wait for the interpreter's lock: let it go sooner than the default 5 ms.
-    sys.setswitchinterval(1e-3)
-    with stoppable() as stop:
-        if leash:
-            threading.Thread(target=_hold_leash, args=(stop,), daemon=True).start()
-        yield stop
-
-
-def _hold_leash(stop: Stop) -> None:
-    # The bare descriptor: a thread inside sys.stdin's lock would keep the interpreter from ending.
-    while os.read(0, 64):
-        pass
-    log.info("stopping: the supervisor is gone")
-    stop.set()
 
 
 def _setup(match: str, base: Path | None) -> MatchSetup:
@@ -83,14 +59,14 @@ def _report(folder: RunFolder | None, name: str, statistics: Statistics) -> None
 
 
 def _run(build: Callable[[], Node], keys: Keys, router: str, leash: bool, folder: RunFolder | None) -> None:
-    with _process(leash) as stop, open_session(router, stop=stop) as session:
+    with child_process(leash) as stop, open_session(router, stop=stop) as session:
         node = build()
         _report(folder, node.name, run_node(node, session, keys, stop))
 
 
 def router(endpoint: RouterOption = DEFAULT_ENDPOINT, leash: LeashOption = False) -> None:
     """Serve as the router that all processes of a match connect to."""
-    with _process(leash) as stop, open_router(endpoint):
+    with child_process(leash) as stop, open_router(endpoint):
         log.info("routing at %s", endpoint)
         stop.wait()
 
@@ -105,13 +81,13 @@ def world(
     """Run the world: physics, sensors and the match clock. Goes on from the run folder's snapshot, if there is one."""
     setup = _setup(match, base)
     folder = _run_folder(run, setup)
-    with _process(leash) as stop, open_session(router, stop=stop) as session:
+    with child_process(leash) as stop, open_session(router, stop=stop) as session:
         node = nodes.world_node(setup)
         if folder.snapshot.exists():
             node.restore(folder.snapshot.read_bytes())
             log.info("going on from the snapshot at tick %d", node.start_tick)
         keeper = _SnapshotKeeper(folder, node.snapshot)
-        first, rate = node.start_tick, setup.file.rate
+        first, rate = node.start_tick, setup.world.rate
         statistics = run_world(node, session, setup.keys, stop, first_tick=first, rate=rate, after_tick=keeper)
         _report(folder, "world", statistics)
 
@@ -202,7 +178,7 @@ def spectator(
         keys = Keys(found)
     pictures = run or Path()
     own = "window" if leash else f"window-{os.getpid()}"
-    with _process(leash) as stop, open_session(endpoint, stop=stop) as session:
+    with child_process(leash) as stop, open_session(endpoint, stop=stop) as session:
         if setup is None:
             node = Spectator(own, Mailbox(), keys, pictures=pictures)
         else:

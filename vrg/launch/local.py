@@ -49,6 +49,8 @@ def specs(setup: MatchSetup, folder: RunFolder, endpoint: str, *, window: bool, 
         node("world", 1, "world", match, kind="world", as_="world"),
         node("referee", 2, "coordinator", match, kind="coordinator", as_="referee"),
     ]
+    for companion in setup.companions:
+        found.append(ProcessSpec(companion.name, companion.arguments, None, 1, says=companion.says))
     if record:
         found.append(node("recorder", 2, "recorder", match, kind="recorder", as_="recorder", essential=False))
     if window:

@@ -25,9 +25,10 @@ class ProcessSpec:
     Args:
         name: of the process and of its log.
         arguments: of the `vrg` command.
-        pulse: key of its pulse, whose first beat says that it is ready; None for the router.
+        pulse: key of its pulse, whose first beat says that it is ready; None where it is no node of the match.
         group: processes of a lower group are ready before those of a higher one are started, and are stopped later.
         essential: without it there is no match.
+        says: of a process without a pulse: what it prints once it is ready; the router prints nothing.
     """
 
     name: str
@@ -35,6 +36,12 @@ class ProcessSpec:
     pulse: str | None
     group: int
     essential: bool = True
+    says: str | None = None
+
+    @property
+    def is_router(self) -> bool:
+        """The router is started before there is a bus to hear anybody on."""
+        return self.pulse is None and self.says is None
 
 
 class ManagedProcess:
@@ -49,7 +56,17 @@ class ManagedProcess:
         self.deaths: deque[float] = deque()
         self.last_pulse = 0.0
         self.ready = False
+        self._log_begins = 0
         self._process: subprocess.Popen[bytes] | None = None
+
+    @property
+    def has_said(self) -> bool:
+        """Whether it has printed what it prints once it is ready, since it was started last."""
+        if self.spec.says is None:
+            return False
+        with self.log.open("rb") as log:
+            log.seek(self._log_begins)
+            return self.spec.says.encode() in log.read()
 
     @property
     def pid(self) -> int | None:
@@ -71,6 +88,7 @@ class ManagedProcess:
         self.last_pulse = time.monotonic()
         try:
             with self.log.open("ab") as log:
+                self._log_begins = log.tell()
                 self._process = subprocess.Popen(
                     [sys.executable, "-m", "vrg", *self.spec.arguments, "--leash"],
                     stdin=subprocess.PIPE,

@@ -55,7 +55,15 @@ def player_node(setup: MatchSetup, name: str) -> Player:
     """
     entry = setup.player(name)
     mailbox = Mailbox()
-    context = RobotContext(name=name, model=robot_model(entry.model), keys=setup.keys, mailbox=mailbox)
+    context = RobotContext(
+        name=name,
+        model=robot_model(entry.model),
+        keys=setup.keys,
+        mailbox=mailbox,
+        start=entry.pose,
+        base=setup.base,
+        options=setup.file.backends.get(entry.backend, {}),
+    )
     return Player(mailbox, setup.keys, open_robot(entry.backend, context), setup.strategy(name))
 
 

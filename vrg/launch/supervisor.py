@@ -53,8 +53,8 @@ class Supervisor:
         """
         self._session = session
         session.attach(self._mailbox)
-        for group in sorted({p.spec.group for p in self.processes if p.spec.pulse}):
-            members = [p for p in self.processes if p.spec.group == group and p.spec.pulse]
+        for group in sorted({p.spec.group for p in self.processes if not p.spec.is_router}):
+            members = [p for p in self.processes if p.spec.group == group and not p.spec.is_router]
             for member in members:
                 member.start()
             self._wait_ready(members, progress)
@@ -65,7 +65,7 @@ class Supervisor:
         Raises:
             LaunchError: it does not answer, or another one has taken its endpoint.
         """
-        for router in [p for p in self.processes if p.spec.pulse is None]:
+        for router in [p for p in self.processes if p.spec.is_router]:
             router.start()
             self._router_since = time.monotonic()
             try:
@@ -89,6 +89,7 @@ class Supervisor:
         while waiting := [p for p in members if not p.ready]:
             self._feel_pulses()
             for process in waiting:
+                process.ready = process.ready or process.has_said
                 if process.ready:
                     progress(process.spec.name)
                 elif process.exit_status is not None:
@@ -135,7 +136,7 @@ class Supervisor:
         elif process.note_death(now):
             self._announce(f"{name} {how}: started again (log: {process.log})")
             process.start()
-            if process.spec.pulse is None:
+            if process.spec.is_router:
                 self._router_since = now
         elif process.spec.essential:
             raise LaunchError(f"{name} {how}, too often to go on:\n{process.last_words()}")
@@ -149,7 +150,7 @@ class Supervisor:
         if not self._session.connected:
             self._cut_since = self._cut_since or now
             if now - self._cut_since > CUT_OFF and now - self._router_since > ROUTER_START:
-                for router in [p for p in self.processes if p.spec.pulse is None and p.pid]:
+                for router in [p for p in self.processes if p.spec.is_router and p.pid]:
                     self._announce("router does not answer: killed")
                     router.kill()
             return

@@ -1,0 +1,245 @@
+"""Matches of physical and virtual robots: real processes, emulated drives, a real CAN bus."""
+
+import json
+import signal
+import subprocess
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+
+from tests.system.conftest import Arena
+from tests.system.harness import Match, match_text
+from tests.vcan import INTERFACE
+from vrg.bus import messages as m
+from vrg.bus.tracks import read_tracks
+from vrg.hal.can import odrive
+from vrg.hal.can.bus import CanBus
+from vrg.hal.can.frame import Frame
+from vrg.hal.can.link import Link
+
+pytestmark = [pytest.mark.system, pytest.mark.vcan]
+
+WIRING = {"ann": (0, 1), "bob": (2, 3)}
+STANDING = 0.5
+"""turn/s of a motor below which it stands: 1 cm/s of the wheel."""
+
+
+def mixed_match(name: str) -> str:
+    """Long, with two of four robots on the bus."""
+    return match_text(name, length=190.0, width=60.0, zone=6.0, wiring=WIRING)
+
+
+class Tap:
+    """Everything on vcan0, as it comes; a context manager."""
+
+    def __init__(self) -> None:
+        self.frames: list[Frame] = []
+        self.bus = CanBus(Link(channel=INTERFACE), self.frames.append)
+
+    def __enter__(self) -> "Tap":
+        self.bus.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.bus.stop()
+
+    def newest(self, node: int, command: odrive.Command) -> odrive.Message | None:
+        """The newest of this kind."""
+        wanted = odrive.frame_id(node, command)
+        found = next((f for f in reversed(self.frames) if f.id == wanted and not f.remote), None)
+        return odrive.decode(found) if found is not None else None
+
+    def count(self, node: int, command: odrive.Command, since: int = 0) -> int:
+        """How many of this kind have come since frame number `since`."""
+        return sum(f.id == odrive.frame_id(node, command) for f in self.frames[since:])
+
+    def velocity(self, node: int) -> float:
+        """turn/s, by the encoder; a motor that has not been heard does not stand."""
+        estimate = self.newest(node, odrive.Command.ENCODER_ESTIMATES)
+        return estimate.velocity if isinstance(estimate, odrive.EncoderEstimates) else float("inf")
+
+    def errors(self, node: int) -> int:
+        """By the newest heartbeat."""
+        heartbeat = self.newest(node, odrive.Command.HEARTBEAT)
+        return heartbeat.error if isinstance(heartbeat, odrive.Heartbeat) else 0
+
+    def standing(self, *nodes: int) -> bool:
+        """Whether these motors stand."""
+        return all(abs(self.velocity(node)) < STANDING for node in nodes)
+
+
+@pytest.fixture
+def mixed(arena: Arena) -> Match:
+    """The shared match, in play, with every minnow moving."""
+    match = arena.shared(mixed_match("mixed-long"))
+    match.observer.wait_until(lambda: match.observer.moving("ann", "bob", "cid"), "minnows to move")
+    return match
+
+
+@pytest.fixture
+def tap() -> Iterator[Tap]:
+    with Tap() as tap:
+        yield tap
+
+
+def halted_because(match: Match, words: str) -> None:
+    """The referee has halted play, and says why."""
+    observer = match.observer
+    observer.wait_until(lambda: words in (observer.state.halted or ""), f"a halt because of {words!r}")
+    observer.wait_until(observer.standing, "all robots to stand")
+
+
+def stays(match: Match, tap: Tap, *nodes: int) -> None:
+    """The motors stand for a while, although everybody goes on."""
+    began = len(match.observer.heard.poses)
+    match.observer.time_passes(1.0, "standing")
+    assert tap.standing(*nodes)
+    assert len(match.observer.heard.poses) > began
+
+
+def vrg_can(match: Match, *arguments: str) -> None:
+    match.command("can", *arguments)
+
+
+def test_bodies_are_told_apart_and_time_is_real(mixed: Match) -> None:
+    observer = mixed.observer
+    physical = {body.name: body.physical for body in observer.heard.poses[-1].body.bodies}
+    assert physical == {"shark": False, "ann": True, "bob": True, "cid": False}
+    assert observer.heard.clocks[-1].body.rate == 1.0
+    assert not observer.heard.robots["ann"], "the world simulates no state of a physical robot"
+    assert observer.heard.robots["cid"]
+
+
+@pytest.mark.parametrize("fault", [signal.SIGKILL, signal.SIGSTOP], ids=["dies", "freezes"])
+def test_the_drives_stop_the_motors_of_a_player_that_fails(mixed: Match, tap: Tap, fault: signal.Signals) -> None:
+    observer = mixed.observer
+    old = mixed.child("ann")
+    observer.wait_until(lambda: abs(tap.velocity(0)) > 5 and abs(tap.velocity(1)) > 5, "ann's motors to turn")
+    before = observer.body("ann").pose
+    old.send_signal(fault)
+    since = len(tap.frames)
+    observer.wait_until(lambda: tap.standing(0, 1), "ann's motors to stand")
+    watchdog = odrive.AxisError.WATCHDOG_TIMER_EXPIRED
+    observer.wait_until(lambda: tap.errors(0) & watchdog and tap.errors(1) & watchdog, "the drives to say why")
+    sent = tap.count(0, odrive.Command.SET_INPUT_VEL, since)
+    assert sent <= 1, f"{sent} setpoints came from a process that does nothing"
+    halted_because(mixed, "ann: its pose is older than")
+    mixed.wait_replaced("ann", old)
+    mixed.resume()
+    observer.wait_until(lambda: observer.moving("ann", "bob"), "ann and bob to move again")
+    now = observer.body("ann").pose
+    assert abs(now.x - before.x) < 5.0, "the new player knows where its robot is"
+    assert before.y - 60.0 < now.y < before.y + 5.0
+
+
+def test_a_drive_that_faults_halts_the_match_until_an_official_recovers_it(mixed: Match, tap: Tap) -> None:
+    observer = mixed.observer
+    vrg_can(mixed, "fault", "error", "--id", "2", "--value", "0x2000")
+    halted_because(mixed, "bob: node 2: MOTOR_OVER_TEMP")
+    stays(mixed, tap, 2, 3)
+    refused = mixed.vrg("official", "resume")
+    assert refused.returncode != 0
+    assert "MOTOR_OVER_TEMP" in refused.stdout + refused.stderr
+    mixed.command("official", "recover", "bob", "--reason", "it has cooled down")
+    mixed.resume()
+    observer.wait_until(lambda: observer.moving("ann", "bob"), "both to move again")
+
+
+def test_the_emergency_stop_reaches_the_drives_and_is_released_by_hand(mixed: Match, tap: Tap) -> None:
+    observer = mixed.observer
+    mixed.command("estop", "--reason", "test")
+    observer.wait_until(
+        lambda: tap.count(0, odrive.Command.ESTOP) and tap.count(3, odrive.Command.ESTOP), "Estop frames"
+    )
+    observer.wait_until(lambda: tap.standing(0, 1, 2, 3), "all motors to stand")
+    estop = odrive.AxisError.ESTOP_REQUESTED
+    observer.wait_until(lambda: all(tap.errors(n) & estop for n in range(4)), "every drive to have latched it")
+    stays(mixed, tap, 0, 1, 2, 3)
+    mixed.command("estop", "--release")
+    observer.wait_until(lambda: not any(tap.errors(n) & estop for n in range(4)), "every drive to be released")
+    stays(mixed, tap, 0, 1, 2, 3)
+    mixed.resume()
+    observer.wait_until(lambda: observer.moving("ann", "bob"), "both to move again")
+
+
+def test_a_button_at_a_drive_halts_the_match(mixed: Match, tap: Tap) -> None:
+    observer = mixed.observer
+    vrg_can(mixed, "fault", "estop", "--id", "1")
+    halted_because(mixed, "ann: the emergency stop was pressed at a drive")
+    stays(mixed, tap, 0, 1)
+    mixed.command("estop", "--release")
+    observer.wait_until(lambda: not tap.errors(1), "the drive to be released")
+    mixed.resume()
+    observer.wait_until(lambda: observer.moving("ann", "bob"), "both to move again")
+
+
+def test_drives_that_die_are_missed_and_come_back_after_a_recovery(mixed: Match, tap: Tap) -> None:
+    observer = mixed.observer
+    old = mixed.child("drives")
+    old.kill()
+    halted_because(mixed, "no heartbeat")
+    mixed.wait_replaced("drives", old)
+    observer.wait_until(lambda: tap.standing(0, 1, 2, 3), "the new drives to be heard")
+    stays(mixed, tap, 0, 1, 2, 3)
+    mixed.command("official", "recover")
+    mixed.resume()
+    observer.wait_until(lambda: observer.moving("ann", "bob"), "both to move again")
+
+
+def test_an_interface_that_goes_down(mixed: Match, tap: Tap) -> None:
+    observer = mixed.observer
+    subprocess.run(["ip", "link", "set", INTERFACE, "down"], check=True)
+    try:
+        halted_because(mixed, "the interface is down")
+    finally:
+        subprocess.run(["ip", "link", "set", INTERFACE, "up"], check=True)
+    observer.wait_until(lambda: tap.standing(0, 1, 2, 3), "the motors to stand")
+    stays(mixed, tap, 0, 1, 2, 3)
+    mixed.command("official", "recover")
+    mixed.resume()
+    observer.wait_until(lambda: observer.moving("ann", "bob"), "both to move again")
+
+
+def test_a_mixed_match_is_played_to_its_end(start: Callable[..., Match]) -> None:
+    text = match_text(
+        "mixed-short", length=13.0, width=9.0, zone=2.5, rules="pass_limit = 25.0", rate=2.0, wiring=WIRING
+    )
+    match = start(text)
+    observer = match.observer
+    assert "rate 1, not 2: ann, bob cannot be hurried" in match.said()
+    observer.wait_until(lambda: observer.state.stage is m.Stage.GAME_OVER, "the game to be over", patience=180.0)
+    assert match.wait_ended(patience=120.0) == 0
+    result = json.loads(match.run.result.read_text())
+    assert result["ended"] == "game over"
+    assert match.run.plot.stat().st_size > 10_000
+    tracks = read_tracks(match.run.recordings())
+    assert {name: track.physical for name, track in tracks.items()} == {
+        "shark": False, "ann": True, "bob": True, "cid": False,
+    }  # fmt: skip
+    for name in WIRING:
+        assert np.ptp(tracks[name].y) > 2.0, f"{name} has hardly moved"
+
+
+def test_a_wrong_id_is_said_before_anything_moves(arena: Arena, tmp_path_factory: pytest.TempPathFactory) -> None:
+    arena.clear()
+    folder = tmp_path_factory.mktemp("wrong")
+    text = match_text("mixed-wrong", length=13.0, width=9.0, zone=2.5, wiring={"ann": (0, 1)}, can="emulate = false")
+    match = Match(folder, text)
+    try:
+        assert match.launcher.wait(120.0) == 1
+        assert "expected a heartbeat of odrive nodes 0, 1 on vcan0 within 3 s, got none" in match.said()
+    finally:
+        match.close()
+
+
+def test_a_bus_that_is_missing_is_said_at_once(arena: Arena, tmp_path_factory: pytest.TempPathFactory) -> None:
+    arena.clear()
+    folder = tmp_path_factory.mktemp("missing")
+    text = match_text("mixed-missing", length=13.0, width=9.0, zone=2.5, wiring={"ann": (0, 1)})
+    match = Match(folder, text.replace(INTERFACE, "vcan9"))
+    try:
+        assert match.launcher.wait(120.0) == 1
+        assert "vcan9: no such CAN interface on this machine" in match.said()
+    finally:
+        match.close()

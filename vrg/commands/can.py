@@ -1,0 +1,113 @@
+"""`vrg can ...`: emulated drives, and tools for a bus with real ones."""
+
+import enum
+import random
+import secrets
+import time
+from typing import Annotated
+
+import typer
+
+from vrg.commands import can_tools
+from vrg.commands.can_tools import BitrateOption, ChannelOption, InterfaceOption
+from vrg.commands.options import LeashOption, child_process
+from vrg.errors import ConfigError
+from vrg.hal.can.emulator.drive import DriveOptions
+from vrg.hal.can.emulator.faults import WHAT, FaultKind, FaultRequest, encode_fault
+from vrg.hal.can.emulator.motor import MotorModel
+from vrg.hal.can.emulator.table import emulated_drive
+from vrg.hal.can.link import Link
+from vrg.hal.can.protocols import axis_type
+from vrg.hal.can.settings import EMULATING
+
+app = typer.Typer(no_args_is_help=True, help="Motor controllers on a CAN bus, real and emulated.")
+app.command()(can_tools.scan)
+app.command()(can_tools.monitor)
+app.command()(can_tools.calibrate)
+
+
+class ProtocolName(enum.StrEnum):
+    """What `--protocol` may be."""
+
+    ODRIVE = "odrive"
+    CIA402 = "cia402"
+
+
+FaultName = enum.StrEnum("FaultName", {kind.name: kind.name.lower() for kind in FaultKind})  # type: ignore[misc]
+
+ProtocolOption = Annotated[ProtocolName, typer.Option("--protocol", help="What the drives speak.")]
+
+_MOTOR = MotorModel()
+
+
+@app.command()
+def node(
+    id_: Annotated[list[int], typer.Option("--id", help="A drive's id; may be given several times.")],
+    channel: ChannelOption = "vcan0",
+    interface: InterfaceOption = "socketcan",
+    bitrate: BitrateOption = None,
+    protocol: ProtocolOption = ProtocolName.ODRIVE,
+    watchdog: Annotated[
+        float, typer.Option(min=0, help="s without a setpoint until the motor is off; 0 = never.")
+    ] = 0.2,
+    voltage: Annotated[float, typer.Option(min=0, help="Of the supply, V.")] = 24.0,
+    inertia: Annotated[float, typer.Option(min=1e-9, help="Of rotor and load, kg m2.")] = _MOTOR.inertia,
+    current_limit: Annotated[float, typer.Option(min=0.01, help="A.")] = _MOTOR.current_limit,
+    serial: Annotated[
+        int | None, typer.Option(min=0, help="Number of the first drive; a random one if missing.")
+    ] = None,
+    leash: LeashOption = False,
+) -> None:
+    """Be one or several motor controllers on a bus, until stopped."""
+    from vrg.hal.can.emulator.run import run_drives  # noqa: PLC0415 - python-can is for who uses a bus
+
+    known = axis_type(protocol)
+    problems = [f"--id: {problem}" for one in id_ if (problem := known.check_node(one))]
+    if problems:
+        raise ConfigError(problems)
+    link = Link(interface=interface, channel=channel, bitrate=bitrate)
+    first = secrets.randbits(40) if serial is None else serial
+    motor = MotorModel(inertia=inertia, current_limit=current_limit)
+    with child_process(leash) as stop:
+        drives = [
+            emulated_drive(
+                protocol,
+                one,
+                DriveOptions(serial=first + index, motor=motor, watchdog=watchdog, voltage=voltage),
+                time.monotonic(),
+                random.Random(first + index),
+            )
+            for index, one in enumerate(id_)
+        ]
+        names = ", ".join(f"{drive.node} (serial number {drive.options.serial:X})" for drive in drives)
+        run_drives(link, drives, stop, ready=lambda: typer.echo(f"{EMULATING} {protocol} on {link}: {names}"))
+
+
+@app.command()
+def fault(
+    kind: Annotated[FaultName, typer.Argument(help="; ".join(f"{k.name.lower()}: {w}" for k, w in WHAT.items()))],
+    id_: Annotated[list[int], typer.Option("--id", help="An emulated drive's id; may be given several times.")],
+    channel: ChannelOption = "vcan0",
+    interface: InterfaceOption = "socketcan",
+    bitrate: BitrateOption = None,
+    duration: Annotated[
+        float, typer.Option("--for", min=0, max=655, help="s for which it lasts; 0 = until end.")
+    ] = 0.0,
+    value: Annotated[str, typer.Option(help="Error bits or turns, such as 0x200.")] = "0",
+) -> None:
+    """Let something go wrong in an emulated drive. Real ones do not listen."""
+    from vrg.hal.can.bus import message_of, open_bus  # noqa: PLC0415
+
+    try:
+        number = int(value, 0)
+    except ValueError:
+        raise typer.BadParameter(
+            f"expected a whole number such as 512 or 0x200, got {value!r}", param_hint="--value"
+        ) from None
+    request = FaultRequest(FaultKind[kind.name], duration, number - (1 << 32) if number >= 1 << 31 else number)
+    bus = open_bus(Link(interface=interface, channel=channel, bitrate=bitrate))
+    try:
+        for one in id_:
+            bus.send(message_of(encode_fault(one, request)))
+    finally:
+        bus.shutdown()

@@ -1,0 +1,187 @@
+"""`vrg can scan | monitor | calibrate`: who is on a bus, how they are, and how a robot's wheels really turn."""
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.live import Live
+from rich.table import Table
+
+from vrg.bus.stopping import Stop
+from vrg.commands.options import stoppable
+from vrg.config import MatchFile, load_match, match_path
+from vrg.errors import ConfigError
+from vrg.hal.can.calibration import calibration_text, load_calibration
+from vrg.hal.can.link import Link
+from vrg.hal.can.settings import CanSettings
+from vrg.hal.can.survey import Found, Survey, questions
+from vrg.hal.models import robot_model
+
+InterfaceOption = Annotated[str, typer.Option("--interface", help="python-can's name of the interface.")]
+ChannelOption = Annotated[str, typer.Option("--channel", help="The bus, such as can0.")]
+BitrateOption = Annotated[int | None, typer.Option("--bitrate", help="bit/s, where the interface sets it itself.")]
+
+_ASK_PERIOD = 0.5
+"""s between questions to the drives."""
+_SILENT = 0.5
+"""s without a heartbeat after which a drive is shown as silent."""
+
+
+def scan(
+    channel: ChannelOption = "can0",
+    interface: InterfaceOption = "socketcan",
+    bitrate: BitrateOption = None,
+    seconds: Annotated[float, typer.Option("--for", min=0.3, max=60, help="s to listen.")] = 1.5,
+) -> None:
+    """Say which drives are on a bus: protocol, id, serial number, firmware, state and errors. Moves nothing."""
+    link = Link(interface=interface, channel=channel, bitrate=bitrate)
+    console = Console(highlight=False)
+    with stoppable() as stop, _listening(link) as look, console.status(f"listening on {link}"):
+        nodes = _ask_for(look, stop, seconds)
+    if not nodes:
+        console.print(f"{link}: nobody. Is the bus wired and powered, and the bit rate right?")
+        raise typer.Exit(1)
+    console.print(_table(nodes, time.monotonic()))
+
+
+def monitor(
+    channel: ChannelOption = "can0",
+    interface: InterfaceOption = "socketcan",
+    bitrate: BitrateOption = None,
+    seconds: Annotated[float | None, typer.Option("--for", min=0.3, help="s; until Ctrl-C if missing.")] = None,
+) -> None:
+    """Show the drives on a bus, live. Moves nothing."""
+    link = Link(interface=interface, channel=channel, bitrate=bitrate)
+    console = Console(highlight=False)
+    end = math.inf if seconds is None else time.monotonic() + seconds
+    with stoppable() as stop, _listening(link) as look, Live(console=console, refresh_per_second=5) as live:
+        while not stop.is_set() and time.monotonic() < end:
+            nodes = _ask_for(look, stop, min(_ASK_PERIOD, max(0.05, end - time.monotonic())))
+            live.update(_table(nodes, time.monotonic()))
+
+
+def calibrate(
+    match: Annotated[str, typer.Argument(metavar="match.toml", help="The match file that wires the robot.")],
+    player: Annotated[str, typer.Argument(help="Whose robot.")],
+    output: Annotated[Path | None, typer.Option(help="The calibration file; the wiring's own if missing.")] = None,
+    speed: Annotated[float, typer.Option(min=0.02, max=1, help="m/s.")] = 0.2,
+    way: Annotated[float, typer.Option(min=0.2, max=20, help="m straight ahead.")] = 1.5,
+    turns: Annotated[float, typer.Option(min=0.25, max=20, help="Turns on the spot.")] = 2.0,
+) -> None:
+    """Find a robot's directions, gear ratios and track, with a tape measure; writes its calibration file."""
+    from vrg.hal.can import calibrating  # noqa: PLC0415 - python-can is for who uses a bus
+    from vrg.hal.can.train import DriveTrain  # noqa: PLC0415
+
+    setup = load_match(match_path(match))
+    settings = _settings(setup.file)
+    if player not in settings.robots:
+        known = ", ".join(settings.robots) or "none"
+        raise ConfigError([f"{match}: expected a robot of [backends.can.robots] ({known}), got {player!r}"])
+    wiring = settings.robots[player]
+    where = output or (setup.base / wiring.calibration if wiring.calibration else setup.base / f"{player}.cal.toml")
+    known_file = setup.base / wiring.calibration if wiring.calibration else None
+    before = load_calibration(known_file, wiring.nodes) if known_file is not None and known_file.exists() else None
+    model = robot_model(setup.player(player).model)
+    axes = wiring.wheel_axes(before)
+    train = DriveTrain(player, settings.link(player), settings.axis_type(player), axes, model)
+    plan = calibrating.Plan(speed=speed, way=way, turn=turns * 2 * math.pi)
+    typer.echo(f"Calibrating {player} ({model.name}) on {settings.link(player)}. Keep a hand at the power switch.")
+    train.connect()
+    try:
+        found = calibrating.calibrate(train, model, _Asker(), plan)
+    except ValueError as error:
+        raise ConfigError([f"{player}: a measurement that cannot be: {error}"]) from None
+    finally:
+        train.close()
+    where.write_text(calibration_text(found), encoding="utf-8")
+    typer.echo(f"Written to {where}.")
+    if wiring.calibration is None or setup.base / wiring.calibration != where:
+        typer.echo(f'To use it, write `calibration = "{where.name}"` below [backends.can.robots.{player}] of {match}.')
+
+
+def _settings(file: MatchFile) -> CanSettings:
+    return CanSettings.model_validate(file.backends.get("can", {}))
+
+
+class _Asker:
+    """Asks the person at the terminal."""
+
+    def ready(self, words: str) -> None:
+        """Wait for Enter."""
+        typer.prompt(f"{words} Then press Enter", default="", show_default=False)
+
+    def agrees(self, question: str) -> bool:
+        """Yes or no."""
+        return typer.confirm(question)
+
+    def measures(self, question: str, expected: float) -> float:
+        """A number."""
+        answer: float = typer.prompt(question, type=float, default=round(expected, 3))
+        return answer
+
+    def told(self, words: str) -> None:
+        """Say it."""
+        typer.echo(words)
+
+
+@contextmanager
+def _listening(link: Link) -> Iterator[Callable[[], Survey]]:
+    """A survey of a bus, and a question to everybody at each look."""
+    from vrg.hal.can.bus import CanBus  # noqa: PLC0415 - python-can is for who uses a bus
+
+    survey = Survey()
+    bus = CanBus(link, survey.hear)
+    bus.start()
+
+    def look() -> Survey:
+        for found in [*survey.nodes, None]:
+            for frame in questions(found):
+                bus.send(frame)
+        return survey
+
+    try:
+        yield look
+    finally:
+        bus.stop()
+
+
+def _ask_for(look: Callable[[], Survey], stop: Stop, seconds: float) -> list[Found]:
+    """Ask again and again for a while."""
+    end = time.monotonic() + seconds
+    while (left := end - time.monotonic()) > 0 and not stop.is_set():
+        look()
+        stop.wait(min(_ASK_PERIOD, left))
+    return look().nodes
+
+
+def _table(nodes: list[Found], now: float) -> Table:
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for name in ("protocol", "id", "serial number", "firmware", "state", "errors", "turns", "turns/s", "V"):
+        table.add_column(name, justify="right" if name in ("id", "turns", "turns/s", "V") else "left")
+    for found in nodes:
+        silent = now - found.heard
+        state = found.state if silent < _SILENT else f"silent for {silent:.1f} s"
+        serials = " and ".join(found.serials) or "?"
+        if len(found.serials) > 1:
+            serials = f"[red]{serials}: two drives with one id[/red]"
+        table.add_row(
+            found.protocol,
+            str(found.node),
+            serials,
+            found.firmware or "?",
+            state if silent < _SILENT else f"[red]{state}[/red]",
+            f"[red]{found.errors}[/red]" if found.errors else "none",
+            _number(found.position, 2),
+            _number(found.velocity, 2),
+            _number(found.voltage, 1),
+        )
+    return table
+
+
+def _number(value: float | None, digits: int) -> str:
+    return "?" if value is None else f"{value:.{digits}f}"
