@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
+from rich.console import Console, Group
 from rich.live import Live
 from rich.table import Table
 
@@ -159,28 +159,31 @@ def _ask_for(look: Callable[[], Survey], stop: Stop, seconds: float) -> list[Fou
     return look().nodes
 
 
-def _table(nodes: list[Found], now: float) -> Table:
+def _table(nodes: list[Found], now: float) -> Group:
+    """A row for each drive, and below them what is wrong, in whole words."""
     table = Table(box=None, pad_edge=False, header_style="bold")
-    for name in ("protocol", "id", "serial number", "firmware", "state", "errors", "turns", "turns/s", "V"):
+    for name in ("protocol", "id", "serial number", "firmware", "state", "turns", "turns/s", "V"):
         table.add_column(name, justify="right" if name in ("id", "turns", "turns/s", "V") else "left")
+    wrong = []
     for found in nodes:
         silent = now - found.heard
-        state = found.state if silent < _SILENT else f"silent for {silent:.1f} s"
-        serials = " and ".join(found.serials) or "?"
-        if len(found.serials) > 1:
-            serials = f"[red]{serials}: two drives with one id[/red]"
         table.add_row(
             found.protocol,
             str(found.node),
-            serials,
+            ", ".join(found.serials) or "?",
             found.firmware or "?",
-            state if silent < _SILENT else f"[red]{state}[/red]",
-            f"[red]{found.errors}[/red]" if found.errors else "none",
+            found.state if silent < _SILENT else "silent",
             _number(found.position, 2),
             _number(found.velocity, 2),
             _number(found.voltage, 1),
         )
-    return table
+        problems = [found.errors] if found.errors else []
+        if silent >= _SILENT:
+            problems.append(f"no heartbeat for {silent:.1f} s")
+        if len(found.serials) > 1:
+            problems.append(f"{len(found.serials)} drives have this id: {', '.join(found.serials)}")
+        wrong += [f"[red]{found.protocol} {found.node}: {words}[/red]" for words in problems]
+    return Group(table, *wrong)
 
 
 def _number(value: float | None, digits: int) -> str:

@@ -1,0 +1,159 @@
+"""`vrg can ...` as a user types it, on vcan0."""
+
+import contextlib
+import signal
+import subprocess
+import sys
+import tomllib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.system.harness import match_text, wait_until
+from tests.vcan import INTERFACE
+from vrg.hal.can import odrive
+from vrg.hal.can.bus import CanBus
+from vrg.hal.can.frame import Frame
+from vrg.hal.can.link import Link
+
+pytestmark = [pytest.mark.system, pytest.mark.vcan]
+
+PATIENCE = 60.0
+ON = ("--channel", INTERFACE)
+
+
+def vrg(*arguments: str, said: str = "") -> subprocess.CompletedProcess[str]:
+    """Run a command of vrg's to its end; `said` is what is typed."""
+    command = [sys.executable, "-m", "vrg", *arguments]
+    return subprocess.run(command, input=said, capture_output=True, text=True, timeout=PATIENCE, check=False)
+
+
+@pytest.fixture
+def node(tmp_path: Path) -> Iterator[Callable[..., "subprocess.Popen[bytes]"]]:
+    """Starts `vrg can node`; all of them end with the test."""
+    with contextlib.ExitStack() as stack:
+
+        def start(*arguments: str) -> "subprocess.Popen[bytes]":
+            out = tmp_path / f"node{len(list(tmp_path.iterdir()))}.txt"
+            with out.open("wb") as file:
+                process = subprocess.Popen([sys.executable, "-m", "vrg", "can", "node", *ON, *arguments], stdout=file)
+            stack.callback(process.wait, PATIENCE)
+            stack.callback(process.terminate)
+            wait_until(lambda: b"emulating" in out.read_bytes(), "the drives to be on the bus")
+            return process
+
+        yield start
+
+
+def test_scan_tells_who_is_there(node: Callable[..., object]) -> None:
+    node("--id", "0", "--id", "5", "--serial", "4660")
+    vrg("can", "fault", "error", *ON, "--id", "5", "--value", "0x2200")
+    done = vrg("can", "scan", *ON)
+    assert done.returncode == 0, done.stderr
+    rows = [" ".join(line.split()) for line in done.stdout.splitlines()]
+    assert any(row.startswith("odrive 0 1234 0.6.11 IDLE") for row in rows), done.stdout
+    text = " ".join(done.stdout.split())
+    assert "1235" in text
+    assert "odrive 5: DC_BUS_UNDER_VOLTAGE, MOTOR_OVER_TEMP" in text
+    assert "24.0" in text
+
+
+def test_scan_finds_two_drives_with_one_id(node: Callable[..., object]) -> None:
+    node("--id", "3", "--serial", "170")
+    node("--id", "3", "--serial", "187")
+    text = " ".join(vrg("can", "scan", *ON).stdout.split())
+    assert "odrive 3: 2 drives have this id: AA, BB" in text
+
+
+def test_scan_of_an_empty_bus_says_so() -> None:
+    done = vrg("can", "scan", *ON, "--for", "0.5")
+    assert done.returncode == 1
+    assert "nobody" in done.stdout
+
+
+def test_monitor_shows_a_drive_that_falls_silent(node: Callable[..., object]) -> None:
+    node("--id", "2")
+    command = [sys.executable, "-m", "vrg", "can", "monitor", *ON, "--for", "8"]
+    asked: list[Frame] = []
+    bus = CanBus(Link(channel=INTERFACE), asked.append)
+    bus.start()
+    monitor = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    version = odrive.request(2, odrive.Command.VERSION)
+    wait_until(lambda: any(f.id == version.id and f.remote for f in asked), "the monitor to have found the drive")
+    bus.stop()
+    vrg("can", "fault", "silence", *ON, "--id", "2", "--for", "60")
+    out, _ = monitor.communicate(timeout=PATIENCE)
+    assert "no heartbeat for" in out
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_a_node_stops_when_it_is_told(node: Callable[..., "subprocess.Popen[bytes]"], how: signal.Signals) -> None:
+    process = node("--id", "1")
+    process.send_signal(how)
+    assert process.wait(PATIENCE) == (130 if how is signal.SIGINT else 0)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("can", "node", "--channel", "vcan77", "--id", "0"), "vcan77: no such CAN interface on this machine"),
+        (("can", "scan", "--channel", "vcan77"), "vcan77: no such CAN interface on this machine"),
+        (("can", "node", *ON, "--id", "64"), "expected 0 to 62, got 64"),
+        (("can", "node", *ON, "--protocol", "cia402", "--id", "0"), "--id: "),
+        (("can", "fault", "error", *ON, "--id", "0", "--value", "much"), "expected a whole number"),
+    ],
+)
+def test_what_cannot_be_is_said(arguments: tuple[str, ...], words: str) -> None:
+    done = vrg(*arguments)
+    assert done.returncode in (1, 2)
+    assert words in " ".join((done.stdout + done.stderr).replace("│", " ").split())
+    assert "Traceback" not in done.stderr
+
+
+def test_calibrate_writes_a_file_that_the_robot_then_uses(node: Callable[..., object], tmp_path: Path) -> None:
+    node("--id", "0", "--id", "1")
+    match = tmp_path / "match.toml"
+    text = match_text("cal", length=13.0, width=9.0, zone=2.5, wiring={"ann": (0, 1)}, can="")
+    match.write_text(text, encoding="utf-8")
+    # Jacked up; the left wheel turns right, the other the wrong way round; 0.4 m by odometry were 0.5 m; the turn was
+    # as expected.
+    answers = "\ny\nn\n\n0.5\n\n90\n"
+    quick = ("--way", "0.4", "--turns", "0.25", "--speed", "0.3")
+    done = vrg("can", "calibrate", str(match), "ann", *quick, said=answers)
+    assert done.returncode == 0, done.stdout + done.stderr
+    written = tomllib.loads((tmp_path / "ann.cal.toml").read_text())
+    assert written["robot"] == "ann"
+    assert written["axes"]["0"]["direction"] == 1
+    assert written["axes"]["1"]["direction"] == -1
+    assert written["axes"]["0"]["ratio"] == written["axes"]["1"]["ratio"]
+    assert 30.0 < written["axes"]["0"]["ratio"] < 50.0
+    assert 0.4 < written["track"] < 0.8
+    assert 'calibration = "ann.cal.toml"' in done.stdout
+
+    # The file is used: asked to go ahead, the motors now turn against one another.
+    match.write_text(text.replace("ratio = 50.0", 'calibration = "ann.cal.toml"'), encoding="utf-8")
+    assert vrg("check", str(match)).returncode == 0
+    frames: list[Frame] = []
+    bus = CanBus(Link(channel=INTERFACE), frames.append)
+    bus.start()
+    vrg("can", "calibrate", str(match), "ann", *quick, said="\ny\ny\n\n0.4\n\n90\n")
+    bus.stop()
+    speeds = {0: [0.0], 1: [0.0]}
+    for frame in frames:
+        if odrive.command_of(frame.id) == odrive.Command.SET_INPUT_VEL and not frame.remote:
+            message = odrive.decode(frame)
+            assert isinstance(message, odrive.SetInputVel)
+            speeds[odrive.node_of(frame.id)].append(message.velocity)
+    assert max(speeds[0]) > 10.0
+    assert min(speeds[1]) < -10.0
+
+
+def test_a_calibration_file_that_does_not_fit_is_said_before_a_match(tmp_path: Path) -> None:
+    match = tmp_path / "match.toml"
+    text = match_text("cal", length=13.0, width=9.0, zone=2.5, wiring={"ann": (0, 1)}, can="")
+    match.write_text(text.replace("ratio = 50.0", 'calibration = "ann.cal.toml"'), encoding="utf-8")
+    (tmp_path / "ann.cal.toml").write_text('robot = "ann"\ntrack = 0.5\n[axes.7]\ndirection = 1\nratio = 50\n')
+    done = vrg("check", str(match))
+    assert done.returncode == 1
+    assert "expected nodes [0, 1], as wired, got [7]" in done.stderr
