@@ -161,8 +161,8 @@ def _ask_for(look: Callable[[], Survey], stop: Stop, seconds: float) -> list[Fou
 
 def _table(nodes: list[Found], now: float) -> Group:
     """A row for each drive, and below them what is wrong, in whole words."""
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for name in ("protocol", "id", "serial number", "firmware", "state", "turns", "turns/s", "V"):
+    table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
+    for name in ("protocol", "id", "serial", "firmware", "state", "turns", "turns/s", "V"):
         table.add_column(name, justify="right" if name in ("id", "turns", "turns/s", "V") else "left")
     wrong = []
     for found in nodes:

@@ -11,6 +11,7 @@ import logging
 import socket
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -28,6 +29,8 @@ RECEIVE_BUFFER = 1 << 20
 """bytes: some 4000 frames, where the default holds 278."""
 _POLL = 0.05
 """s between looks at the bus when nothing arrives."""
+_ECHOING = frozenset({"udp_multicast"})
+"""Interfaces that give a sender its own frames back."""
 
 _FATAL_CLASSES = {
     0x00000001: "transmit time-out",
@@ -71,6 +74,7 @@ class CanBus:
         self._thread: threading.Thread | None = None
         self._stopping = threading.Event()
         self._filters: list[can.typechecking.CanFilter] | None = None
+        self._echoes: Counter[tuple[int, bytes, bool]] = Counter()
 
     @property
     def open(self) -> bool:
@@ -115,6 +119,8 @@ class CanBus:
         bus = self._bus
         if bus is None:
             raise RobotError(f"{self.link}: expected an open bus, this one is closed")
+        if self.link.interface in _ECHOING:
+            self._echoes[frame.id, frame.data, frame.remote] += 1
         try:
             bus.send(message_of(frame))
         except (can.CanError, OSError, ValueError) as error:
@@ -148,12 +154,22 @@ class CanBus:
                     self._on_quiet()
                 elif message.is_error_frame:
                     self._error_frame(message)
-                else:
-                    self._on_frame(frame_of(message))
+                elif not self._is_echo(frame := frame_of(message)):
+                    self._on_frame(frame)
             except Exception as error:
                 # Whoever listens has failed: the motors must stop, and somebody must see it.
                 log.exception("%s: a frame could not be handled: %s", self.link, message)
                 self._on_trouble(f"{self.link}: a frame could not be handled: {error!r}")
+
+    def _is_echo(self, frame: Frame) -> bool:
+        """Whether this is one of our own frames that comes back."""
+        key = (frame.id, frame.data, frame.remote)
+        if key not in self._echoes:
+            return False
+        self._echoes[key] -= 1
+        if not self._echoes[key]:
+            del self._echoes[key]
+        return True
 
     def _error_frame(self, message: can.Message) -> None:
         words = describe_error_frame(message.arbitration_id, bytes(message.data))
