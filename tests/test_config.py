@@ -206,3 +206,34 @@ def test_an_override_does_not_shift_the_lines(tmp_path: Path) -> None:
 def test_an_unknown_player_is_answered_with_the_known_ones(load: Load) -> None:
     with pytest.raises(ConfigError, match="player1, player2"):
         load(GOOD).player("player9")
+
+
+WIRED = GOOD + '\n[backends.can]\nchannel = "can0"\n[backends.can.robots.player1]\nleft = [0]\nright = [1]\n'
+CAN_SHARK = ('role = "shark"', 'role = "shark"\nbackend = "can"')
+
+
+def test_one_word_makes_a_robot_physical(load: Load) -> None:
+    assert load(WIRED).physical == []
+    mixed = load(WIRED.replace(*CAN_SHARK))
+    assert mixed.physical == ["player1"]
+    assert [r.physical for r in mixed.world.robots] == [True] + [False] * 6
+    assert mixed.companions == []
+    emulated = load(WIRED.replace(*CAN_SHARK).replace("[backends.can]\n", "[backends.can]\nemulate = true\n"))
+    assert [c.name for c in emulated.companions] == ["drives"]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (GOOD.replace(*CAN_SHARK), "20: players.0.backend: expected a table [backends.can], found none"),
+        (WIRED.replace("robots.player1", "robots.player9").replace(*CAN_SHARK), "[backends.can.robots.player1]"),
+        (WIRED.replace("left = [0]", "left = [99]"), "expected 0 to 62, got 99"),
+        (WIRED.replace("left = [0]", "lift = [0]"), "backends.can.robots.player1.lift: unknown field"),
+        (GOOD + "\n[backends.sim]\nx = 1\n", "backends.sim: this backend has no settings"),
+        (GOOD + "\n[backends.steam]\nx = 1\n", "expected one of can, sim, got 'steam'"),
+        (GOOD.replace('name = "player2"', 'name = "drives"'), "name of another process"),
+    ],
+)
+def test_tables_of_backends_are_checked(load: Load, text: str, words: str) -> None:
+    found = problems(load, text)
+    assert any(words in problem for problem in found), found

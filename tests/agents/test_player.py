@@ -30,6 +30,7 @@ class FakeRobot(Robot):
         self.told: list[str] = []
         self.age = 0.0
         self.fault: str | None = None
+        self.latched = False
         self.blind = False
 
     def connect(self) -> None:
@@ -51,6 +52,7 @@ class FakeRobot(Robot):
         return Readings(
             stamp=0.0, age=self.age, ins=POSE, odometry=POSE, v=0.0, w=0.0, encoders=(0, 0), touch=(),
             battery=1.0, armed=self.armed, estop=False, fault=self.fault, laser=None,
+            latched=self.latched,
         )  # fmt: skip
 
     def stop(self) -> None:
@@ -254,3 +256,14 @@ def test_a_strategy_that_fails_is_not_swallowed(bench: Bench) -> None:
 def test_a_strategy_may_stand_still(bench: Bench) -> None:
     bench.strategy.act = lambda _view: STILL  # type: ignore[method-assign]
     assert bench.tick() == ["arm", "stop"]
+
+
+def test_a_fault_that_has_latched_is_reported_as_such(bench: Bench) -> None:
+    bench.robot.fault, bench.robot.latched = "a: node 0: no heartbeat", True
+    assert bench.tick() == ["stop"]
+    report = bench.report()
+    assert report.latched
+    assert report.fault == "a: node 0: no heartbeat"
+    bench.robot.fault, bench.robot.latched = None, False
+    bench.tick()
+    assert not bench.report().latched

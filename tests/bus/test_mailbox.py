@@ -105,3 +105,32 @@ def test_published_messages_are_stamped_and_counted_by_key() -> None:
         ("a/drive", 1.5, 1),
     ]
     assert mailbox.collect() == []
+
+
+def test_an_alarm_is_raised_at_once_and_once_and_the_message_still_handed_over() -> None:
+    heard: list[float] = []
+    mailbox = Mailbox()
+    inlet = mailbox.subscribe(KEYS.estop, alarm=lambda received: heard.append(received.stamp))
+    quiet = mailbox.subscribe(KEYS.estop)
+    for number, stamp in enumerate((1.0, 2.0)):
+        message = Received(KEYS.estop.key, stamp, number, m.Estop(engaged=True, by="t"))
+        inlet.offer(message)
+        quiet.offer(message)
+        mailbox.sound()
+        mailbox.sound()
+    assert heard == [1.0, 2.0]
+    assert inlet.take() == []
+    mailbox.handover(2.0)
+    assert heard == [1.0, 2.0]
+    assert len(inlet.take()) == len(quiet.take()) == 2
+
+
+def test_an_alarm_that_nobody_sounded_is_raised_by_the_handover() -> None:
+    heard: list[float] = []
+    inlet = Inlet(KEYS.estop, alarm=lambda received: heard.append(received.stamp))
+    inlet.offer(Received(KEYS.estop.key, 3.0, 0, m.Estop(engaged=False, by="t")))
+    inlet.handover()
+    assert heard == [3.0]
+    inlet.offer(Received(KEYS.estop.key, 4.0, 1, m.Estop(engaged=False, by="t")))
+    inlet.sound()
+    assert heard == [3.0, 4.0]

@@ -32,6 +32,25 @@ MINNOWS = ("ann", "bob", "cid")
 PLAYERS = ("shark", *MINNOWS)
 
 
+STUCK_ONCE = """
+from pathlib import Path
+
+from vrg.agents.players.sharks_and_minnows import SharksAndMinnowsPlayer
+
+MARKER = Path(__file__).with_name("was_stuck")
+
+
+class Stuck(SharksAndMinnowsPlayer):
+    def act(self, view):
+        if view.referee.clock > 6.0 and not MARKER.exists():
+            MARKER.touch()
+            while True:
+                pass
+        return super().act(view)
+"""
+"""A strategy that hangs once, in its own code."""
+
+
 def match_text(
     name: str,
     *,

@@ -4,12 +4,13 @@ import json
 import signal
 import subprocess
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.system.conftest import Arena
-from tests.system.harness import Match, match_text
+from tests.system.harness import STUCK_ONCE, Match, match_text
 from tests.vcan import INTERFACE
 from vrg.bus import messages as m
 from vrg.bus.tracks import read_tracks
@@ -131,6 +132,27 @@ def test_the_drives_stop_the_motors_of_a_player_that_fails(mixed: Match, tap: Ta
     now = observer.body("ann").pose
     assert abs(now.x - before.x) < 5.0, "the new player knows where its robot is"
     assert before.y - 60.0 < now.y < before.y + 5.0
+
+
+def test_the_drives_stop_the_motors_of_a_player_in_an_endless_loop(
+    start: Callable[..., Match], tap: Tap, tmp_path: Path
+) -> None:
+    """Its process is alive in every other respect, the thread that hears the bus included."""
+    (tmp_path / "stuck.py").write_text(STUCK_ONCE)
+    text = mixed_match("mixed-stuck").replace('name = "bob"', f'name = "bob"\nstrategy = "{tmp_path}/stuck.py:Stuck"')
+    match = start(text)
+    observer = match.observer
+    old = match.child("bob")
+    observer.wait_until((tmp_path / "was_stuck").exists, "bob to be stuck")
+    since = len(tap.frames)
+    observer.wait_until(lambda: tap.standing(2, 3), "bob's motors to stand")
+    assert tap.count(2, odrive.Command.SET_INPUT_VEL, since) == 0
+    watchdog = odrive.AxisError.WATCHDOG_TIMER_EXPIRED
+    observer.wait_until(lambda: tap.errors(2) & watchdog and tap.errors(3) & watchdog, "the drives to say why")
+    halted_because(match, "bob: its pose is older than")
+    match.wait_replaced("bob", old)
+    match.resume()
+    observer.wait_until(lambda: observer.moving("ann", "bob"), "both to move again")
 
 
 def test_a_drive_that_faults_halts_the_match_until_an_official_recovers_it(mixed: Match, tap: Tap) -> None:

@@ -5,26 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.harness import Match, long_match
+from tests.system.harness import STUCK_ONCE, Match, long_match
 
 pytestmark = pytest.mark.system
-
-STUCK_ONCE = """
-from pathlib import Path
-
-from vrg.agents.players.sharks_and_minnows import SharksAndMinnowsPlayer
-
-MARKER = Path(__file__).with_name("was_stuck")
-
-
-class Stuck(SharksAndMinnowsPlayer):
-    def act(self, view):
-        if view.referee.clock > 6.0 and not MARKER.exists():
-            MARKER.touch()
-            while True:
-                pass
-        return super().act(view)
-"""
 
 
 def test_a_player_in_an_endless_loop_is_stopped_and_started_again(start: Callable[..., Match], tmp_path: Path) -> None:

@@ -28,6 +28,10 @@ class TestOdrive(OverProtocol):
     protocol = "odrive"
 
 
+class TestCia402(OverProtocol):
+    protocol = "cia402"
+
+
 class TestOdriveFourAxes(RobotContract):
     """Four motors on one bus, two a side."""
 

@@ -1,0 +1,157 @@
+"""The table [backends.can] and calibration files: good ones are read, each mistake is said in words."""
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from vrg.errors import ConfigError
+from vrg.hal.can.base import WheelAxis
+from vrg.hal.can.calibration import (
+    AxisCalibration,
+    Calibration,
+    calibration_text,
+    corrected_ratio,
+    corrected_track,
+    load_calibration,
+)
+from vrg.hal.can.link import Link
+from vrg.hal.can.settings import CanSettings
+
+SUE = {"left": [0], "right": [1], "ratio": 50.0}
+BOB = {"left": [2, 3], "right": [4, 5]}
+
+
+def table(**changes: Any) -> dict[str, Any]:
+    return {"channel": "can0", "robots": {"sue": SUE, "bob": BOB}, **changes}
+
+
+def test_a_good_table() -> None:
+    settings = CanSettings.model_validate(table(emulate=True, bitrate=250_000))
+    assert settings.link("sue") == Link(interface="socketcan", channel="can0", bitrate=250_000)
+    assert settings.problems(["sue", "bob"], Path()) == []
+    assert settings.robots["bob"].wheel_axes(None) == [
+        WheelAxis(2, True), WheelAxis(3, True), WheelAxis(4, False), WheelAxis(5, False),
+    ]  # fmt: skip
+    (companion,) = settings.companions(["sue", "bob"])
+    assert companion.arguments == (
+        "can", "node", "--interface", "socketcan", "--channel", "can0", "--bitrate", "250000", "--protocol", "odrive",
+        "--id", "0", "--id", "1", "--id", "2", "--id", "3", "--id", "4", "--id", "5",
+    )  # fmt: skip
+
+
+def test_only_the_robots_that_play_are_emulated() -> None:
+    settings = CanSettings.model_validate(table(emulate=True))
+    (companion,) = settings.companions(["bob"])
+    assert "0" not in companion.arguments
+    assert CanSettings.model_validate(table()).companions(["sue"]) == []
+
+
+def test_a_robot_may_be_on_a_bus_of_its_own() -> None:
+    robots = {"sue": SUE, "bob": {"left": [0], "right": [1], "channel": "can1"}}
+    settings = CanSettings.model_validate(table(robots=robots, emulate=True))
+    assert settings.link("bob").channel == "can1"
+    assert [c.name for c in settings.companions(["sue", "bob"])] == ["drives", "drives-2"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"protocol": "morse"}, "expected one of cia402, odrive, got 'morse'"),
+        ({"bitrate": 3}, "greater than or equal to 10000"),
+        ({"robots": {"sue": {**SUE, "right": [0]}}}, "an id of its own for every motor"),
+        ({"robots": {"sue": {**SUE, "right": [1, 2]}}}, "as many motors left as right, got 1 and 2"),
+        ({"robots": {"sue": {**SUE, "left": []}}}, "at least 1 item"),
+        ({"robots": {"sue": {**SUE, "left": [0, 2, 3], "right": [1, 4, 5]}}}, "at most 2 items"),
+        ({"robots": {"sue": {**SUE, "left": [63]}}}, "expected 0 to 62, got 63"),
+        ({"robots": {"sue": SUE, "bob": SUE}}, "robots.bob: node 0 on can0 is sue's already"),
+        ({"robots": {"sue": {**SUE, "ratio": 0}}}, "greater than 0"),
+        ({"robots": {"sue": {**SUE, "pose": "gps"}}}, "expected one of odometry, feed, got 'gps'"),
+        ({"robots": {"sue": {**SUE, "supply": [25.0, 20.0]}}}, "supply: expected the voltage of an empty"),
+        ({"robots": {"sue": {**SUE, "speed": 3}}}, "Extra inputs are not permitted"),
+        ({"emulated": True}, "Extra inputs are not permitted"),
+    ],
+)
+def test_mistakes_are_said(changes: dict[str, Any], words: str) -> None:
+    with pytest.raises(ValidationError, match=words):
+        CanSettings.model_validate(table(**changes))
+
+
+def test_a_robot_without_wiring_and_a_missing_calibration_are_problems(tmp_path: Path) -> None:
+    robots = {"sue": {**SUE, "calibration": "sue.toml"}}
+    problems = CanSettings.model_validate(table(robots=robots)).problems(["sue", "ann"], tmp_path)
+    assert len(problems) == 2
+    assert "expected a calibration file" in problems[0]
+    assert "[backends.can.robots.ann]" in problems[1]
+
+
+@given(
+    st.floats(0.02, 9.0),
+    st.dictionaries(st.integers(0, 62), st.tuples(st.sampled_from([1, -1]), st.floats(0.01, 1e4)), min_size=1),
+)
+def test_a_calibration_survives_its_file(track: float, axes: dict[int, tuple[int, float]]) -> None:
+    written = Calibration(
+        robot="sue", track=track, axes={n: AxisCalibration(direction=d, ratio=r) for n, (d, r) in axes.items()}
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "sue.toml"
+        path.write_text(calibration_text(written))
+        read = load_calibration(path, list(axes))
+    assert read.robot == "sue"
+    assert read.track == pytest.approx(track, rel=1e-5)
+    for node, (direction, ratio) in axes.items():
+        assert read.axes[node].direction == direction
+        assert read.axes[node].ratio == pytest.approx(ratio, rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("not toml at all", "expected a calibration file"),
+        ('robot = "sue"\ntrack = 0.5\n[axes.0]\ndirection = 1\nratio = 50\n', r"expected nodes \[0, 1\].*got \[0\]"),
+        ('robot = "sue"\ntrack = 0.5\n[axes.0]\ndirection = 2\nratio = 50\n', "expected 1 or -1, got 2"),
+        ('robot = "sue"\ntrack = -1\n[axes]\n', "greater than 0.01"),
+    ],
+)
+def test_a_bad_calibration_file(tmp_path: Path, text: str, words: str) -> None:
+    path = tmp_path / "sue.toml"
+    path.write_text(text)
+    with pytest.raises(ConfigError, match=words):
+        load_calibration(path, [0, 1])
+
+
+def test_a_calibration_stands_above_the_ratio(tmp_path: Path) -> None:
+    settings = CanSettings.model_validate(table())
+    found = Calibration(
+        robot="sue",
+        track=0.6,
+        axes={0: AxisCalibration(direction=-1, ratio=49.0), 1: AxisCalibration(direction=1, ratio=51.0)},
+    )
+    assert settings.robots["sue"].wheel_axes(found) == [WheelAxis(0, True, -1, 49.0), WheelAxis(1, False, 1, 51.0)]
+
+
+@given(st.floats(1, 200), st.floats(0.5, 20), st.floats(0.9, 1.1))
+def test_a_corrected_ratio_measures_right(ratio: float, by_tape: float, error: float) -> None:
+    """A motor that turned the same would then be told to have gone the measured way."""
+    by_odometry = by_tape * error
+    turns = by_odometry * ratio
+    assert turns / corrected_ratio(ratio, by_odometry, by_tape) == pytest.approx(by_tape)
+
+
+@given(st.floats(0.1, 2), st.floats(0.5, 30), st.floats(0.8, 1.2))
+def test_a_corrected_track_measures_right(track: float, really: float, error: float) -> None:
+    by_odometry = really * error
+    difference = by_odometry * track
+    assert difference / corrected_track(track, by_odometry, really) == pytest.approx(really)
+
+
+@pytest.mark.parametrize("bad", [0.0, -1.0, float("nan")])
+def test_measurements_that_cannot_be(bad: float) -> None:
+    with pytest.raises(ValueError, match="expected"):
+        corrected_ratio(50.0, 1.0, bad)
+    with pytest.raises(ValueError, match="expected"):
+        corrected_track(0.5, 1.0, bad)
