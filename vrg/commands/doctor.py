@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -17,7 +18,18 @@ from vrg.errors import VrgError
 from vrg.launch.local import free_endpoint
 from vrg.launch.registry import running
 
-PACKAGES = ("eclipse-zenoh", "msgspec", "numpy", "pybullet", "pygame", "pydantic", "matplotlib", "mcap")
+PACKAGES = (
+    "eclipse-zenoh",
+    "msgspec",
+    "numpy",
+    "pybullet",
+    "pygame",
+    "pydantic",
+    "matplotlib",
+    "mcap",
+    "python-can",
+    "canopen",
+)
 
 
 @dataclass(frozen=True)
@@ -68,14 +80,21 @@ def _display() -> Finding:
     return Finding("display", None, shown or "none: matches are shown as a table in the terminal")
 
 
+def _can() -> Finding:
+    # 280 is the kernel's ARPHRD_CAN.
+    kinds = Path("/sys/class/net").glob("*/type")
+    found = sorted(kind.parent.name for kind in kinds if kind.read_text().strip() == "280")
+    return Finding("CAN", None, ", ".join(found) or "no interface: scripts/with-vcan gives a command a virtual one")
+
+
 def _matches() -> Finding:
     found = running()
     return Finding("matches", None, ", ".join(f"{m.match} at {m.router}" for m in found) or "none runs here")
 
 
 def doctor(as_json: Annotated[bool, typer.Option("--json", help="For scripts.")] = False) -> None:
-    """Check this machine: Python, packages, bus, physics, display. Status 1 if something needed is missing."""
-    checks: list[Callable[[], Finding]] = [_python, _bus, _physics, _display, _matches]
+    """Check this machine: Python, packages, bus, physics, CAN, display. Status 1 if something needed is missing."""
+    checks: list[Callable[[], Finding]] = [_python, _bus, _physics, _can, _display, _matches]
     findings = [*[_package(name) for name in PACKAGES], *[check() for check in checks]]
     if as_json:
         typer.echo(json.dumps([asdict(f) for f in findings]))

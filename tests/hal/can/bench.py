@@ -40,7 +40,7 @@ def settings(protocol: str, left: Sequence[int], right: Sequence[int], **wiring:
 class Drives:
     """Emulated drives in a thread of their own, with their own socket on the bus; a context manager."""
 
-    def __init__(self, protocol: str, nodes: Sequence[int], *, watchdog: float = 0.2, serial: int = 0x1000) -> None:
+    def __init__(self, protocol: str, nodes: Sequence[int], *, watchdog: float = 0.25, serial: int = 0x1000) -> None:
         now = time.monotonic()
         self.drives: list[EmulatedDrive] = [
             emulated_drive(
@@ -95,6 +95,12 @@ class CanBench(Bench):
             if left <= 0:
                 return
             time.sleep(min(STEP, left))
+
+    def run(self, left: float, right: float, seconds: float) -> None:
+        """Drive for a while, with a fresh command every 0.05 s: a machine that is busy makes some of them late."""
+        for _ in range(round(seconds / 0.05)):
+            self.robot.drive(left, right)
+            self.advance(0.05)
 
     def hear(self, topic: Topic[Any], body: Message) -> None:
         """Somebody on the match's bus says something; an alarm is raised at once."""

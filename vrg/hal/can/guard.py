@@ -20,6 +20,9 @@ GRACE = 0.5
 class Guard:
     """See the module. Times are monotonic, s.
 
+    `look` is told the time until which the bus has been heard, and not the time of day: a process that was kept from
+    running finds heartbeats that wait to be read, and a drive is not dead for that.
+
     Args:
         axes: of the robot.
 
@@ -88,7 +91,7 @@ class Guard:
         return None
 
     def look(self, now: float) -> bool:
-        """Judge what the axes have heard; True if the motors must be switched off now."""
+        """Judge what the axes have heard until `now`; True if the motors must be switched off."""
         if now - self._since > GRACE and any(axis.state is State.ESTOP for axis in self._axes):
             self.estop = self.at_drive = True
         problem = self._problem(now)

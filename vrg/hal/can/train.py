@@ -31,6 +31,8 @@ MEET_PATIENCE = 3.0
 """s for every drive to say who it is when the robot connects."""
 ANSWERS_SETTLE = 0.2
 """s more, for a second drive with the same id to answer too."""
+BLIND = 0.3
+"""s without news of the bus after which nobody drives: the receive thread has been kept from running."""
 _POLL = 0.02
 
 
@@ -74,6 +76,8 @@ class DriveTrain:
         self._model = model
         self._lock = threading.RLock()
         self._told: str | None = None
+        self._heard_until = -math.inf
+        """Monotonic s up to which all that was on the bus has been heard: what waits unread is not missing."""
         self._survey = Survey()
         self._bus = CanBus(link, self._on_frame, self._on_trouble, self._on_quiet)
         self._base = DriveBase(wheel_axes, model)
@@ -303,6 +307,9 @@ class DriveTrain:
             raise RobotError(f"{self.name}: {self._guard.fault}")
         if not self._guard.wanted:
             raise RobotError(f"{self.name}: expected an armed robot to drive: call arm() first")
+        deaf = time.monotonic() - self._heard_until
+        if deaf > BLIND:
+            raise RobotError(f"{self.name}: nothing has been heard of the bus for {deaf:.1f} s")
 
     def _send(self, setpoints: Sequence[tuple[int, float]]) -> None:
         """Send setpoints by node, turn/s. One that cannot go out is dropped, and switches the motors off."""
@@ -331,7 +338,7 @@ class DriveTrain:
 
     def _look(self) -> None:
         """Judge, switch off if need be, and say so once."""
-        if self._guard.look(time.monotonic()):
+        if self._guard.look(self._heard_until):
             self._idle()
         if self._guard.fault != self._told:
             self._told = self._guard.fault
@@ -340,6 +347,7 @@ class DriveTrain:
 
     def _on_frame(self, frame: Frame) -> None:
         with self._lock:
+            self._heard_until = max(self._heard_until, frame.at)
             if not self.connected:
                 self._survey.hear(frame)
             for node, axis in self._axes.items():
@@ -359,6 +367,7 @@ class DriveTrain:
                 self._look()
 
     def _on_quiet(self) -> None:
-        if self.connected:
-            with self._lock:
+        with self._lock:
+            self._heard_until = time.monotonic()
+            if self.connected:
                 self._look()
