@@ -76,6 +76,7 @@ class DriveTrain:
         self._model = model
         self._lock = threading.RLock()
         self._told: str | None = None
+        self._complained = ""
         self._heard_until = -math.inf
         """Monotonic s up to which all that was on the bus has been heard: what waits unread is not missing."""
         self._survey = Survey()
@@ -327,7 +328,10 @@ class DriveTrain:
             try:
                 act()
             except RobotError as error:
-                log.warning("%s: %s: %s", self.name, what, error)
+                words = f"{what}: {error}"
+                if words != self._complained:  # a player that is stopped asks again at every tick
+                    self._complained = words
+                    log.warning("%s: %s", self.name, words)
                 self._guard.latch(str(error))
 
     def _clear(self) -> None:
