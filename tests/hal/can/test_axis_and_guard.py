@@ -249,9 +249,10 @@ class TestGuard:
         assert pair.pass_time(START_TIMEOUT + 0.2, CLOSED, IDLE)
         assert "node 1: expected closed-loop control" in fault_of(pair)
 
-    def test_an_axis_that_leaves_closed_loop_for_no_reason_latches(self, pair: Pair) -> None:
+    @pytest.mark.parametrize("driven", [0.1, START_TIMEOUT + 0.2])
+    def test_an_axis_that_leaves_closed_loop_for_no_reason_latches(self, pair: Pair, driven: float) -> None:
         pair.arm()
-        pair.pass_time(START_TIMEOUT + 0.2, CLOSED, CLOSED)
+        pair.pass_time(driven, CLOSED, CLOSED)
         assert pair.pass_time(0.1, IDLE, CLOSED)
         assert "node 0" in fault_of(pair)
 

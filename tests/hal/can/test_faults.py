@@ -101,7 +101,6 @@ def at_rest(drives: Drives) -> bool:
 def recovers(bench: CanBench) -> None:
     """An official's word clears it, and the robot drives again once it is armed."""
     bench.recover()
-    bench.robot.read()
     wait(bench, lambda: bench.robot.read().fault is None, "the fault to be cleared")
     bench.advance(0.6)
     assert not bench.robot.read().armed, "recovering does not arm"
@@ -219,6 +218,96 @@ class TestDrives:
         bench.inject(odrive.encode(1, odrive.SetInputVel(5.0)))
         assert_latched(bench, drives, "node 1: another program commands it too")
         recovers(bench)
+
+
+class TestCia402:
+    """The other protocol's drives, where they differ."""
+
+    @pytest.fixture
+    def drives(self) -> Iterator[Drives]:
+        with Drives("cia402", [1, 2]) as drives:
+            yield drives
+
+    @pytest.fixture
+    def bench(self, drives: Drives) -> Iterator[CanBench]:
+        bench = CanBench("cia402", [1], [2])
+        yield bench
+        bench.close()
+
+    @pytest.mark.parametrize(
+        ("kind", "words"),
+        [
+            (FaultKind.SILENCE, "node 2: no heartbeat"),
+            (FaultKind.FREEZE, "node 2: no heartbeat"),
+            (FaultKind.ERROR, "node 2: "),
+            (FaultKind.REBOOT, "node 2: "),
+            (FaultKind.LENGTH, "node 2: a malformed frame"),
+            (FaultKind.JUMP, "node 2: its position jumped"),
+            (FaultKind.GARBAGE, "node 2: "),
+        ],
+    )
+    def test_what_goes_wrong_latches_and_is_recovered_from(
+        self, bench: CanBench, drives: Drives, kind: FaultKind, words: str
+    ) -> None:
+        driving(bench)
+        bench.fault(2, kind)
+        deadline = time.monotonic() + PATIENCE
+        while bench.robot.read().fault is None:
+            assert time.monotonic() < deadline, "nobody notices"
+            drive_on(bench)
+        estop = bench.robot.read().estop
+        assert_latched(bench, drives, "node 2: " if estop else words)
+        bench.fault(2, FaultKind.END)
+        bench.advance(0.4)
+        if bench.robot.read().estop:
+            bench.estop(False)  # among random bytes there was the code of a safe torque off
+        recovers(bench)
+
+    def test_a_button_at_a_drive(self, bench: CanBench, drives: Drives) -> None:
+        driving(bench)
+        bench.fault(1, FaultKind.ESTOP)
+        wait(bench, lambda: bench.robot.read().estop, "the stop to be seen")
+        assert_latched(bench, drives, "emergency stop")
+        bench.estop(False)
+        wait(bench, lambda: not bench.robot.read().estop, "the release")
+        gets_going(bench)
+
+    def test_the_match_s_emergency_stop_does_not_wait_for_a_tick(self, bench: CanBench, drives: Drives) -> None:
+        driving(bench)
+        bench.estop(True)
+        deadline = time.monotonic() + PATIENCE
+        while any(drive._energised for drive in drives.drives):
+            assert time.monotonic() < deadline, "the drives go on"
+            time.sleep(0.002)
+
+    def test_another_master(self, bench: CanBench, drives: Drives) -> None:
+        driving(bench)
+        bench.inject(Frame(0x300 + 1, bytes(4)))
+        assert_latched(bench, drives, "node 1: another program commands it too")
+        recovers(bench)
+
+    def test_nothing_is_sent_while_nobody_drives(self, bench: CanBench, drives: Drives) -> None:
+        driving(bench)
+        frames = heard(bench, 1.0)
+        assert not [f for f in frames if f.id & ~0x7F == 0x300]
+        wait(bench, lambda: at_rest(drives), "the drives' watchdogs to stop the motors")
+
+    def test_two_drives_with_one_id(self, drives: Drives) -> None:
+        with Drives("cia402", [2], serial=0xABCDE):
+            bench = CanBench("cia402", [1], [2])
+            try:
+                with pytest.raises(RobotError, match=r"node 2: .*id"):
+                    bench.robot.connect()
+            finally:
+                bench.close()
+
+    def test_another_protocol(self, drives: Drives) -> None:
+        bench = CanBench("odrive", [1], [2])
+        try:
+            with pytest.raises(RobotError, match=r"odrive nodes 1, 2.*heard there: CANopen nodes 1, 2"):
+                bench.robot.connect()
+        finally:
+            bench.close()
 
 
 class TestEmergencyStop:
@@ -346,11 +435,7 @@ class TestInterface:
         ip("link", "del", INTERFACE)
         assert_latched(bench, drives, "the interface is ")
         bench.recover()
-        bench.advance(0.1)
-        bench.robot.read()
-        fault = bench.robot.read().fault
-        assert fault is not None
-        assert "no such CAN interface" in fault
+        wait(bench, lambda: "no such CAN interface" in (bench.robot.read().fault or ""), "to be told what is missing")
         ip("link", "add", INTERFACE, "type", "vcan")
         ip("link", "set", INTERFACE, "up")
         wait(bench, lambda: all(d._now > time.monotonic() - 0.05 for d in drives.drives), "the drives to be back")

@@ -41,6 +41,7 @@ class Guard:
         self.wanted = False
         self._since = -math.inf
         self._armed_at = -math.inf
+        self._obeyed: set[int] = set()
 
     def begin(self, now: float) -> None:
         """A person has connected or recovered the robot: judge anew from here."""
@@ -67,6 +68,7 @@ class Guard:
         """The player arms the robot; ask `refusal` first."""
         self.wanted = True
         self._armed_at = now
+        self._obeyed.clear()
 
     def disarm(self) -> None:
         """The player disarms the robot."""
@@ -94,6 +96,8 @@ class Guard:
         """Judge what the axes have heard until `now`; True if the motors must be switched off."""
         if now - self._since > GRACE and any(axis.state is State.ESTOP for axis in self._axes):
             self.estop = self.at_drive = True
+        if self.wanted and now > self._armed_at:
+            self._obeyed |= {axis.node for axis in self._axes if axis.state is State.CLOSED_LOOP}
         problem = self._problem(now)
         if problem is not None:
             self.latch(problem)
@@ -113,7 +117,7 @@ class Guard:
                 return f"{name}: no heartbeat for {HEARTBEAT_TIMEOUT:g} s"
             if axis.fault and not forgiven:
                 return f"{name}: {axis.fault}"
-            late = now - self._armed_at > START_TIMEOUT
-            if self.wanted and late and not axis.starved and axis.state in (State.IDLE, State.STARTING):
+            due = axis.node in self._obeyed or now - self._armed_at > START_TIMEOUT
+            if self.wanted and due and not axis.starved and axis.state in (State.IDLE, State.STARTING):
                 return f"{name}: expected closed-loop control, but it is idle and gives no reason"
         return None

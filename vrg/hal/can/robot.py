@@ -1,6 +1,7 @@
 """The backend of a robot whose motors are on a CAN bus: a drive train, and what the match has to say to it."""
 
 import math
+import threading
 from dataclasses import replace
 
 from vrg.bus.codec import Received
@@ -59,6 +60,7 @@ class CanRobot(Robot):
         self._referee = context.mailbox.subscribe(keys.referee_state)
         self._recovers = context.mailbox.subscribe(keys.recover(name))
         self._estops = context.mailbox.subscribe(keys.estop, alarm=self._alarm)
+        self._recovery: threading.Thread | None = None
         self._gate = RefereeGate()
         self._wheel_limit = model.wheel_speed_max
 
@@ -144,6 +146,8 @@ class CanRobot(Robot):
 
     def close(self) -> None:
         """Disarm and let go. Idempotent."""
+        if self._recovery is not None:
+            self._recovery.join()
         self._train.close()
 
     def _hear(self) -> None:
@@ -157,8 +161,10 @@ class CanRobot(Robot):
             self._train.engage()
         elif estop is not None:
             self._train.release()
-        if self._recovers.take():
-            self._train.recover()
+        if self._recovers.take() and (self._recovery is None or not self._recovery.is_alive()):
+            # Drives that do not answer are waited for, and a tick may not wait.
+            self._recovery = threading.Thread(target=self._train.recover, name=f"recover {self.name}", daemon=True)
+            self._recovery.start()
 
     def _alarm(self, message: Received[Estop]) -> None:
         """The executor calls this the moment that an emergency stop arrives, between two ticks."""

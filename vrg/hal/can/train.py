@@ -186,9 +186,9 @@ class DriveTrain:
                 self._clear()
 
     def recover(self) -> None:
-        """A person clears what has latched: open the bus anew, clear the drives' errors. The motors stay off.
+        """A person clears what has latched: open the bus anew, set the drives up, clear their errors; motors stay off.
 
-        What is still wrong latches again within a second. The emergency stop stays.
+        What is still wrong latches again within a second. The emergency stop stays. It waits for drives' answers.
         """
         if not self.connected:
             return
@@ -198,6 +198,8 @@ class DriveTrain:
         self._bus.stop()
         try:
             self._bus.start()
+            for axis in self._axes.values():
+                axis.prepare()
         except RobotError as error:
             with self._lock:
                 # What a person needs to know now is this, and no longer what was wrong before.
