@@ -3,7 +3,7 @@
 # make vcan    runs the tests on a CAN bus only, on a virtual one that it makes itself
 # make setup   makes .venv, which all of the above do by themselves
 
-.PHONY: setup play test lint unit system vcan lock clean
+.PHONY: setup play test lint unit system vcan vcan-robots vcan-matches lock clean
 
 VENV := .venv/bin
 
@@ -27,9 +27,16 @@ unit: setup
 system: setup
 	$(VENV)/python -m pytest -q -m "system and not vcan"
 
-# One at a time: they share the bus, and where the kernel has no CAN they run on one CPU of another kernel.
+# Two lots at once, each with a bus of its own; where the kernel has no CAN, each in a kernel with one CPU.
 vcan: setup
-	scripts/with-vcan $(VENV)/python -m pytest -q -m vcan
+	@$(MAKE) --no-print-directory --jobs 2 --output-sync vcan-robots vcan-matches
+
+vcan-robots:
+	scripts/with-vcan $(VENV)/python -m pytest -q -n 2 -m "vcan and not system"
+
+# One at a time, as above.
+vcan-matches:
+	scripts/with-vcan $(VENV)/python -m pytest -q -m "vcan and system"
 
 # New versions of what VRG depends on; needs uv.
 lock:

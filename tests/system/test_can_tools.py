@@ -17,7 +17,7 @@ from vrg.hal.can.bus import CanBus
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
 
-pytestmark = [pytest.mark.system, pytest.mark.vcan]
+pytestmark = pytest.mark.vcan
 
 PATIENCE = 60.0
 ON = ("--channel", INTERFACE)

@@ -524,7 +524,7 @@ class TestConnecting:
     def test_a_wrong_node_id(self, drives: Drives) -> None:
         bench = CanBench("odrive", [0], [7])
         try:
-            with pytest.raises(RobotError, match=r"odrive node 7 on vcan0.*heard there: ODrive nodes 0, 1"):
+            with pytest.raises(RobotError, match=rf"odrive node 7 on {INTERFACE}.*heard there: ODrive nodes 0, 1"):
                 bench.robot.connect()
         finally:
             bench.close()
