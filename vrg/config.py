@@ -81,6 +81,11 @@ class PlayerEntry(_Table):
         return _one_of(value, backend_names())
 
     @property
+    def physical(self) -> bool:
+        """Whether its robot is no virtual one."""
+        return self.backend != "sim"
+
+    @property
     def pose(self) -> Pose:
         """Its place at the start."""
         return Pose(self.x, self.y, math.radians(self.heading))
@@ -143,7 +148,7 @@ class MatchSetup:
     @property
     def physical(self) -> list[str]:
         """The players whose robots are no virtual ones. With any of them the world keeps real time, whatever `rate`."""
-        return [p.name for p in self.file.players if p.backend != "sim"]
+        return [p.name for p in self.file.players if p.physical]
 
     @property
     def companions(self) -> list[Companion]:
@@ -197,6 +202,18 @@ def match_path(game_or_path: str) -> Path:
     raise ConfigError([f"expected a match file (*.toml) or a game ({', '.join(sorted(GAMES))}), got {game_or_path!r}"])
 
 
+def read_match(path: Path) -> MatchFile:
+    """A match file as it is written, with no look at what it names: players, maps, calibration files.
+
+    Raises:
+        ConfigError: it cannot be read, or has fields that it should not have.
+    """
+    try:
+        return MatchFile.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, ValidationError) as error:
+        raise ConfigError([f"{path}: cannot be read; `vrg check {path}` says more: {error}"]) from None
+
+
 def load_match(path: Path, *, base: Path | None = None, **overrides: str | int | float | bool | None) -> MatchSetup:
     """Read and check a match file.
 
@@ -235,12 +252,10 @@ def _check(file: MatchFile, text: str, path: Path, base: Path, lines: dict[tuple
         map=file.map if "/" not in file.map and not file.map.endswith(".toml") else str(base / file.map),
         engine=file.engine,
         seed=file.seed,
-        rate=1.0 if any(p.backend != "sim" for p in file.players) else file.rate,
+        rate=1.0 if any(p.physical for p in file.players) else file.rate,
         lasers=file.lasers,
         noise=file.noise,
-        robots=tuple(
-            RobotSetup(name=p.name, model=p.model, pose=p.pose, physical=p.backend != "sim") for p in file.players
-        ),
+        robots=tuple(RobotSetup(name=p.name, model=p.model, pose=p.pose, physical=p.physical) for p in file.players),
     )
     problems = _rule_problems(game.settings, file.rules, path, lines) + _backend_problems(file, path, base, lines)
     for i, player in enumerate(file.players):
@@ -334,7 +349,12 @@ def _backend_problems(file: MatchFile, path: Path, base: Path, lines: dict[tuple
         try:
             kind = settings_type(backend)
             if kind is not None and backend in file.backends:
-                found = kind.model_validate(file.backends[backend]).problems(list(users.values()), base)
+                settings = kind.model_validate(file.backends[backend])
+                found = settings.problems(list(users.values()), base)
+                taken = {c.name for c in settings.companions(list(users.values()))} if not found else set()
+                found += [
+                    f"{p.name!r} is the name of another process of this match" for p in file.players if p.name in taken
+                ]
                 problems += [f"{here}: {problem}" for problem in found]
             elif kind is not None:
                 line = line_of(lines, ("players", min(users), "backend"))

@@ -17,7 +17,7 @@ from vrg.hal.can.emulator.faults import WHAT, FaultKind, FaultRequest, encode_fa
 from vrg.hal.can.emulator.motor import MotorModel
 from vrg.hal.can.emulator.table import emulated_drive
 from vrg.hal.can.link import Link
-from vrg.hal.can.protocols import axis_type
+from vrg.hal.can.protocols import PROTOCOLS, axis_type
 from vrg.hal.can.settings import EMULATING
 
 app = typer.Typer(no_args_is_help=True, help="Motor controllers on a CAN bus, real and emulated.")
@@ -26,18 +26,13 @@ app.command()(can_tools.monitor)
 app.command()(can_tools.calibrate)
 
 
-class ProtocolName(enum.StrEnum):
-    """What `--protocol` may be."""
-
-    ODRIVE = "odrive"
-    CIA402 = "cia402"
-
-
+ProtocolName = enum.StrEnum("ProtocolName", {name.upper(): name for name in PROTOCOLS})  # type: ignore[misc]
 FaultName = enum.StrEnum("FaultName", {kind.name: kind.name.lower() for kind in FaultKind})  # type: ignore[misc]
 
 ProtocolOption = Annotated[ProtocolName, typer.Option("--protocol", help="What the drives speak.")]
 
 _MOTOR = MotorModel()
+_ODRIVE = ProtocolName("odrive")
 
 
 @app.command()
@@ -46,11 +41,11 @@ def node(
     channel: ChannelOption = "vcan0",
     interface: InterfaceOption = "socketcan",
     bitrate: BitrateOption = None,
-    protocol: ProtocolOption = ProtocolName.ODRIVE,
+    protocol: ProtocolOption = _ODRIVE,
     watchdog: Annotated[
-        float, typer.Option(min=0, help="s without a setpoint until the motor is off; 0 = never.")
+        float, typer.Option(min=0, max=60, help="s without a setpoint until the motor is off; 0 = never.")
     ] = 0.2,
-    voltage: Annotated[float, typer.Option(min=0, help="Of the supply, V.")] = 24.0,
+    voltage: Annotated[float, typer.Option(min=0, max=1000, help="Of the supply, V.")] = 24.0,
     inertia: Annotated[float, typer.Option(min=1e-9, help="Of rotor and load, kg m2.")] = _MOTOR.inertia,
     current_limit: Annotated[float, typer.Option(min=0.01, help="A.")] = _MOTOR.current_limit,
     serial: Annotated[

@@ -1,22 +1,28 @@
 """`vrg can scan | monitor | calibrate`: who is on a bus, how they are, and how a robot's wheels really turn."""
 
 import math
+import os
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console, Group
 from rich.live import Live
+from rich.markup import escape
 from rich.table import Table
 
 from vrg.bus.stopping import Stop
 from vrg.commands.options import stoppable
-from vrg.config import MatchFile, load_match, match_path
-from vrg.errors import ConfigError
+from vrg.config import MatchFile, match_path, read_match
+from vrg.errors import ConfigError, RobotError
 from vrg.hal.can.calibration import calibration_text, load_calibration
+from vrg.hal.can.frame import Frame
+from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
 from vrg.hal.can.link import Link
 from vrg.hal.can.settings import CanSettings
 from vrg.hal.can.survey import Found, Survey, questions
@@ -28,8 +34,14 @@ BitrateOption = Annotated[int | None, typer.Option("--bitrate", help="bit/s, whe
 
 _ASK_PERIOD = 0.5
 """s between questions to the drives."""
-_SILENT = 0.5
-"""s without a heartbeat after which a drive is shown as silent."""
+
+
+@dataclass(frozen=True)
+class Heard:
+    """Who is on a bus, and what is wrong with the bus itself, in words."""
+
+    nodes: list[Found]
+    troubles: list[str]
 
 
 def scan(
@@ -42,11 +54,14 @@ def scan(
     link = Link(interface=interface, channel=channel, bitrate=bitrate)
     console = Console(highlight=False)
     with stoppable() as stop, _listening(link) as look, console.status(f"listening on {link}"):
-        nodes = _ask_for(look, stop, seconds)
-    if not nodes:
-        console.print(f"{link}: nobody. Is the bus wired and powered, and the bit rate right?")
-        raise typer.Exit(1)
-    console.print(_table(nodes, time.monotonic()))
+        heard = _ask_for(look, stop, seconds)
+    if heard.nodes:
+        console.print(_table(heard, time.monotonic()))
+        return
+    for words in heard.troubles:
+        console.print(f"[red]{escape(words)}[/red]")
+    console.print(f"{link}: nobody. Is the bus wired and powered, and the bit rate right?")
+    raise typer.Exit(1)
 
 
 def monitor(
@@ -61,8 +76,8 @@ def monitor(
     end = math.inf if seconds is None else time.monotonic() + seconds
     with stoppable() as stop, _listening(link) as look, Live(console=console, refresh_per_second=5) as live:
         while not stop.is_set() and time.monotonic() < end:
-            nodes = _ask_for(look, stop, min(_ASK_PERIOD, max(0.05, end - time.monotonic())))
-            live.update(_table(nodes, time.monotonic()))
+            heard = _ask_for(look, stop, min(_ASK_PERIOD, max(0.05, end - time.monotonic())))
+            live.update(_table(heard, time.monotonic()))
 
 
 def calibrate(
@@ -77,16 +92,19 @@ def calibrate(
     from vrg.hal.can import calibrating  # noqa: PLC0415 - python-can is for who uses a bus
     from vrg.hal.can.train import DriveTrain  # noqa: PLC0415
 
-    setup = load_match(match_path(match))
-    settings = _settings(setup.file)
+    # What the robot has been calibrated to so far, its file included, may be missing or wrong: that is to be mended.
+    file, base = read_match(match_path(match)), match_path(match).resolve().parent
+    settings = _settings(file)
     if player not in settings.robots:
         known = ", ".join(settings.robots) or "none"
         raise ConfigError([f"{match}: expected a robot of [backends.can.robots] ({known}), got {player!r}"])
     wiring = settings.robots[player]
-    where = output or (setup.base / wiring.calibration if wiring.calibration else setup.base / f"{player}.cal.toml")
-    known_file = setup.base / wiring.calibration if wiring.calibration else None
-    before = load_calibration(known_file, wiring.nodes) if known_file is not None and known_file.exists() else None
-    model = robot_model(setup.player(player).model)
+    own = base / (wiring.calibration or f"{player}.cal.toml")
+    where = output or own
+    if not os.access(where.parent, os.W_OK) or where.is_dir():
+        raise ConfigError([f"{where}: expected a place to write the calibration to, this is none"])
+    before = load_calibration(own, wiring.nodes) if wiring.calibration and own.exists() else None
+    model = robot_model(next((p.model for p in file.players if p.name == player), "P2AT"))
     axes = wiring.wheel_axes(before)
     train = DriveTrain(player, settings.link(player), settings.axis_type(player), axes, model)
     plan = calibrating.Plan(speed=speed, way=way, turn=turns * 2 * math.pi)
@@ -100,7 +118,7 @@ def calibrate(
         train.close()
     where.write_text(calibration_text(found), encoding="utf-8")
     typer.echo(f"Written to {where}.")
-    if wiring.calibration is None or setup.base / wiring.calibration != where:
+    if wiring.calibration is None or own != where:
         typer.echo(f'To use it, write `calibration = "{where.name}"` below [backends.can.robots.{player}] of {match}.')
 
 
@@ -130,19 +148,34 @@ class _Asker:
 
 
 @contextmanager
-def _listening(link: Link) -> Iterator[Callable[[], Survey]]:
-    """A survey of a bus, and a question to everybody at each look."""
+def _listening(link: Link) -> Iterator[Callable[[], Heard]]:
+    """What is heard on a bus, and a question to everybody at each look."""
     from vrg.hal.can.bus import CanBus  # noqa: PLC0415 - python-can is for who uses a bus
 
     survey = Survey()
-    bus = CanBus(link, survey.hear)
+    lock = threading.Lock()
+    troubles: dict[str, None] = {}
+
+    def hear(frame: Frame) -> None:
+        with lock:
+            survey.hear(frame)
+
+    def complain(words: str) -> None:
+        troubles[words] = None
+
+    bus = CanBus(link, hear, complain)
     bus.start()
 
-    def look() -> Survey:
-        for found in [*survey.nodes, None]:
-            for frame in questions(found):
-                bus.send(frame)
-        return survey
+    def look() -> Heard:
+        with lock:
+            nodes = survey.nodes
+        try:
+            for found in [*nodes, None]:
+                for frame in questions(found):
+                    bus.send(frame)
+        except RobotError as error:
+            troubles.setdefault(str(error))
+        return Heard(nodes, list(troubles))
 
     try:
         yield look
@@ -150,39 +183,39 @@ def _listening(link: Link) -> Iterator[Callable[[], Survey]]:
         bus.stop()
 
 
-def _ask_for(look: Callable[[], Survey], stop: Stop, seconds: float) -> list[Found]:
+def _ask_for(look: Callable[[], Heard], stop: Stop, seconds: float) -> Heard:
     """Ask again and again for a while."""
     end = time.monotonic() + seconds
     while (left := end - time.monotonic()) > 0 and not stop.is_set():
         look()
         stop.wait(min(_ASK_PERIOD, left))
-    return look().nodes
+    return look()
 
 
-def _table(nodes: list[Found], now: float) -> Group:
+def _table(heard: Heard, now: float) -> Group:
     """A row for each drive, and below them what is wrong, in whole words."""
     table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
     for name in ("protocol", "id", "serial", "firmware", "state", "turns", "turns/s", "V"):
         table.add_column(name, justify="right" if name in ("id", "turns", "turns/s", "V") else "left")
-    wrong = []
-    for found in nodes:
+    wrong = [f"[red]{escape(words)}[/red]" for words in heard.troubles]
+    for found in heard.nodes:
         silent = now - found.heard
         table.add_row(
             found.protocol,
             str(found.node),
-            ", ".join(found.serials) or "?",
-            found.firmware or "?",
-            found.state if silent < _SILENT else "silent",
+            escape(", ".join(found.serials)) or "?",
+            escape(found.firmware) or "?",
+            escape(found.state) if silent < HEARTBEAT_TIMEOUT else "silent",
             _number(found.position, 2),
             _number(found.velocity, 2),
             _number(found.voltage, 1),
         )
         problems = [found.errors] if found.errors else []
-        if silent >= _SILENT:
+        if silent >= HEARTBEAT_TIMEOUT:
             problems.append(f"no heartbeat for {silent:.1f} s")
         if len(found.serials) > 1:
             problems.append(f"{len(found.serials)} drives have this id: {', '.join(found.serials)}")
-        wrong += [f"[red]{found.protocol} {found.node}: {words}[/red]" for words in problems]
+        wrong += [f"[red]{found.protocol} {found.node}: {escape(words)}[/red]" for words in problems]
     return Group(table, *wrong)
 
 

@@ -1,6 +1,7 @@
 """What the referee lets move, as every backend enforces it, whatever a player does. Pure."""
 
 from vrg.bus.messages import RefereeState
+from vrg.bus.node import is_fresh
 
 REFEREE_TIMEOUT = 0.5
 """s of match time after which a silent referee is taken for dead, once one has been heard."""
@@ -20,10 +21,10 @@ class RefereeGate:
         self._all_held = False
         self._held: frozenset[str] = frozenset()
 
-    def hear(self, now: float, state: RefereeState) -> None:
-        """The referee spoke, at match time `now`."""
+    def hear(self, at: float, state: RefereeState) -> None:
+        """The referee spoke, at match time `at`."""
         self.refereed = True
-        self._heard = now
+        self._heard = at
         self._all_held = state.halted is not None or state.estop
         self._held = frozenset(player.name for player in state.players if not player.may_move)
 
@@ -31,7 +32,7 @@ class RefereeGate:
         """Whether every robot is held: halted, stopped, or the referee is dead."""
         if self._heard is None:
             return self.refereed
-        return self._all_held or now - self._heard > REFEREE_TIMEOUT + _EPS
+        return self._all_held or not is_fresh(self._heard, now, REFEREE_TIMEOUT + _EPS)
 
     def holds(self, robot: str) -> bool:
         """Whether this robot's player may not move."""

@@ -44,9 +44,8 @@ def play(
     Raises:
         ConfigError: a player is not virtual.
     """
-    physical = [p.name for p in setup.file.players if p.backend != "sim"]
-    if physical:
-        raise ConfigError([f"{', '.join(physical)}: only robots of backend 'sim' can be played in one process"])
+    if setup.physical:
+        raise ConfigError([f"{', '.join(setup.physical)}: only robots of backend 'sim' can be played in one process"])
     coordinator = coordinator_node(setup, journal)
     players = [player_node(setup, p.name) for p in setup.file.players]
     world = world_node(setup)

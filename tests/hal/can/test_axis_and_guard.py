@@ -71,7 +71,6 @@ class TestAxis:
 
     def test_a_position_far_from_zero_is_set_back_before_a_start(self, wire: Wire) -> None:
         wire.hear(odrive.EncoderEstimates(1e6, 0.0))
-        assert wire.axis.step == 0.0625
         wire.axis.start()
         assert wire.said()[0] == odrive.SetAbsolutePosition(0.0)
 
@@ -286,6 +285,15 @@ class TestGuard:
         pair.beat(IDLE, IDLE, error=AxisError.ESTOP_REQUESTED)
         pair.guard.look(pair.now)
         assert pair.guard.estop
+
+    @pytest.mark.parametrize("error", [AxisError.MOTOR_OVER_TEMP, AxisError.ESTOP_REQUESTED])
+    def test_what_goes_wrong_right_after_an_explicit_act_counts_once_it_is_armed(self, pair: Pair, error: int) -> None:
+        pair.guard.begin(pair.now)
+        pair.arm()
+        assert pair.now - 100.0 < GRACE
+        pair.wires[1].beat(IDLE, error, pair.now)
+        assert pair.guard.look(pair.now)
+        assert pair.guard.fault or pair.guard.estop
 
     def test_engaging_disarms(self, pair: Pair) -> None:
         pair.arm()

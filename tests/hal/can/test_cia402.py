@@ -216,7 +216,6 @@ class TestMeeting:
         wire = Wire().prepared()
         assert wire.axis.serial == f"{SERIAL:X}"
         assert wire.axis.firmware == "1.0.0"
-        assert wire.axis.step == 1 / cia402.ENCODER_COUNTS
         wire.until(lambda: wire.axis.voltage is not None)
         assert wire.axis.voltage == 24.0
 

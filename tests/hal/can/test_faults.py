@@ -11,7 +11,7 @@ from contextlib import suppress
 
 import pytest
 
-from tests.hal.can.bench import KEYS, LINK, PATIENCE, CanBench, Drives
+from tests.hal.can.bench import KEYS, LINK, NODES, PATIENCE, CanBench, Drives
 from tests.hal.contract import STOPPED, armed
 from tests.vcan import INTERFACE
 from vrg.bus.messages import PlayerStatus, Pose, RefereeState, SpeedLimit, Stage
@@ -306,6 +306,23 @@ class TestCia402:
         try:
             with pytest.raises(RobotError, match=r"odrive nodes 1, 2.*heard there: CANopen nodes 1, 2"):
                 bench.robot.connect()
+        finally:
+            bench.close()
+
+
+@pytest.mark.parametrize("protocol", ["odrive", "cia402"])
+def test_a_recovery_of_a_robot_that_is_well_harms_nothing(protocol: str) -> None:
+    """An official recovers all robots because of one; the player of another one ticks on meanwhile."""
+    left, right = NODES[protocol]
+    with Drives(protocol, [*left, *right]):
+        bench = CanBench(protocol, left, right)
+        try:
+            driving(bench)
+            bench.recover()
+            for _ in range(15):
+                drive_on(bench)
+                assert bench.robot.read().fault is None
+            gets_going(bench)
         finally:
             bench.close()
 

@@ -69,6 +69,8 @@ def test_a_robot_may_be_on_a_bus_of_its_own() -> None:
         ({"robots": {"sue": {**SUE, "left": [0, 2, 3], "right": [1, 4, 5]}}}, "at most 2 items"),
         ({"robots": {"sue": {**SUE, "left": [63]}}}, "expected 0 to 62, got 63"),
         ({"robots": {"sue": SUE, "bob": SUE}}, "robots.bob: node 0 on can0 is sue's already"),
+        ({"robots": {"sue": {**SUE, "bitrate": 125_000}, "bob": SUE}}, "robots.bob: node 0 on can0 is sue's already"),
+        ({"robots": {"sue": SUE, "bob": {**BOB, "protocol": "cia402"}}}, "cia402 on can0, where others speak odrive"),
         ({"robots": {"sue": {**SUE, "ratio": 0}}}, "greater than 0"),
         ({"robots": {"sue": {**SUE, "pose": "gps"}}}, "expected one of odometry, feed, got 'gps'"),
         ({"robots": {"sue": {**SUE, "supply": [25.0, 20.0]}}}, "supply: expected the voltage of an empty"),

@@ -44,7 +44,6 @@ class Axis(ABC):
         starved: the drive has stopped the motor because no setpoint came: its watchdog.
         position, velocity: turn and turn/s of the shaft. measured: monotonic s of both.
         wrap: turns after which `position` begins anew, 0 = never.
-        step: resolution of `position` where it is now, turn.
         voltage: of its supply, V; None before it was told.
         odd: what makes no sense in what was heard, in words: rubbish, a number that is none, another master.
         serial, firmware: in words, empty before they are known.
@@ -63,7 +62,6 @@ class Axis(ABC):
         self.velocity = 0.0
         self.measured = NEVER
         self.wrap = 0.0
-        self.step = 0.0
         self.voltage: float | None = None
         self.odd: str | None = None
         self.serial = ""

@@ -29,6 +29,8 @@ RECEIVE_BUFFER = 1 << 20
 """bytes: some 4000 frames, where the default holds 278."""
 _POLL = 0.05
 """s between looks at the bus when nothing arrives."""
+_WALL_CLOCK = frozenset({"socketcan", "udp_multicast"})
+"""Interfaces whose time stamps are the time of day; others count from the start of the machine or of an adapter."""
 _ECHOING = frozenset({"udp_multicast"})
 """Interfaces that give a sender its own frames back."""
 
@@ -75,11 +77,7 @@ class CanBus:
         self._stopping = threading.Event()
         self._filters: list[can.typechecking.CanFilter] | None = None
         self._echoes: Counter[tuple[int, bytes, bool]] = Counter()
-
-    @property
-    def open(self) -> bool:
-        """Whether frames can be sent."""
-        return self._bus is not None
+        self._echo_lock = threading.Lock()
 
     def start(self) -> None:
         """Open the bus and begin to listen. Idempotent.
@@ -111,7 +109,7 @@ class CanBus:
             self._bus.set_filters(self._filters)
 
     def send(self, frame: Frame) -> None:
-        """Send now or never: what cannot go out at once is dropped, so that no old setpoint is ever sent.
+        """Send now or never: what cannot go out at once is dropped; nothing is queued here to be sent late.
 
         Raises:
             RobotError: it could not be sent; says why.
@@ -119,10 +117,13 @@ class CanBus:
         bus = self._bus
         if bus is None:
             raise RobotError(f"{self.link}: expected an open bus, this one is closed")
-        if self.link.interface in _ECHOING:
-            self._echoes[frame.id, frame.data, frame.remote] += 1
         try:
-            bus.send(message_of(frame))
+            if self.link.interface in _ECHOING:
+                with self._echo_lock:
+                    bus.send(message_of(frame))
+                    self._echoes[frame.id, frame.data, frame.remote] += 1
+            else:
+                bus.send(message_of(frame))
         except (can.CanError, OSError, ValueError) as error:
             raise RobotError(f"{self.link}: {describe_error(error)}") from None
 
@@ -142,7 +143,8 @@ class CanBus:
         while not stopping.is_set():
             try:
                 message = bus.recv(_POLL)
-            except (can.CanError, OSError, ValueError) as error:
+            except Exception as error:
+                # Drivers of adapters raise what they like; a thread that died of it would be missed by nobody.
                 if stopping.is_set():
                     return
                 self._on_trouble(f"{self.link}: {describe_error(error)}")
@@ -154,7 +156,7 @@ class CanBus:
                     self._on_quiet()
                 elif message.is_error_frame:
                     self._error_frame(message)
-                elif not self._is_echo(frame := frame_of(message)):
+                elif not self._is_echo(frame := frame_of(message, stamped=self.link.interface in _WALL_CLOCK)):
                     self._on_frame(frame)
             except Exception as error:
                 # Whoever listens has failed: the motors must stop, and somebody must see it.
@@ -163,12 +165,15 @@ class CanBus:
 
     def _is_echo(self, frame: Frame) -> bool:
         """Whether this is one of our own frames that comes back."""
-        key = (frame.id, frame.data, frame.remote)
-        if key not in self._echoes:
+        if self.link.interface not in _ECHOING:
             return False
-        self._echoes[key] -= 1
-        if not self._echoes[key]:
-            del self._echoes[key]
+        key = (frame.id, frame.data, frame.remote)
+        with self._echo_lock:
+            if key not in self._echoes:
+                return False
+            self._echoes[key] -= 1
+            if not self._echoes[key]:
+                del self._echoes[key]
         return True
 
     def _error_frame(self, message: can.Message) -> None:
@@ -251,11 +256,15 @@ def message_of(frame: Frame) -> can.Message:
     )
 
 
-def frame_of(message: can.Message) -> Frame:
-    """What python-can has received."""
+def frame_of(message: can.Message, *, stamped: bool = True) -> Frame:
+    """What python-can has received.
+
+    Args:
+        stamped: its time stamp is the time of day at which it was on the bus; otherwise it counts as new.
+    """
     # The kernel's stamp tells how long a frame has waited to be read: after a freeze, old heartbeats are not taken for
     # new ones. A clock that is set meanwhile makes a frame at most older, never newer than now.
-    waited = max(0.0, time.time() - message.timestamp) if message.timestamp else 0.0
+    waited = max(0.0, time.time() - message.timestamp) if stamped and message.timestamp else 0.0
     return Frame(
         message.arbitration_id,
         bytes(message.data),

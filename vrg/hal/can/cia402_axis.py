@@ -50,8 +50,8 @@ class Cia402Axis(Axis):
 
     protocol = "cia402"
 
-    def __init__(self, *args: object, **options: object) -> None:
-        super().__init__(*args, **options)  # type: ignore[arg-type]
+    def __init__(self, node: int, send: Callable[[Frame], None]) -> None:
+        super().__init__(node, send)
         self._interview = cia402.Interview(round(HEARTBEAT * 1000))
         self._units = cia402.Units(1.0, 1.0)
         self._preparing = self._prepared = False
@@ -118,7 +118,7 @@ class Cia402Axis(Axis):
         """
         self._units = self._interview.units or self._units
         self.serial = self._interview.serial
-        self.wrap, self.step = self._units.wrap, 1 / self._units.counts
+        self.wrap = self._units.wrap
         self._prepared, self._wanted, self._preparing = False, False, True
         try:
             self._set_up()

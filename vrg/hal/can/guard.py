@@ -20,8 +20,8 @@ GRACE = 0.5
 class Guard:
     """See the module. Times are monotonic, s.
 
-    `look` is told the time until which the bus has been heard, and not the time of day: a process that was kept from
-    running finds heartbeats that wait to be read, and a drive is not dead for that.
+    `look` is told the time until which the bus has been heard, where the others are told the time that it is: a process
+    that was kept from running finds heartbeats that wait to be read, and a drive is not dead for that.
 
     Args:
         axes: of the robot.
@@ -92,32 +92,36 @@ class Guard:
                 return f"node {axis.node}: no heartbeat yet"
         return None
 
-    def look(self, now: float) -> bool:
-        """Judge what the axes have heard until `now`; True if the motors must be switched off."""
-        if now - self._since > GRACE and any(axis.state is State.ESTOP for axis in self._axes):
+    def look(self, heard_until: float) -> bool:
+        """Judge what the axes have heard until then; True if the motors must be switched off."""
+        if not self._forgiven(heard_until) and any(axis.state is State.ESTOP for axis in self._axes):
             self.estop = self.at_drive = True
-        if self.wanted and now > self._armed_at:
+        if self.wanted and heard_until > self._armed_at:
             self._obeyed |= {axis.node for axis in self._axes if axis.state is State.CLOSED_LOOP}
-        problem = self._problem(now)
+        problem = self._problem(heard_until)
         if problem is not None:
             self.latch(problem)
-        starved = any(axis.starved for axis in self._axes) and now - self._armed_at > GRACE
+        starved = any(axis.starved for axis in self._axes) and heard_until - self._armed_at > GRACE
         if self.wanted and (self.fault or self.estop or starved):
             self.wanted = False
             return True
         return False
 
-    def _problem(self, now: float) -> str | None:
-        forgiven = now - self._since <= GRACE
+    def _forgiven(self, heard_until: float) -> bool:
+        """Whether a drive may still say what it said before the explicit act; an armed one has nothing old to say."""
+        return not self.wanted and heard_until - self._since <= GRACE
+
+    def _problem(self, heard_until: float) -> str | None:
+        forgiven = self._forgiven(heard_until)
         for axis in self._axes:
             name = f"node {axis.node}"
             if axis.odd:
                 return f"{name}: {axis.odd}"
-            if now - max(axis.heard, self._since) > HEARTBEAT_TIMEOUT:
+            if heard_until - max(axis.heard, self._since) > HEARTBEAT_TIMEOUT:
                 return f"{name}: no heartbeat for {HEARTBEAT_TIMEOUT:g} s"
             if axis.fault and not forgiven:
                 return f"{name}: {axis.fault}"
-            due = axis.node in self._obeyed or now - self._armed_at > START_TIMEOUT
+            due = axis.node in self._obeyed or heard_until - self._armed_at > START_TIMEOUT
             if self.wanted and due and not axis.starved and axis.state in (State.IDLE, State.STARTING):
                 return f"{name}: expected closed-loop control, but it is idle and gives no reason"
         return None

@@ -1,6 +1,6 @@
 """One axis of an ODrive, by CANSimple."""
 
-import numpy as np
+from collections.abc import Callable
 
 from vrg.hal.can import odrive
 from vrg.hal.can.axis import Axis, State
@@ -25,8 +25,8 @@ class OdriveAxis(Axis):
 
     protocol = "odrive"
 
-    def __init__(self, *args: object, **options: object) -> None:
-        super().__init__(*args, **options)  # type: ignore[arg-type]
+    def __init__(self, node: int, send: Callable[[Frame], None]) -> None:
+        super().__init__(node, send)
         self._version: odrive.Version | None = None
         self._serials: set[int] = set()
         self._wanted = False
@@ -72,7 +72,6 @@ class OdriveAxis(Axis):
                 self._heartbeat(message, frame.at)
             case odrive.EncoderEstimates():
                 self._estimate(message.position, message.velocity, frame.at)
-                self.step = float(np.spacing(np.float32(abs(self.position))))
             case odrive.BusVoltageCurrent():
                 self.voltage = message.voltage
             case odrive.Version():

@@ -18,6 +18,9 @@ from vrg.hal.can.train import DriveTrain
 from vrg.hal.gate import RefereeGate
 from vrg.hal.robot import Readings, Robot, Scan, Wheels, limit_wheels, scan_of
 
+_RECOVERY_PATIENCE = 2.0
+"""s for a recovery to end when the robot is closed; its motors are off."""
+
 
 class CanRobot(Robot):
     """See the module.
@@ -53,7 +56,7 @@ class CanRobot(Robot):
         self._start = context.start
         self._located = False
         self._pose_topic = keys.robot_pose(name)
-        self._feed = context.mailbox.subscribe(self._pose_topic)
+        self._feed = context.mailbox.subscribe(self._pose_topic) if wiring.pose == "feed" else None
         self._world = context.mailbox.subscribe(keys.poses)
         self._lasers = context.mailbox.subscribe(keys.laser(name))
         self._limits = context.mailbox.subscribe(keys.speed_limit(name))
@@ -61,6 +64,7 @@ class CanRobot(Robot):
         self._recovers = context.mailbox.subscribe(keys.recover(name))
         self._estops = context.mailbox.subscribe(keys.estop, alarm=self._alarm)
         self._recovery: threading.Thread | None = None
+        self._asked_to_recover = False
         self._gate = RefereeGate()
         self._wheel_limit = model.wheel_speed_max
 
@@ -104,7 +108,7 @@ class CanRobot(Robot):
         """The newest readings. Tells the world where the robot is, if it measures that itself.
 
         Raises:
-            StaleDataError: not connected, or no encoder has spoken yet.
+            StaleDataError: not connected, no encoder has spoken yet, or the feed has not told where the robot is.
         """
         if not self._train.connected:
             raise StaleDataError(f"{self.name}: expected a connected robot to read: call connect() first")
@@ -115,10 +119,11 @@ class CanRobot(Robot):
             raise StaleDataError(f"{self.name}: expected encoder estimates, but none has come yet")
         v, w = self.features.velocity(state.wheels.left, state.wheels.right)
         ticks = self.features.encoder_ticks / TURN
+        pose, age = self._pose(state.odometry, v, w, state.age)
         return Readings(
-            stamp=self._mailbox.now - state.age,
-            age=state.age,
-            ins=self._pose(state.odometry, v, w, state.age),
+            stamp=self._mailbox.now - age,
+            age=age,
+            ins=pose,
             odometry=state.odometry,
             v=v,
             w=w,
@@ -146,8 +151,9 @@ class CanRobot(Robot):
 
     def close(self) -> None:
         """Disarm and let go. Idempotent."""
+        self._train.disarm()
         if self._recovery is not None:
-            self._recovery.join()
+            self._recovery.join(_RECOVERY_PATIENCE)
         self._train.close()
 
     def _hear(self) -> None:
@@ -155,14 +161,16 @@ class CanRobot(Robot):
         for limit in self._limits.take():
             self._wheel_limit = min(limit.body.v_max, self.features.v_max) / self.features.wheel_radius
         for state in self._referee.take():
-            self._gate.hear(self._mailbox.now, state.body)
+            self._gate.hear(state.stamp, state.body)
         estop = decisive(self._estops.take())
         if estop is not None and estop.engaged:
             self._train.engage()
         elif estop is not None:
             self._train.release()
-        if self._recovers.take() and (self._recovery is None or not self._recovery.is_alive()):
+        self._asked_to_recover |= bool(self._recovers.take())
+        if self._asked_to_recover and (self._recovery is None or not self._recovery.is_alive()):
             # Drives that do not answer are waited for, and a tick may not wait.
+            self._asked_to_recover = False
             self._recovery = threading.Thread(target=self._train.recover, name=f"recover {self.name}", daemon=True)
             self._recovery.start()
 
@@ -182,15 +190,20 @@ class CanRobot(Robot):
                 self._train.restart_odometry()
                 self._located = True
 
-    def _pose(self, odometry: Pose, v: float, w: float, age: float) -> Pose:
-        """Where the robot is on the map; the world is told where this side measures it."""
-        if self._wiring.pose == "feed":
+    def _pose(self, odometry: Pose, v: float, w: float, age: float) -> tuple[Pose, float]:
+        """Where the robot is on the map, and the age of the older of pose and encoders, s.
+
+        The world is told where this side measures it.
+        """
+        if self._feed is not None:
             fed = self._feed.latest
-            return fed.body.pose if fed is not None else self._start
+            if fed is None:
+                raise StaleDataError(f"{self.name}: expected its pose on {self._pose_topic.key}, but none has come yet")
+            return fed.body.pose, max(age, abs(self._mailbox.now - fed.stamp))
         pose = compose(self._start, odometry)
         if self._located and age <= HEARTBEAT_TIMEOUT:
             self._mailbox.publish(self._pose_topic, MeasuredPose(pose=pose, v=v, w=w))
-        return pose
+        return pose, age
 
     def _scan(self) -> Scan | None:
         received = self._lasers.latest

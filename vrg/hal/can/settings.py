@@ -103,15 +103,20 @@ class CanSettings(BackendSettings):
 
     @model_validator(mode="after")
     def _nodes(self) -> "CanSettings":
-        owner: dict[tuple[Link, int], str] = {}
+        owner: dict[tuple[str, int], str] = {}
+        spoken: dict[str, str] = {}
         for name in self.robots:
+            bus, protocol = str(self.link(name)), self.protocol_of(name)
+            if spoken.setdefault(bus, protocol) != protocol:
+                # Their identifiers overlap: a setpoint of one is a controlword of the other.
+                raise ValueError(f"robots.{name}: {protocol} on {bus}, where others speak {spoken[bus]}: one bus each")
             for node in self.robots[name].nodes:
                 problem = self.axis_type(name).check_node(node)
                 if problem:
-                    raise ValueError(f"robots.{name}: node id of {self.protocol_of(name)}: {problem}")
-                other = owner.setdefault((self.link(name), node), name)
+                    raise ValueError(f"robots.{name}: node id of {protocol}: {problem}")
+                other = owner.setdefault((bus, node), name)
                 if other != name:
-                    raise ValueError(f"robots.{name}: node {node} on {self.link(name)} is {other}'s already")
+                    raise ValueError(f"robots.{name}: node {node} on {bus} is {other}'s already")
         return self
 
     def link(self, robot: str) -> Link:
@@ -146,14 +151,16 @@ class CanSettings(BackendSettings):
         return found
 
     def companions(self, robots: Sequence[str]) -> list[Companion]:
-        """The emulated drives of these robots, one process for each bus and protocol."""
+        """The emulated drives of these robots, one process for each bus."""
         if not self.emulate:
             return []
-        nodes: dict[tuple[Link, str], list[int]] = {}
+        buses: dict[str, list[str]] = {}
         for name in robots:
-            nodes.setdefault((self.link(name), self.protocol_of(name)), []).extend(self.robots[name].nodes)
+            buses.setdefault(str(self.link(name)), []).append(name)
         companions = []
-        for number, ((link, protocol), ids) in enumerate(nodes.items(), 1):
+        for number, members in enumerate(buses.values(), 1):
+            link, protocol = self.link(members[0]), self.protocol_of(members[0])
+            ids = [node for name in members for node in self.robots[name].nodes]
             arguments = ["can", "node", "--interface", link.interface, "--channel", link.channel]
             if link.bitrate is not None:
                 arguments += ["--bitrate", str(link.bitrate)]

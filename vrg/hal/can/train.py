@@ -75,6 +75,7 @@ class DriveTrain:
         self._axis_type = axis_type
         self._model = model
         self._lock = threading.RLock()
+        self._recovering = False
         self._told: str | None = None
         self._complained = ""
         self._heard_until = -math.inf
@@ -101,13 +102,17 @@ class DriveTrain:
             self._meet()
             for axis in self._axes.values():
                 axis.prepare()
+            self._bus.listen_to([wanted for axis in self._axes.values() for wanted in axis.filters])
         except RobotError as error:
             self._bus.stop()
             raise RobotError(f"{self.name}: {error}") from None
         except BaseException:
             self._bus.stop()
             raise
-        self._bus.listen_to([wanted for axis in self._axes.values() for wanted in axis.filters])
+        for axis in self._axes.values():
+            log.info(
+                "%s: node %d: serial %s, firmware %s", self.name, axis.node, axis.serial or "?", axis.firmware or "?"
+            )
         with self._lock:
             self._guard.begin(time.monotonic())
             self.connected = True
@@ -122,18 +127,21 @@ class DriveTrain:
             raise RobotError(f"{self.name}: expected a connected robot to arm: call connect() first")
         with self._lock:
             now = time.monotonic()
-            refusal = self._guard.refusal(now)
+            refusal = "it is being recovered" if self._recovering else self._guard.refusal(now)
             if refusal:
                 raise RobotError(f"{self.name}: {refusal}")
             if self._guard.wanted:
                 return
             self._base.rebase()
             self._guard.arm(now)
-            for axis in self._axes.values():
-                if axis.starved:
-                    axis.clear()
-                    axis.starved = False
+            starved = [axis for axis in self._axes.values() if axis.starved]
+            self._each("clear errors", [axis.clear for axis in starved])
+            for axis in starved:
+                axis.starved = False
             self._each("arm", [axis.start for axis in self._axes.values()])
+            self._look()
+            if self._guard.fault:
+                raise RobotError(f"{self.name}: {self._guard.fault}")
 
     def drive(self, wheels: Wheels) -> None:
         """Send setpoints for wheel speeds in rad/s.
@@ -156,9 +164,9 @@ class DriveTrain:
             self._send([(other, velocity if other == node else 0.0) for other in self._axes])
 
     def stand(self) -> None:
-        """Send setpoints of zero, if it is armed. What keeps them from going out latches, and is told by `state`."""
+        """Send setpoints of zero, if it is armed and hears the bus. What keeps them from going out latches."""
         with self._lock:
-            if self.connected and self._guard.wanted:
+            if self.connected and self._guard.wanted and self._deaf <= BLIND:
                 try:
                     self._send([(node, 0.0) for node in self._axes])
                 except RobotError as error:
@@ -190,35 +198,33 @@ class DriveTrain:
 
         What is still wrong latches again within a second. The emergency stop stays. It waits for drives' answers.
         """
-        if not self.connected:
-            return
         with self._lock:
+            if not self.connected or self._recovering:
+                return
+            self._recovering = True
             self._guard.disarm()
-        # Outside the lock: the receive thread, which is waited for, may want it.
-        self._bus.stop()
-        try:
-            self._bus.start()
-            for axis in self._axes.values():
-                axis.prepare()
-        except RobotError as error:
-            with self._lock:
-                # What a person needs to know now is this, and no longer what was wrong before.
-                self._guard.begin(time.monotonic())
-                self._guard.latch(str(error))
-                self._look()
-            return
+            self._idle()
+        problem = self._open_anew()
         with self._lock:
+            self._recovering = False
+            # What a person needs to know from now on is this, and no longer what was wrong before.
             self._guard.begin(time.monotonic())
             self._base.rebase()
-            self._idle()
-            if not self._guard.estop:
-                self._clear()
-        log.info("%s: faults are cleared, the motors are off", self.name)
+            if problem:
+                self._guard.latch(problem)
+            elif self.connected:
+                self._idle()
+                if not self._guard.estop:
+                    self._clear()
+            self._look()
+        if not problem:
+            log.info("%s: faults are cleared, the motors are off", self.name)
 
     def close(self) -> None:
         """Switch the motors off and let go of the bus. Idempotent."""
         self.disarm()
-        self.connected = False
+        with self._lock:
+            self.connected = False
         self._bus.stop()
 
     def state(self) -> TrainState:
@@ -258,6 +264,22 @@ class DriveTrain:
         """Let the odometry begin anew where the robot stands."""
         with self._lock:
             self._base.restart()
+
+    def _open_anew(self) -> str | None:
+        """Close and open the bus, and set the drives up; what kept that from being done, in words."""
+        # Outside the lock: the receive thread, which is waited for, may want it.
+        try:
+            self._bus.stop()
+            self._bus.start()
+            for axis in self._axes.values():
+                axis.prepare()
+        except RobotError as error:
+            return str(error)
+        except Exception as error:
+            # A recovery runs beside the player: who waits for it must see that it failed.
+            log.exception("%s: it could not be recovered", self.name)
+            return f"it could not be recovered: {error!r}"
+        return None
 
     def _begin(self) -> None:
         """Nothing has been heard of anybody."""
@@ -302,6 +324,11 @@ class DriveTrain:
             f"{MEET_PATIENCE:g} s, got none; heard there: {self._survey}. Are the ids and the protocol right?"
         )
 
+    @property
+    def _deaf(self) -> float:
+        """s since the receive thread was last known to keep up with the bus."""
+        return time.monotonic() - self._heard_until
+
     def _require_armed(self) -> None:
         self._look()
         if self._guard.estop:
@@ -310,9 +337,8 @@ class DriveTrain:
             raise RobotError(f"{self.name}: {self._guard.fault}")
         if not self._guard.wanted:
             raise RobotError(f"{self.name}: expected an armed robot to drive: call arm() first")
-        deaf = time.monotonic() - self._heard_until
-        if deaf > BLIND:
-            raise RobotError(f"{self.name}: nothing has been heard of the bus for {deaf:.1f} s")
+        if self._deaf > BLIND:
+            raise RobotError(f"{self.name}: nothing has been heard of the bus for {self._deaf:.1f} s")
 
     def _send(self, setpoints: Sequence[tuple[int, float]]) -> None:
         """Send setpoints by node, turn/s. One that cannot go out is dropped, and switches the motors off."""
@@ -358,10 +384,13 @@ class DriveTrain:
                 self._survey.hear(frame)
             for node, axis in self._axes.items():
                 measured = axis.measured
-                axis.receive(frame)
+                try:
+                    axis.receive(frame)
+                except RobotError as error:  # an answer that could not be sent
+                    self._guard.latch(str(error))
                 if axis.measured != measured:
                     estimate = Estimate(axis.position, axis.velocity, axis.measured)
-                    if not self._base.update(node, estimate, axis.wrap) and self._guard.wanted:
+                    if not self._base.update(node, estimate, axis.wrap) and self._guard.armed:
                         self._guard.latch(f"node {node}: its position jumped: was the drive started again?")
             if self.connected:
                 self._look()

@@ -20,7 +20,8 @@ _POSITION_GAIN = 20.0
 _RAMP = 200.0
 """turn/s^2."""
 _INVALID_STATE = 13
-_FLOAT_MAX = 3.4e38
+_LARGEST = 1e6
+"""turn/s or A: a limit beyond is no limit, and would not fit into the numbers that a drive sends."""
 
 
 class OdriveDrive(EmulatedDrive):
@@ -78,7 +79,9 @@ class OdriveDrive(EmulatedDrive):
             address = odrive.decode(frame)
         except FrameError:
             return []
-        if isinstance(address, odrive.Address) and address.serial == self.options.serial and not self._energised:
+        if not isinstance(address, odrive.Address) or address.serial != self.options.serial:
+            return []
+        if address.node in odrive.NODES and not self._energised:
             self.node = address.node
         return []
 
@@ -107,7 +110,7 @@ class OdriveDrive(EmulatedDrive):
             case odrive.SetControllerMode():
                 self._modes = message
             case odrive.SetLimits(velocity, current):
-                if 0 < velocity < _FLOAT_MAX and 0 < current < _FLOAT_MAX:
+                if 0 < velocity < _LARGEST and 0 < current < _LARGEST:
                     self.motor.velocity_limit, self.motor.current_limit = velocity, current
             case odrive.ClearErrors():
                 self._active = self._reason = AxisError(0)
