@@ -9,7 +9,7 @@ from vrg.geometry import wrap
 from vrg.hal.models import RobotModel
 from vrg.hal.robot import Wheels
 
-TURN = 2 * math.pi
+TURN = math.tau
 """rad."""
 _JUMP_MARGIN = 1.5
 """An encoder may be this much faster than the top speed before it is disbelieved."""

@@ -23,8 +23,9 @@ from vrg.hal.can import cia402
 from vrg.hal.can.axis import NEVER, Axis, State
 from vrg.hal.can.cia402 import Control, DriveState, Function, Nmt, NmtCommand, Object, Pdo
 from vrg.hal.can.frame import STANDARD_MASK, Frame, FrameError
+from vrg.hal.robot import COMMAND_TIMEOUT
 
-DEADLINE = 0.2
+DEADLINE = COMMAND_TIMEOUT
 """s without a setpoint after which the drive stops the motor."""
 HEARTBEAT = 0.1
 """s between heartbeats."""

@@ -3,7 +3,6 @@
 import math
 from dataclasses import dataclass
 
-TURN = 2 * math.pi
 _STEP = 0.002
 """s; the longest step of integration."""
 _LONGEST = 1.0
@@ -62,7 +61,7 @@ class Motor:
     def turn(self, dt: float, velocity: float) -> None:
         """Let `dt` seconds pass while the drive aims for a velocity, turn/s."""
         target = max(-self.velocity_limit, min(self.velocity_limit, velocity))
-        gain = self.model.inertia * TURN / (self.model.response * self.model.torque_constant)
+        gain = self.model.inertia * math.tau / (self.model.response * self.model.torque_constant)
         for step in _steps(dt):
             drag = math.copysign(self.model.friction, target) / self.model.torque_constant if target else 0.0
             self._push(gain * (target - self.velocity) + drag, step)
@@ -80,7 +79,7 @@ class Motor:
             return
         torque -= math.copysign(friction, self.velocity or torque)
         before = self.velocity
-        self.velocity += torque / self.model.inertia / TURN * dt
+        self.velocity += torque / self.model.inertia / math.tau * dt
         if before * self.velocity < 0.0 and abs(self.torque) <= friction:
             self.velocity = 0.0  # friction stops, it does not push back
         self.position += (before + self.velocity) / 2 * dt
