@@ -248,8 +248,16 @@ class TestLatchedFaults:
         for _ in range(3):
             self.report(table, fault=None)
             state = table.tick()
-        assert state.waiting == ["m1: its robot has latched a fault"]
+        hint = "(`vrg official recover m1` or the key R clears it)"
+        assert state.waiting == [f"m1: its robot has latched a fault {hint}"]
         assert state.halted is None
+
+    def test_a_button_at_a_drive_is_released_and_not_recovered(self, table: Table) -> None:
+        table.silent = {"m1"}
+        for _ in range(3):
+            self.report(table, fault="m1: the emergency stop was pressed at a drive")
+            state = table.tick()
+        assert state.waiting == ["m1: the emergency stop was pressed at a drive"]
 
     def test_a_fault_that_is_not_latched_stops_nobody_else(self, table: Table) -> None:
         table.ticks(2)

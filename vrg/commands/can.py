@@ -104,5 +104,6 @@ def fault(
     try:
         for one in id_:
             bus.send(message_of(encode_fault(one, request)))
+            typer.echo(f"asked node {one} for: {kind} ({WHAT[request.kind].split(':')[0]})")
     finally:
         bus.shutdown()

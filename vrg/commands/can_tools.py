@@ -2,6 +2,7 @@
 
 import math
 import os
+import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -30,6 +31,9 @@ from vrg.hal.models import robot_model
 
 InterfaceOption = Annotated[str, typer.Option("--interface", help="python-can's name of the interface.")]
 ChannelOption = Annotated[str, typer.Option("--channel", help="The bus, such as can0.")]
+AnyChannelOption = Annotated[
+    str | None, typer.Option("--channel", help="The bus; can0 if missing, or vcan0 where there is no can0.")
+]
 BitrateOption = Annotated[int | None, typer.Option("--bitrate", help="bit/s, where the interface sets it itself.")]
 
 _ASK_PERIOD = 0.5
@@ -45,13 +49,13 @@ class Heard:
 
 
 def scan(
-    channel: ChannelOption = "can0",
+    channel: AnyChannelOption = None,
     interface: InterfaceOption = "socketcan",
     bitrate: BitrateOption = None,
     seconds: Annotated[float, typer.Option("--for", min=0.3, max=60, help="s to listen.")] = 1.5,
 ) -> None:
     """Say which drives are on a bus: protocol, id, serial number, firmware, state and errors. Moves nothing."""
-    link = Link(interface=interface, channel=channel, bitrate=bitrate)
+    link = Link(interface=interface, channel=channel or _channel(), bitrate=bitrate)
     console = Console(highlight=False)
     with stoppable() as stop, _listening(link) as look, console.status(f"listening on {link}"):
         heard = _ask_for(look, stop, seconds)
@@ -65,13 +69,13 @@ def scan(
 
 
 def monitor(
-    channel: ChannelOption = "can0",
+    channel: AnyChannelOption = None,
     interface: InterfaceOption = "socketcan",
     bitrate: BitrateOption = None,
     seconds: Annotated[float | None, typer.Option("--for", min=0.3, help="s; until Ctrl-C if missing.")] = None,
 ) -> None:
     """Show the drives on a bus, live. Moves nothing."""
-    link = Link(interface=interface, channel=channel, bitrate=bitrate)
+    link = Link(interface=interface, channel=channel or _channel(), bitrate=bitrate)
     console = Console(highlight=False)
     end = math.inf if seconds is None else time.monotonic() + seconds
     with stoppable() as stop, _listening(link) as look, Live(console=console, refresh_per_second=5) as live:
@@ -109,6 +113,10 @@ def calibrate(
     train = DriveTrain(player, settings.link(player), settings.axis_type(player), axes, model)
     plan = calibrating.Plan(speed=speed, way=way, turn=turns * 2 * math.pi)
     typer.echo(f"Calibrating {player} ({model.name}) on {settings.link(player)}. Keep a hand at the power switch.")
+    if settings.emulate:
+        ids = " ".join(f"--id {node}" for node in wiring.nodes)
+        protocol = settings.protocol_of(player)
+        typer.echo(f"(Its drives are emulated: `vrg can node --protocol {protocol} {ids}` must run.)")
     train.connect()
     try:
         found = calibrating.calibrate(train, model, _Asker(), plan)
@@ -120,6 +128,12 @@ def calibrate(
     typer.echo(f"Written to {where}.")
     if wiring.calibration is None or own != where:
         typer.echo(f'To use it, write `calibration = "{where.name}"` below [backends.can.robots.{player}] of {match}.')
+
+
+def _channel() -> str:
+    """Whoever has no real bus means the virtual one."""
+    names = {name for _, name in socket.if_nameindex()}
+    return "vcan0" if "vcan0" in names and "can0" not in names else "can0"
 
 
 def _settings(file: MatchFile) -> CanSettings:

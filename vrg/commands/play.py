@@ -232,7 +232,8 @@ def _conclude(
     """
     over = state is not None and state.stage is Stage.GAME_OVER
     if failure is not None:
-        ended = f"given up: {str(failure).splitlines()[0]}"
+        said = str(failure).splitlines()
+        ended = f"given up: {said[0].rstrip(':')}" + (f": {said[-1]}" if len(said) > 1 else "")
     elif over:
         ended = "ended by an official" if state and state.winner == NOBODY else "game over"
     else:

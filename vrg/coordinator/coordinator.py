@@ -153,7 +153,8 @@ class Coordinator(Node):
             if report is None or not is_fresh(report.stamp, tick.time, SILENCE):
                 reasons.append(f"{name} does not report")
             elif fault := _fault(name, report.body):
-                reasons.append(fault)
+                hint = f" (`vrg official recover {name}` or the key R clears it)"
+                reasons.append(fault + (hint if report.body.latched and not _by_button(fault) else ""))
         return [*reasons, *map(_lost, self._lost)]
 
     def _guard(self, tick: Tick) -> list[Outcome]:
@@ -242,3 +243,8 @@ def _fault(name: str, report: Report) -> str | None:
 
 def _moves(body: Body) -> bool:
     return abs(body.v) > AT_REST or abs(body.w) > AT_REST
+
+
+def _by_button(fault: str) -> bool:
+    """Whether a fault is an emergency stop, which is released and not recovered."""
+    return "emergency stop" in fault

@@ -24,6 +24,7 @@ from vrg.hal.can.link import Link
 log = logging.getLogger(__name__)
 # python-can tells of every socket that it makes, and logs the errors that it raises as well.
 logging.getLogger("can").setLevel(logging.CRITICAL)
+logging.getLogger("canopen").setLevel(logging.WARNING)
 
 RECEIVE_BUFFER = 1 << 20
 """bytes: some 4000 frames, where the default holds 278."""

@@ -235,7 +235,7 @@ class DriveTrain:
             guard, axes = self._guard, self._axes
             fault = guard.fault
             if fault is None and guard.at_drive:
-                fault = "the emergency stop was pressed at a drive"
+                fault = "the emergency stop was pressed at a drive: release it by `vrg estop --release`"
             volts = [axis.voltage for axis in axes.values() if axis.voltage is not None]
             return TrainState(
                 age=max(0.0, now - min(axis.measured for axis in axes.values())),
