@@ -1,17 +1,12 @@
-"""The CAN interface that tests marked `vcan` use: vcan0, or one of its own for each worker of several."""
+"""The CAN interface that tests marked `vcan` use."""
 
-import contextlib
-import os
 import socket
 import struct
-import subprocess
 import sys
 
 from tests.requirements import missing
 
-FIRST = "vcan0"
-WORKER = os.environ.get("PYTEST_XDIST_WORKER", "")
-INTERFACE = f"vcan_{WORKER}" if WORKER else FIRST
+INTERFACE = "vcan0"
 
 _SIOCGIFFLAGS = 0x8913
 _IFF_UP = 0x1
@@ -38,12 +33,5 @@ def is_up(interface: str = INTERFACE) -> bool:
 
 def require_vcan() -> None:
     """Skip the test if there is no CAN interface; in CI fail it."""
-    if not is_up(FIRST):
-        missing(f"no CAN interface {FIRST}: run the tests by scripts/with-vcan")
     if not is_up():
-        # There is one, so this kernel can make another, if this process may.
-        with contextlib.suppress(OSError):
-            for command in (["add", INTERFACE, "type", "vcan"], ["set", INTERFACE, "up"]):
-                subprocess.run(["ip", "link", *command], check=False, capture_output=True, timeout=20)
-    if not is_up():
-        missing(f"{INTERFACE} cannot be made: run the tests by scripts/with-vcan, or without workers")
+        missing(f"no CAN interface {INTERFACE}: run the tests by scripts/with-vcan")

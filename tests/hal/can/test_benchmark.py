@@ -6,6 +6,5 @@ from tests.system.test_benchmarks import run
 
 
 @pytest.mark.vcan
-@pytest.mark.parametrize("parts", [[], ["--only", "estop"]], ids=["robots", "match"])
-def test_it_runs(parts: list[str]) -> None:
-    run("can", *parts)
+def test_it_runs() -> None:
+    run("can")
