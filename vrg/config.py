@@ -8,7 +8,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import BaseModel, Field, ValidationError, field_validator
 
 from vrg.agents.importing import import_object
 from vrg.agents.players import default_strategy
@@ -23,14 +23,11 @@ from vrg.hal.models import MODELS, robot_model
 from vrg.hal.settings import Companion
 from vrg.hal.sim.config import RobotSetup, WorldConfig, check_setup
 from vrg.hal.sim.map import load_map
+from vrg.tables import Table, one_of
 from vrg.toml_text import line_of, lines_of, syntax_error_line, with_values
 
 PROCESS_NAMES = ("router", "world", "referee", "recorder", "spectator", "drives")
 """A player's process and log are named after the player; these names are taken."""
-
-
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 def _check_name(value: str) -> str:
@@ -39,13 +36,7 @@ def _check_name(value: str) -> str:
     return value
 
 
-def _one_of(value: str, known: list[str]) -> str:
-    if value not in known:
-        raise ValueError(f"expected one of {', '.join(known)}, got {value!r}")
-    return value
-
-
-class PlayerEntry(_Table):
+class PlayerEntry(Table):
     """One [[players]] table.
 
     Args:
@@ -73,12 +64,12 @@ class PlayerEntry(_Table):
     @field_validator("model")
     @classmethod
     def _model(cls, value: str) -> str:
-        return _one_of(value, sorted(MODELS))
+        return one_of(value, sorted(MODELS))
 
     @field_validator("backend")
     @classmethod
     def _backend(cls, value: str) -> str:
-        return _one_of(value, backend_names())
+        return one_of(value, backend_names())
 
     @property
     def physical(self) -> bool:
@@ -91,7 +82,7 @@ class PlayerEntry(_Table):
         return Pose(self.x, self.y, math.radians(self.heading))
 
 
-class MatchFile(_Table):
+class MatchFile(Table):
     """A match file as it is written.
 
     Args:
@@ -112,7 +103,7 @@ class MatchFile(_Table):
     lasers: bool = True
     noise: bool = True
     rules: dict[str, Any]
-    backends: dict[str, dict[str, Any]] = {}
+    backends: dict[str, dict[str, Any]] = Field(default_factory=dict)
     players: list[PlayerEntry] = Field(min_length=1)
 
     @field_validator("name")
@@ -123,7 +114,7 @@ class MatchFile(_Table):
     @field_validator("game")
     @classmethod
     def _game(cls, value: str) -> str:
-        return _one_of(value, sorted(GAMES))
+        return one_of(value, sorted(GAMES))
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict
+from vrg.tables import Table
 
 
 @dataclass(frozen=True)
@@ -21,10 +21,8 @@ class Companion:
     says: str
 
 
-class BackendSettings(BaseModel):
+class BackendSettings(Table):
     """The table. A subclass has the fields."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     def problems(self, robots: Sequence[str], base: Path) -> list[str]:
         """What keeps these robots from being used, in words; relative paths start from `base`."""

@@ -12,16 +12,13 @@ import math
 import tomllib
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import Field, ValidationError, field_validator
 
 from vrg.errors import ConfigError
+from vrg.tables import Table
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class AxisCalibration(_Table):
+class AxisCalibration(Table):
     """One motor.
 
     Args:
@@ -40,7 +37,7 @@ class AxisCalibration(_Table):
         return value
 
 
-class Calibration(_Table):
+class Calibration(Table):
     """One robot.
 
     Args:

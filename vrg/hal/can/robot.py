@@ -134,7 +134,7 @@ class CanRobot(Robot):
             estop=state.estop,
             fault=f"{self.name}: {state.fault}" if state.fault else None,
             laser=self._scan(),
-            latched=state.latched,
+            latched=state.fault is not None,
         )
 
     def stop(self) -> None:

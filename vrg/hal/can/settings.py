@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from vrg.errors import ConfigError
 from vrg.hal.can.axis import Axis
@@ -12,16 +12,13 @@ from vrg.hal.can.calibration import Calibration, load_calibration
 from vrg.hal.can.link import Link
 from vrg.hal.can.protocols import PROTOCOLS, axis_type
 from vrg.hal.settings import BackendSettings, Companion
+from vrg.tables import Table, one_of
 
 EMULATING = "emulating"
 """The first word of what `vrg can node` says once it is on the bus."""
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class RobotWiring(_Table):
+class RobotWiring(Table):
     """One robot: [backends.can.robots.<name>].
 
     Args:
@@ -47,12 +44,12 @@ class RobotWiring(_Table):
     @field_validator("pose")
     @classmethod
     def _pose(cls, value: str) -> str:
-        return _one_of(value, ["odometry", "feed"])
+        return one_of(value, ["odometry", "feed"])
 
     @field_validator("protocol")
     @classmethod
     def _protocol(cls, value: str | None) -> str | None:
-        return value if value is None else _one_of(value, sorted(PROTOCOLS))
+        return value if value is None else one_of(value, sorted(PROTOCOLS))
 
     @model_validator(mode="after")
     def _sides(self) -> "RobotWiring":
@@ -99,7 +96,7 @@ class CanSettings(BackendSettings):
     @field_validator("protocol")
     @classmethod
     def _protocol(cls, value: str) -> str:
-        return _one_of(value, sorted(PROTOCOLS))
+        return one_of(value, sorted(PROTOCOLS))
 
     @model_validator(mode="after")
     def _nodes(self) -> "CanSettings":
@@ -169,9 +166,3 @@ class CanSettings(BackendSettings):
                 arguments += ["--id", str(node)]
             companions.append(Companion("drives" if number == 1 else f"drives-{number}", tuple(arguments), EMULATING))
         return companions
-
-
-def _one_of(value: str, known: list[str]) -> str:
-    if value not in known:
-        raise ValueError(f"expected one of {', '.join(known)}, got {value!r}")
-    return value

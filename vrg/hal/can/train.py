@@ -44,7 +44,7 @@ class TrainState:
         age: s since the oldest of the newest encoder estimates; infinite before the first.
         wheels: speeds, rad/s. angles: turned since the odometry began, left and right, rad.
         odometry: pose since then. armed: every motor obeys.
-        fault: what has latched, in words. estop: the emergency stop has. latched: a person must clear one of them.
+        fault: what has latched until a person clears it, in words. estop: the emergency stop has.
         volts: lowest supply voltage, None before any drive has told.
     """
 
@@ -55,7 +55,6 @@ class TrainState:
     armed: bool
     fault: str | None
     estop: bool
-    latched: bool
     volts: float | None
 
 
@@ -245,7 +244,6 @@ class DriveTrain:
                 armed=guard.armed,
                 fault=fault,
                 estop=guard.estop,
-                latched=fault is not None,
                 volts=min(volts) if volts else None,
             )
 
