@@ -13,9 +13,10 @@ import zenoh
 
 from vrg.bus.codec import encode
 from vrg.bus.mailbox import Inlet, Mailbox
-from vrg.bus.messages import Laser, Message, Report
+from vrg.bus.messages import Message, Report
 from vrg.bus.session import configure, open_session
 from vrg.bus.topics import Keys, Topic
+from vrg.hal.sensors.laser import Laser
 
 AIM = 1.15
 """Times bare zenoh on the same path."""
@@ -93,13 +94,13 @@ class VrgLink(Link):
         own, other = Keys(f"{kind}-{self.side}"), Keys(f"{kind}-{self.other}")
         self._mailbox = Mailbox()
         self._inlets: list[Inlet[Any]] = [
-            self._mailbox.subscribe(other.laser()),
+            self._mailbox.subscribe(other.sensor(Laser)),
             self._mailbox.subscribe(other.report()),
         ]
         names = [f"robot{i}" for i in range(2 * BURST)]
         self._topics: dict[str, list[Topic[Any]]] = {
             SMALL: [own.report(name) for name in names],
-            LARGE: [own.laser(name) for name in names],
+            LARGE: [own.sensor(Laser, name, "front") for name in names],
         }
         self._stack = ExitStack()
         self._session = self._stack.enter_context(open_session(self.address, patience=PATIENCE))

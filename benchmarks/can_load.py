@@ -14,9 +14,9 @@ from collections.abc import Callable, Sequence
 
 from can_peers import REMOTE, Heard, Listener
 from can_robots import PLAYER_RATE, SPEED, Drives, connected, keep_driving, paced, train
+from vrg.hal.robot import Wheels
 
 from vrg.hal.can import odrive
-from vrg.hal.robot import Wheels
 
 BIT_RATE = 250_000
 """bit/s."""

@@ -20,6 +20,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from can_peers import CHANNEL, Peer
+from vrg.hal.can.emulator.table import emulated_drive
+from vrg.hal.robot import Robot, Wheels
 
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.topics import Keys
@@ -28,13 +30,11 @@ from vrg.hal.backends import RobotContext, open_robot
 from vrg.hal.can.base import WheelAxis
 from vrg.hal.can.emulator.drive import DriveOptions, EmulatedDrive
 from vrg.hal.can.emulator.run import run_drives
-from vrg.hal.can.emulator.table import emulated_drive
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
 from vrg.hal.can.protocols import axis_type
 from vrg.hal.can.train import DriveTrain
 from vrg.hal.models import robot_model
-from vrg.hal.robot import Robot, Wheels
 
 PROCESS = (str(Path(__file__).with_name("can.py")), "--process")
 PROTOCOL = "odrive"

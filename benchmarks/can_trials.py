@@ -15,6 +15,7 @@ from can_load import BIT_RATE, worst_bits
 from can_peers import CHANNEL, Idler, Listener, counts_ticks, of_command, sent_packets
 from can_robots import PLAYER_RATE, SPEED, Drives, arm, commander, connected, connected_robot, robot, train
 from common import quantile
+from vrg.hal.robot import Wheels
 
 from vrg.errors import RobotError
 from vrg.hal.can import odrive
@@ -22,7 +23,6 @@ from vrg.hal.can.bus import message_of, open_bus
 from vrg.hal.can.emulator.faults import FaultKind, FaultRequest, encode_fault
 from vrg.hal.can.link import Link
 from vrg.hal.can.odrive import Command
-from vrg.hal.robot import Wheels
 
 AGE_AIM = 20.0
 """ms: no setpoint of eight axes is older."""

@@ -16,7 +16,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from vrg.config import MatchSetup, load_match
+from vrg.config.loading import load_match
+from vrg.config.setup import MatchSetup
 
 LENGTH = 19.0
 """m of field along which minnows cross, as in the courtyard."""

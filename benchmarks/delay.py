@@ -43,9 +43,10 @@ from vrg.bus.process import run_world
 from vrg.bus.session import Session, open_session
 from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.bus.topics import Keys, name_in
-from vrg.config import MatchSetup, load_match
+from vrg.config.loading import load_match
+from vrg.config.setup import MatchSetup, write_setup
 from vrg.hal.sim.config import WorldConfig
-from vrg.hal.sim.world_node import WorldNode
+from vrg.hal.sim.node import WorldNode
 from vrg.launch.local import free_endpoint, specs
 from vrg.launch.run_folder import RunFolder, write_json
 from vrg.launch.supervisor import Supervisor
@@ -91,7 +92,7 @@ def run_observed_world(folder: RunFolder, endpoint: str, base: Path) -> None:
         node = ObservedWorld(setup.world, Mailbox(), setup.keys)
         threading.Thread(target=_hear_parent, args=(node, stop), daemon=True).start()
         statistics = run_world(
-            node, session, setup.keys, stop, first_tick=0, rate=setup.file.rate, after_tick=lambda _tick: None
+            node, session, setup.keys, stop, first_tick=0, rate=setup.rate, after_tick=lambda _tick: None
         )
         noted = {"delays": node.delays, "ages": node.ages, "tick": node.period}
         write_json(folder.logs / "world.json", asdict(statistics) | noted)
@@ -142,7 +143,7 @@ def play(engine: str, lasers: bool, seconds: float) -> Run:
     with tempfile.TemporaryDirectory() as name:
         base = Path(name)
         setup = write_match(base, PLAYERS, engine=engine, lasers=lasers, name="benchmark-delay")
-        folder = RunFolder.create(base / "runs", setup.file.name, datetime.now(), setup.text)
+        folder = RunFolder.create(base / "runs", setup.name, datetime.now(), setup.text)
         cpu = _play(setup, folder, seconds)
         return _collect(folder, cpu)
 
@@ -152,10 +153,11 @@ def _play(setup: MatchSetup, folder: RunFolder, seconds: float) -> dict[str, flo
     wanted = [s for s in specs(setup, folder, endpoint, window=False, record=True) if s.name != "world"]
     supervisor = Supervisor(wanted, endpoint, setup.keys, folder.logs, lambda text: print(text, file=sys.stderr))
     try:
-        supervisor.start_router()
-        with _world(folder, endpoint, setup.base) as world, open_session(endpoint) as session:
+        write_setup(setup, folder.setup)
+        supervisor.start_router(threading.Event())
+        with _world(folder, endpoint, Path(setup.base)) as world, open_session(endpoint) as session:
             _wait_for(lambda: bool(session.alive(setup.keys.alive("world", "world"))), "the world")
-            supervisor.start(session, lambda _name: None)
+            supervisor.start(session, threading.Event(), lambda _name: None)
             _wait_for_play(setup, session)
             pids = {p.spec.name: p.pid for p in supervisor.processes if p.pid} | {"world": world.pid}
             assert world.stdin is not None

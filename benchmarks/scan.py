@@ -1,6 +1,6 @@
 """What one scan of 181 beams costs in the courtyard with 8 robots.
 
-    world     Lidar.scans: everything the world does for one scan, noise, resolution and message included
+    world     LaserSimulation.sense: everything the world does for one scan, noise, resolution and message included
     cast      vrg.hal.sim.rays.cast alone
     numpy     every beam against every edge and circle as one numpy expression, without noise
     python    every beam against every edge and circle in a loop
@@ -18,14 +18,16 @@ import numpy as np
 import pybullet
 from common import Stopwatch, arguments, median, quantile, show
 
-from vrg.bus.messages import Pose
-from vrg.hal.models import LaserMount, robot_model
-from vrg.hal.sim.bullet import BulletEngine
-from vrg.hal.sim.engine import Floats
-from vrg.hal.sim.lidar import Lidar, fan_of
+from vrg.hal.models import robot_model
+from vrg.hal.sensors.laser import Laser, LaserSpec
+from vrg.hal.sim.engines.engine import Floats
+from vrg.hal.sim.engines.pybullet import BulletEngine
 from vrg.hal.sim.map import load_map
-from vrg.hal.sim.rays import Edges, cast
+from vrg.hal.sim.sensors.base import Instant, Mounted, Surroundings
+from vrg.hal.sim.sensors.laser import LaserSimulation, fan_of
+from vrg.hal.sim.sensors.rays import Edges, cast
 from vrg.hal.sim.shapes import box_edges
+from vrg.types import Pose
 
 AIM = 60.0
 """us for one scan in the world."""
@@ -43,7 +45,7 @@ class Scene:
         self.map = load_map("courtyard")
         self.model = robot_model("P2AT")
         assert self.model.laser is not None
-        self.mount: LaserMount = self.model.laser
+        self.mount: LaserSpec = self.model.laser
         self.fan = fan_of(self.mount)
         self.poses = self._places(np.random.default_rng(seed))
         self.models = [self.model] * ROBOTS
@@ -51,11 +53,13 @@ class Scene:
         sizes = np.full((ROBOTS, 2), (self.model.length, self.model.width))
         self.segments = np.concatenate((self.map.edges, box_edges(np.hstack((self.poses, sizes)))))
         self.edges = Edges(self.segments)
-        self.lidar = Lidar(self.map, seed, noise=True)
+        self.lasers = LaserSimulation(Surroundings(self.map, seed, noise=True))
         self.engine = BulletEngine(self.map)
         for name, pose in zip(self.names, self.poses.tolist(), strict=True):
             self.engine.add(name, self.model, Pose(*pose))
         self._tick = 0
+        mounted = [Mounted(row, name, self.model, self.mount) for row, name in enumerate(self.names)]
+        self.lasers.resize(mounted, self._instant())
 
     @staticmethod
     def _places(rng: np.random.Generator) -> Floats:
@@ -79,8 +83,12 @@ class Scene:
     def world(self) -> list[Floats]:
         """A scan of each robot as the world makes it."""
         self._tick += round(1 / (self.mount.rate * 0.02))
-        scans = self.lidar.scans(self._tick, 0.02, self.names, self.models, self.poses)
-        return [scan.ranges.astype(np.float64) for _, scan in scans]
+        said = self.lasers.sense(self._instant())
+        return [scan.ranges.astype(np.float64) for _, _, scan in said if isinstance(scan, Laser)]
+
+    def _instant(self) -> Instant:
+        nothing = np.zeros((ROBOTS, 2))
+        return Instant(self._tick, 0.02, self.models, self.poses, nothing, nothing, [0] * ROBOTS, lambda _robot: 1.0)
 
     def cast(self) -> list[Floats]:
         """By our own geometry."""

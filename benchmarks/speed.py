@@ -21,7 +21,7 @@ from typing import Any
 
 from common import Cost, Stopwatch, arguments, median, reference, show, write_match
 
-from vrg.config import MatchSetup
+from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import Journal
 from vrg.launch import in_process
 from vrg.launch.nodes import open_journal

@@ -1,7 +1,7 @@
 """The smallest player there is: it drives in circles, and asks the referee nothing."""
 
-from vrg.agents.control import Twist
 from vrg.agents.strategy import Strategy, View
+from vrg.types import Twist
 
 
 class Circler(Strategy):

@@ -2,8 +2,8 @@
 
 from vrg.agents.avoidance import Obstacle, steer
 from vrg.agents.control import STILL, Twist, linearise, scaled
-from vrg.agents.players.sharks_and_minnows import SharksAndMinnowsPlayer
 from vrg.agents.strategy import View
+from vrg.games.sharks_and_minnows.player import SharksAndMinnowsPlayer
 
 
 class WallHugger(SharksAndMinnowsPlayer):

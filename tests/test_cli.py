@@ -10,7 +10,7 @@ import pytest
 
 from vrg import __version__
 from vrg.cli import main
-from vrg.config import match_path
+from vrg.config.loading import match_path
 
 GOOD = match_path("sharks-and-minnows").read_text(encoding="utf-8")
 
@@ -29,7 +29,7 @@ def vrg(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp
     def start_nothing(*_: object, **__: object) -> None:
         raise AssertionError("a match was started")
 
-    monkeypatch.setattr("vrg.commands.play.LocalMatch", start_nothing)
+    monkeypatch.setattr("vrg.commands.playing.LocalMatch", start_nothing)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     monkeypatch.setenv("COLUMNS", "200")
@@ -107,7 +107,11 @@ BAD: dict[str, tuple[list[tuple[str, str]], str | None, str]] = {
     "a word for a number": ([("x = 17.0", 'x = "left"')], 'x = "left"', "players.1.x: "),
     "a number that is none": ([("x = 17.0", "x = nan")], "x = nan", "players.1.x: "),
     "no TOML": ([("[rules]", "[rules")], "[rules", "not TOML"),
-    "no such strategy": (first_player('strategy = "my.py:Me"'), "strategy", "players.0.strategy: my.py:Me: cannot"),
+    "no such strategy": (
+        first_player('strategy = "my.py:Me"'),
+        "strategy",
+        "players.0.strategy: my.py:Me: no such file",
+    ),
 }
 
 

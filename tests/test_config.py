@@ -6,8 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from vrg.config import MatchSetup, load_match, match_path
-from vrg.errors import ConfigError
+from vrg.config.loading import check_strategies, load_match, match_path
+from vrg.config.rules import rulebook_of
+from vrg.config.setup import MatchSetup, read_setup, write_setup
+from vrg.errors import ConfigError, LaunchError
+from vrg.launch.nodes import strategy_of
 
 GOOD = match_path("sharks-and-minnows").read_text(encoding="utf-8")
 
@@ -17,7 +20,9 @@ def load(tmp_path: Path) -> Callable[[str], MatchSetup]:
     def write_and_load(text: str) -> MatchSetup:
         path = tmp_path / "match.toml"
         path.write_text(text, encoding="utf-8")
-        return load_match(path)
+        setup = load_match(path)
+        check_strategies(setup, strategy_of)
+        return setup
 
     return write_and_load
 
@@ -28,13 +33,13 @@ Load = Callable[[str], MatchSetup]
 def problems(load: Load, text: str) -> list[str]:
     with pytest.raises(ConfigError) as error:
         load(text)
-    return [p.split("match.toml:")[1] for p in error.value.problems]
+    return [str(p).split("match.toml:")[1] for p in error.value.problems]
 
 
 def test_the_match_of_the_thesis_is_good(load: Load) -> None:
     setup = load(GOOD)
-    assert [p.name for p in setup.file.players] == [f"player{i}" for i in range(1, 8)]
-    assert setup.rulebook().rounds == 2
+    assert [p.name for p in setup.players] == [f"player{i}" for i in range(1, 8)]
+    assert rulebook_of(setup).rounds == 2
     assert setup.player("player1").pose.theta == pytest.approx(1.5708, abs=1e-4)
 
 
@@ -69,7 +74,7 @@ def test_all_problems_are_told_at_once_in_the_order_of_the_file(load: Load) -> N
         ('role = "shark"', 'role = "shark"\nbackend = "steam"', "players.0.backend: expected one of"),
         ('role = "shark"', 'role = "shark"\nmodel = "R2D2"', "players.0.model: expected one of"),
         ('role = "shark"', 'role = "shark"\nstrategy = "nowhere:Nobody"', "players.0.strategy: nowhere:Nobody: cannot"),
-        ('role = "shark"', 'role = "shark"\nstrategy = "Nobody"', "expected `module:Class`"),
+        ('role = "shark"', 'role = "shark"\nstrategy = "Nobody"', "or `module:Class`, or `file.py:Class`"),
         ('name = "player1"', 'name = "player 1"', "players.0.name: expected 1 to 64"),
         ('name = "player2"', 'name = "player1"', "player1"),
         ("x = 21.5\ny = -16.0", "x = 21.2\ny = -15.5", "overlap"),
@@ -108,7 +113,7 @@ def test_a_file_or_a_game_can_be_named(tmp_path: Path) -> None:
 
 def test_the_command_line_overrides_and_the_text_says_so() -> None:
     setup = load_match(match_path("sharks-and-minnows"), engine="planar", seed=7, rate=2.5, lasers=None)
-    assert (setup.file.engine, setup.file.seed, setup.file.rate) == ("planar", 7, 2.5)
+    assert (setup.engine, setup.seed, setup.rate) == ("planar", 7, 2.5)
     for line in ('engine = "planar"', "seed = 7", "rate = 2.5"):
         assert line in setup.text.splitlines()
     assert 'engine = "pybullet"' not in setup.text
@@ -131,7 +136,7 @@ def test_an_overridden_value_is_checked_too() -> None:
 
 
 STRATEGY = """
-from vrg.agents.control import Twist
+from vrg.types import Twist
 from vrg.agents.strategy import Strategy
 
 class Spinner(Strategy):
@@ -149,8 +154,8 @@ class Half(Strategy):
 def test_a_players_own_strategy_is_found_beside_the_match_file(load: Load, tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(STRATEGY)
     setup = load(GOOD.replace('role = "shark"', 'role = "shark"\nstrategy = "mine.py:Spinner"'))
-    assert type(setup.strategy("player1")).__name__ == "Spinner"
-    assert type(setup.strategy("player2")).__name__ == "SharksAndMinnowsPlayer"
+    assert type(strategy_of(setup, "player1")).__name__ == "Spinner"
+    assert type(strategy_of(setup, "player2")).__name__ == "SharksAndMinnowsPlayer"
 
 
 def test_a_file_with_an_error_in_it_is_told_before_anything_starts(load: Load, tmp_path: Path) -> None:
@@ -171,14 +176,14 @@ def test_a_strategy_file_may_have_the_name_of_a_library_and_neighbours(load: Loa
     (tmp_path / "queue.py").write_text("from neighbour import SPEED\n" + STRATEGY)
     (tmp_path / "neighbour.py").write_text("SPEED = 1.0\n")
     setup = load(GOOD.replace('role = "shark"', 'role = "shark"\nstrategy = "queue.py:Spinner"'))
-    assert type(setup.strategy("player1")).__name__ == "Spinner"
+    assert type(strategy_of(setup, "player1")).__name__ == "Spinner"
     assert importlib.import_module("queue").Queue
 
 
 def test_the_first_player_that_a_problem_names_gives_the_line(load: Load) -> None:
     """Also where a player is called like a word of the rules."""
     text = GOOD.replace('name = "player1"', 'name = "shark"').replace("x = 17.0\ny = -16.0", "x = 17.0\ny = -20.0")
-    assert problems(load, text)[0].startswith("24: players: player2 is a minnow and starts")
+    assert problems(load, text)[0].startswith("24: players.1: player2 is a minnow and starts")
 
 
 @pytest.mark.parametrize("name", ["world", "referee", "recorder", "router", "spectator"])
@@ -237,3 +242,53 @@ def test_one_word_makes_a_robot_physical(load: Load) -> None:
 def test_tables_of_backends_are_checked(load: Load, text: str, words: str) -> None:
     found = problems(load, text)
     assert any(words in problem for problem in found), found
+
+
+def test_a_row_of_a_long_array_is_no_table(load: Load) -> None:
+    """Lines after it keep their numbers."""
+    text = GOOD.replace("x = [16.0, 26.0]", "x = [\n  16.0,\n  26.0,\n]\npasses = [\n  [10, 8]\n]").replace(
+        "zone_depth", "zone_dept"
+    )
+    found = problems(load, text)
+    assert [p.split(": ")[0:2] for p in found] == [["15", "rules.passes"], ["21", "rules.zone_dept"]]
+
+
+def test_an_error_in_a_map_names_the_maps_own_line(load: Load, tmp_path: Path) -> None:
+    (tmp_path / "yard.toml").write_text(
+        'name = "yard"\nbounds = { x_min = 0.0, y_min = -40.0, x_max = 40.0, y_max = 0.0 }\n\n'
+        "[[circle]]\nx = 25.0\ny = -31.0\nradius = -0.4\n"
+    )
+    with pytest.raises(ConfigError) as error:
+        load(GOOD.replace('map = "courtyard"', 'map = "yard.toml"'))
+    assert [str(p) for p in error.value.problems] == [
+        f"{tmp_path / 'yard.toml'}:7: circle.0.radius: Input should be greater than 0"
+    ]
+
+
+def test_a_match_file_can_be_checked_without_the_players_code(tmp_path: Path) -> None:
+    """So a student's import that hangs, hangs nobody but its own player."""
+    (tmp_path / "mine.py").write_text("raise SystemExit\n")
+    path = tmp_path / "match.toml"
+    path.write_text(GOOD.replace('role = "shark"', 'role = "shark"\nstrategy = "mine.py:Spinner"'))
+    assert load_match(path).player("player1").strategy == "mine.py:Spinner"
+
+
+def test_a_strategy_file_that_is_not_there_is_told_at_once(tmp_path: Path) -> None:
+    path = tmp_path / "match.toml"
+    path.write_text(GOOD.replace('role = "shark"', 'role = "shark"\nstrategy = "mine.py:Spinner"'))
+    with pytest.raises(ConfigError, match=r"match.toml:20: players.0.strategy: mine.py:Spinner: no such file"):
+        load_match(path)
+
+
+def test_only_a_physical_robot_is_localised(load: Load) -> None:
+    found = problems(load, GOOD.replace('role = "shark"', 'role = "shark"\nlocalisation = "feed"'))
+    assert found == ["20: players.0.localisation: a virtual robot has none: leave it out"]
+
+
+def test_the_set_up_that_processes_read_is_the_one_that_was_checked(load: Load, tmp_path: Path) -> None:
+    setup = load(WIRED.replace(*CAN_SHARK))
+    write_setup(setup, tmp_path / "setup.json")
+    assert read_setup(tmp_path / "setup.json") == setup
+    (tmp_path / "setup.json").write_text("{}")
+    with pytest.raises(LaunchError, match="of this release"):
+        read_setup(tmp_path / "setup.json")

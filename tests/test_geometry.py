@@ -7,8 +7,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from vrg.bus.messages import Pose
-from vrg.geometry import Rectangle, corners, interpolate, outline_distance, wrap
+from vrg.geometry import corners, interpolate, outline_distance, wrap
+from vrg.regions import Rectangle
+from vrg.types import Pose
 
 coordinates = st.floats(-5, 5)
 poses = st.builds(Pose, coordinates, coordinates, st.floats(-10, 10))

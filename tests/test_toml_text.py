@@ -64,3 +64,22 @@ def test_other_values_stand_in_place_of_the_old_ones_and_new_ones_at_the_top() -
     assert (data["name"], data["seed"], data["noise"]) == ("n", 3, False)
     assert data["rules"] == {"depth": 3}
     assert changed.count('name = "n"') == 1
+
+
+def test_what_stands_inside_a_value_is_neither_a_table_nor_a_key() -> None:
+    text = '''a = [
+  [10, 8],  # [[not.a.table]]
+  [1, 2],
+]
+b = """
+[also.none]
+c = 3
+"""
+d = { x = [1,
+  [2]] }
+e = "[" # [
+[table]
+f = 1
+'''
+    found = lines_of(text)
+    assert found == {(): 1, ("a",): 1, ("b",): 5, ("d",): 9, ("e",): 11, ("table",): 12, ("table", "f"): 13}

@@ -1,40 +1,37 @@
-"""The `vrg` command. Exit status: 0 good, 1 failed, 2 wrong usage, 130 interrupted."""
+"""The `vrg` command. Exit status: 0 good, 1 failed, 2 wrong usage, 130 interrupted.
+
+A subcommand's module is imported when that subcommand is asked for: whoever halts a match waits for no physics.
+"""
 
 import os
 import sys
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from vrg import __version__
-from vrg.commands import can, diagram, doctor, official, play, processes, topic
 from vrg.errors import ConfigError, VrgError
+from vrg.registry import load_object
 
 # What pygame prints on import would be the first line of every command.
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 
-app = typer.Typer(
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    help="Virtual Robotic Games: games that robots play, refereed.",
-)
-app.command()(play.play)
-app.command()(play.check)
-app.command()(official.estop)
-app.add_typer(official.app, name="official")
-app.add_typer(topic.app, name="topic")
-app.add_typer(can.app, name="can")
-app.command()(diagram.diagram)
-app.command()(doctor.doctor)
-for node in (
-    processes.router,
-    processes.world,
-    processes.coordinator,
-    processes.player,
-    processes.recorder,
-    processes.spectator,
-):
-    app.command(rich_help_panel="Single processes")(node)
+_PROCESSES = "Single processes"
+COMMANDS: dict[str, tuple[str, str | None]] = {
+    "play": ("vrg.commands.play:play", None),
+    "check": ("vrg.commands.play:check", None),
+    "estop": ("vrg.commands.official:estop", None),
+    "official": ("vrg.commands.official:app", None),
+    "topic": ("vrg.commands.topic:app", None),
+    "can": ("vrg.commands.can:app", None),
+    "diagram": ("vrg.commands.diagram:diagram", None),
+    "doctor": ("vrg.commands.doctor:doctor", None),
+    **{
+        name: (f"vrg.commands.processes:{name}", _PROCESSES)
+        for name in ("router", "world", "coordinator", "player", "recorder", "spectator")
+    },
+}
+"""`module:object` of each subcommand, and the panel of the help in which it stands."""
 
 
 def _version(wanted: bool) -> None:
@@ -43,7 +40,6 @@ def _version(wanted: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
 def _options(
     _version_wanted: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
@@ -52,10 +48,29 @@ def _options(
     pass
 
 
+def make_app(asked: str | None = None) -> typer.Typer:
+    """The command line, with the one subcommand that is asked for, or with all of them."""
+    app = typer.Typer(
+        no_args_is_help=True,
+        pretty_exceptions_enable=False,
+        help="Virtual Robotic Games: games that robots play, refereed.",
+    )
+    app.callback()(_options)
+    for name in [asked] if asked in COMMANDS else COMMANDS:
+        target, panel = COMMANDS[name]
+        found: Any = load_object(target)
+        if isinstance(found, typer.Typer):
+            app.add_typer(found, name=name)
+        else:
+            app.command(name, rich_help_panel=panel)(found)
+    return app
+
+
 def main() -> None:
     """Run the command line; expected errors are a message and status 1, never a traceback."""
+    asked = next((word for word in sys.argv[1:] if not word.startswith("-")), None)
     try:
-        app()
+        make_app(asked)()
     except VrgError as error:
         print(error if isinstance(error, ConfigError) else f"vrg: {error}", file=sys.stderr)
         sys.exit(1)

@@ -1,24 +1,55 @@
 """Every error that VRG raises on purpose. Each says what was expected, what came, where, and what to do."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+Path = tuple[str | int, ...]
+"""The place of a field in a file, from its top, such as `("players", 2, "role")`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """One thing that is wrong with what a person has written.
+
+    Args:
+        text: what was expected and what was found.
+        path: the field that it is about; empty for the whole. Whoever knows the file finds the line for it at the end.
+            A player may be named in it in place of its number.
+        file, line: where it stands, once that is known; `line` counts from 1.
+    """
+
+    text: str
+    path: Path = ()
+    file: str | None = None
+    line: int | None = None
+
+    def __str__(self) -> str:
+        where = ":".join(str(part) for part in (self.file, self.line) if part is not None)
+        field = ".".join(map(str, self.path))
+        return ": ".join(part for part in (where, field, self.text) if part)
+
 
 class VrgError(Exception):
     """Base of all errors below; the command line prints its message and exits with status 1."""
 
 
 class ConfigError(VrgError, ValueError):
-    """A match file, map or option that cannot be used.
+    """A match file, a map or an option that cannot be used.
 
     Args:
-        problems: one line each, `file:line: field: what is wrong`; all problems of the input at once.
+        problems: everything that is wrong with the input at once. A plain string is a problem without a place.
     """
 
-    def __init__(self, problems: list[str]) -> None:
-        super().__init__("\n".join(problems))
-        self.problems = problems
+    def __init__(self, problems: Sequence[Problem | str]) -> None:
+        self.problems = [Problem(problem) if isinstance(problem, str) else problem for problem in problems]
+        super().__init__("\n".join(map(str, self.problems)))
+
+    def __reduce__(self) -> tuple[type["ConfigError"], tuple[list[Problem]]]:
+        return type(self), (self.problems,)
 
 
 class MessageError(VrgError, ValueError):
-    """Bytes on the bus that are not the message their key promises; names the key and the field."""
+    """Bytes on the bus that are not the message that their key promises; names the key and the field."""
 
 
 class BusError(VrgError, ConnectionError):

@@ -1,54 +1,8 @@
-"""Plane geometry of bodies and fields. Metres and radians; plain floats, because the sets are small."""
+"""Plane geometry of poses and bodies. Metres and radians; plain floats, because the sets are small."""
 
 import math
-from dataclasses import dataclass
 
-from vrg.bus.messages import Pose
-
-Vector = tuple[float, float]
-
-
-@dataclass(frozen=True, slots=True)
-class Rectangle:
-    """An axis-aligned rectangle, borders included."""
-
-    x_min: float
-    y_min: float
-    x_max: float
-    y_max: float
-
-    def contains(self, x: float, y: float) -> bool:
-        """Whether the point is inside or on the border."""
-        return self.x_min <= x <= self.x_max and self.y_min <= y <= self.y_max
-
-    def shrunk(self, margin: float) -> "Rectangle":
-        """The rectangle with every side moved inwards; a side longer than that allows collapses to its middle."""
-        x, y = (self.x_min + self.x_max) / 2, (self.y_min + self.y_max) / 2
-        return Rectangle(
-            min(self.x_min + margin, x),
-            min(self.y_min + margin, y),
-            max(self.x_max - margin, x),
-            max(self.y_max - margin, y),
-        )
-
-    def nearest(self, x: float, y: float) -> Vector:
-        """The point of the rectangle that is nearest to (x, y)."""
-        return min(max(x, self.x_min), self.x_max), min(max(y, self.y_min), self.y_max)
-
-    def exit_fraction(self, start: Vector, end: Vector) -> float | None:
-        """Where the segment from start to end first leaves: 0 at start, 1 at end, None where it stays inside."""
-        if self.contains(*end) and self.contains(*start):
-            return None
-        if not self.contains(*start):
-            return 0.0
-        fraction = 1.0
-        bounds = ((self.x_min, self.x_max), (self.y_min, self.y_max))
-        for (low, high), a, b in zip(bounds, start, end, strict=True):
-            if b > high:
-                fraction = min(fraction, (high - a) / (b - a))
-            elif b < low:
-                fraction = min(fraction, (low - a) / (b - a))
-        return fraction
+from vrg.types import Pose, Vector
 
 
 def wrap(angle: float) -> float:
@@ -60,6 +14,12 @@ def compose(start: Pose, by: Pose) -> Pose:
     """The pose `by`, told in the frame of `start`, told in the frame that `start` is told in."""
     cos, sin = math.cos(start.theta), math.sin(start.theta)
     return Pose(start.x + by.x * cos - by.y * sin, start.y + by.x * sin + by.y * cos, wrap(start.theta + by.theta))
+
+
+def inverse(pose: Pose) -> Pose:
+    """The pose of the frame in which `pose` is told, told in the frame of `pose`: composed with it, it is nothing."""
+    cos, sin = math.cos(pose.theta), math.sin(pose.theta)
+    return Pose(-pose.x * cos - pose.y * sin, pose.x * sin - pose.y * cos, wrap(-pose.theta))
 
 
 def interpolate(a: Pose, b: Pose, fraction: float) -> Pose:

@@ -2,12 +2,13 @@
 
 import re
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
-Path = tuple[str | int, ...]
+from vrg.errors import Path
 
 _TABLE = re.compile(r"^\s*(\[\[?)\s*([^\[\]]+?)\s*\]\]?\s*(#.*)?$")
 _KEY = re.compile(r"^\s*((?:[A-Za-z0-9_-]+|\"[^\"]*\"|'[^']*')(?:\s*\.\s*(?:[A-Za-z0-9_-]+|\"[^\"]*\"))*)\s*=")
+_TOKEN = re.compile(r'"""|\'\'\'|\\.|["\'#\[\]{}]')
 
 
 def lines_of(text: str) -> dict[Path, int]:
@@ -15,7 +16,7 @@ def lines_of(text: str) -> dict[Path, int]:
     found: dict[Path, int] = {(): 1}
     counts: dict[Path, int] = {}
     table: Path = ()
-    for number, line in enumerate(text.splitlines(), 1):
+    for number, line in _fresh_lines(text):
         header = _TABLE.match(line)
         if header:
             name = _parts(header[2])
@@ -31,6 +32,36 @@ def lines_of(text: str) -> dict[Path, int]:
         if key:
             found.setdefault((*table, *_parts(key[1])), number)
     return found
+
+
+def _fresh_lines(text: str) -> Iterator[tuple[int, str]]:
+    """The numbered lines that begin outside of every value: a row of a long array looks like a table's header."""
+    depth, quote = 0, ""
+    for number, line in enumerate(text.splitlines(), 1):
+        begins_value = not (depth or quote)
+        if begins_value:
+            yield number, line
+        # The brackets of a table's header open and close on its own line, so they may be counted, too.
+        depth, quote = _after(line, depth, quote)
+
+
+def _after(line: str, depth: int, quote: str) -> tuple[int, str]:
+    """How many brackets and which quotation mark are open after a line."""
+    for token in _TOKEN.findall(line):
+        if quote:
+            # In a literal string a backslash is nothing but a backslash.
+            if token == quote or (quote[0] == token[-1] == "'" and len(quote) == 1):
+                quote = ""
+        elif token == "#":
+            break
+        elif token in ('"""', "'''", '"', "'"):
+            quote = token
+        elif token in "[{":
+            depth += 1
+        elif token in "]}":
+            depth = max(0, depth - 1)
+    # Only the threefold marks may go on in the next line.
+    return depth, quote if len(quote) == 3 else ""
 
 
 def line_of(lines: dict[Path, int], path: Sequence[str | int]) -> int:

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrg.agents.control import Twist, go_to, limit, linearise, offset_point, scaled, track
-from vrg.bus.messages import Pose
+from vrg.types import Pose
 
 angles = st.floats(-math.pi, math.pi)
 speeds = st.floats(-2, 2)

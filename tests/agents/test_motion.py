@@ -1,5 +1,7 @@
 """How fast the others move."""
 
+import random
+
 import pytest
 
 from vrg.agents.motion import TopSpeed, VelocityEstimator
@@ -52,3 +54,12 @@ def test_standing_still_teaches_nothing() -> None:
     for i in range(100):
         top.update(i * 0.1, 0.0)
     assert top.value == 0.7
+
+
+def test_noise_does_not_make_a_robot_believe_that_it_is_faster_than_it_is() -> None:
+    rng = random.Random(3)
+    top = TopSpeed(0.7)
+    for step in range(2000):
+        true = 0.5 if step // 50 % 3 else 0.3
+        top.update(step * 0.1, true * (1 + rng.gauss(0.0, 0.05)))
+    assert top.value == pytest.approx(0.5, rel=0.01)

@@ -2,69 +2,22 @@
 
 from typing import Any
 
+import numpy as np
 import pytest
 
-from vrg.agents.control import STILL, Twist
+from tests.hal.fake_driver import MODEL, POSE, FakeDriver
 from vrg.agents.player import REFEREE_TIMEOUT, Player
-from vrg.agents.strategy import Strategy, View
+from vrg.agents.strategy import Action, Strategy, View
 from vrg.bus import messages as m
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
+from vrg.bus.radio import Radio
 from vrg.bus.topics import Keys
-from vrg.errors import RobotError, StaleDataError
-from vrg.hal.models import robot_model
-from vrg.hal.robot import Readings, Robot, Wheels
+from vrg.hal.device import Device
+from vrg.types import STILL, Twist
 
 KEYS = Keys("m")
-MODEL = robot_model("P2AT")
-POSE = m.Pose(1.0, 2.0, 0.0)
-
-
-class FakeRobot(Robot):
-    """Remembers what it was told."""
-
-    def __init__(self) -> None:
-        super().__init__("a", MODEL)
-        self.armed = False
-        self.told: list[str] = []
-        self.age = 0.0
-        self.fault: str | None = None
-        self.latched = False
-        self.blind = False
-
-    def connect(self) -> None:
-        self.told.append("connect")
-
-    def arm(self) -> None:
-        self.told.append("arm")
-        self.armed = True
-
-    def drive(self, left: float, right: float) -> Wheels:
-        if not self.armed:
-            raise RobotError("not armed")
-        self.told.append(f"drive {left:.2f} {right:.2f}")
-        return Wheels(left, right)
-
-    def read(self) -> Readings:
-        if self.blind:
-            raise StaleDataError("a: no reading has come yet")
-        return Readings(
-            stamp=0.0, age=self.age, ins=POSE, odometry=POSE, v=0.0, w=0.0, encoders=(0, 0), touch=(),
-            battery=1.0, armed=self.armed, estop=False, fault=self.fault, laser=None,
-            latched=self.latched,
-        )  # fmt: skip
-
-    def stop(self) -> None:
-        self.told.append("stop")
-
-    def disarm(self) -> None:
-        self.armed = False
-        self.told.append("disarm")
-
-    def close(self) -> None:
-        self.disarm()
-        self.told.append("close")
 
 
 class Ahead(Strategy):
@@ -81,10 +34,12 @@ class Bench:
     """A player whose referee, world and robot are played by the test."""
 
     def __init__(self) -> None:
-        self.robot = FakeRobot()
+        self.robot = FakeDriver()
         self.mailbox = Mailbox()
         self.strategy = Ahead("a", MODEL)
-        self.player = Player(self.mailbox, KEYS, self.robot, self.strategy)
+        device = Device(self.robot, KEYS, self.mailbox)
+        radio = Radio(KEYS, self.mailbox, "a", "t")
+        self.player = Player(self.mailbox, KEYS, device, self.strategy, radio=radio)
         self.time = 0.0
         self.sequence = 0
         self.robot.told.clear()
@@ -100,13 +55,17 @@ class Bench:
         self.time += advance
         if referee:
             self.hear(referee_state(**state), "referee")
-        self.mailbox.handover(self.time)
         self.robot.told.clear()
+        self.mailbox.handover(self.time)
         self.player.tick(Tick(self.time, live))
         return list(self.robot.told)
 
+    def sent(self) -> list[m.Message]:
+        """What the player has published."""
+        return [out.message.body for out in self.mailbox.collect()]
+
     def report(self) -> m.Report:
-        body = self.mailbox.collect()[-1].message.body
+        body = self.sent()[-1]
         assert isinstance(body, m.Report)
         return body
 
@@ -116,7 +75,7 @@ def referee_state(
 ) -> m.RefereeState:
     status = m.PlayerStatus(name=name, team="t", role="r", state="active", may_move=may_move, radius=0.35, pose=POSE)
     return m.RefereeState(
-        game="g", stage=m.Stage.PLAY_ROUND, halted=halted, waiting=[], clock=0.0, total=0.0, round=1, rounds=1,
+        game="g", stage=m.Stage.PLAY_ROUND, halted=halted, way_out=None, waiting=[], clock=0.0, total=0.0, round=1, rounds=1,
         score={}, players=[status], zones=[], estop=estop,
     )  # fmt: skip
 
@@ -128,15 +87,14 @@ def bench() -> Bench:
 
 def test_the_strategy_drives_when_nothing_is_stronger(bench: Bench) -> None:
     told = bench.tick()
-    wheel = 0.35 / MODEL.wheel_radius
-    assert told == ["arm", f"drive {wheel:.2f} {wheel:.2f}"]
-    assert bench.tick() == [f"drive {wheel:.2f} {wheel:.2f}"], "it is armed once"
+    assert told == ["arm", "drive 0.35 0.00"]
+    assert bench.tick() == ["drive 0.35 0.00"], "it is armed once"
 
 
-def test_a_new_player_begins_disarmed() -> None:
-    robot = FakeRobot()
-    Player(Mailbox(), KEYS, robot, Ahead("a", MODEL))
-    assert robot.told == ["connect", "disarm"]
+def test_a_new_player_reaches_its_robot_only_when_it_is_started_and_begins_disarmed(bench: Bench) -> None:
+    assert bench.robot.told == []
+    bench.player.start()
+    assert bench.robot.told == ["connect", "disarm"]
 
 
 def test_without_a_referee_nothing_moves(bench: Bench) -> None:
@@ -175,18 +133,18 @@ def test_an_emergency_stop_disarms_and_arms_again_only_when_released(bench: Benc
     bench.tick()
     if way == "message":
         bench.hear(m.Estop(engaged=True, by="x"))
-    assert bench.tick(estop=way == "referee") == ["disarm"]
+    assert bench.tick(estop=way == "referee") == ["emergency stop", "disarm"]
+    assert bench.report().estop
     assert bench.tick(estop=way == "referee") == ["disarm"]
     bench.hear(m.Estop(engaged=False, by="x"))
-    assert bench.tick(halted="emergency stop by x") == ["stop"], "released, but play is still halted"
+    assert bench.tick(halted="emergency stop by x") == ["release", "stop"], "released, but play is still halted"
     assert bench.tick()[0] == "arm"
 
 
 def test_a_human_with_a_lease_drives_instead(bench: Bench) -> None:
     bench.tick()
     bench.hear(m.Manual(forward=-0.5, turn=0.0, lease=0.5), "manual")
-    wheel = -0.5 * MODEL.v_max / MODEL.wheel_radius
-    assert bench.tick() == [f"drive {wheel:.2f} {wheel:.2f}"]
+    assert bench.tick() == [f"drive {-0.5 * MODEL.v_max:.2f} 0.00"]
     assert bench.report().manual
 
 
@@ -194,7 +152,7 @@ def test_when_the_lease_ends_the_player_is_its_own_again(bench: Bench) -> None:
     bench.tick()
     bench.hear(m.Manual(forward=0.0, turn=1.0, lease=0.3), "manual")
     bench.tick()
-    own = f"drive {0.35 / MODEL.wheel_radius:.2f}"
+    own = "drive 0.35"
     told = [bench.tick()[-1] for _ in range(4)]
     assert not told[0].startswith(own)
     assert told[-1].startswith(own)
@@ -267,3 +225,77 @@ def test_a_fault_that_has_latched_is_reported_as_such(bench: Bench) -> None:
     bench.robot.fault, bench.robot.latched = None, False
     bench.tick()
     assert not bench.report().latched
+
+
+def test_a_player_that_missed_the_release_is_freed_by_the_referees_newer_state(bench: Bench) -> None:
+    bench.tick()
+    bench.hear(m.Estop(engaged=True, by="x"))
+    bench.tick(estop=True)
+    assert bench.tick(estop=True) == ["disarm"]
+    # The release got lost; the referee has heard it.
+    assert bench.tick(halted="emergency stop by x") == ["release", "stop"]
+    assert not bench.report().estop
+    assert bench.tick()[0] == "arm"
+
+
+def test_a_stop_that_the_referee_never_knew_of_is_not_ended_by_its_state(bench: Bench) -> None:
+    bench.tick()
+    bench.hear(m.Estop(engaged=True, by="x"))
+    for _ in range(20):
+        assert bench.tick()[-1] == "disarm"
+    assert bench.report().estop, "so the referee comes to know of it"
+
+
+def test_numpys_numbers_drive_as_pythons_do(bench: Bench) -> None:
+    bench.strategy.act = lambda _view: Twist(np.float64(0.35), np.float32(0.5))  # type: ignore[method-assign]
+    bench.tick()
+    assert bench.tick() == ["drive 0.35 0.50"]
+
+
+@pytest.mark.parametrize("answer", [None, 0.5, (0.5, 0.1), Twist("fast", 0.0), Twist(None, 0.0)])  # type: ignore[arg-type]
+def test_an_answer_that_is_no_motion_names_the_strategy(bench: Bench, answer: object) -> None:
+    bench.strategy.act = lambda _view: answer  # type: ignore[method-assign, assignment, return-value]
+    with pytest.raises(TypeError, match=r"Ahead\.act of a: expected a Twist"):
+        bench.tick()
+
+
+def test_a_motion_that_is_no_number_stops_the_robot_and_is_told(bench: Bench) -> None:
+    bench.tick()
+    bench.strategy.act = lambda _view: Twist(float("nan"), 0.0)  # type: ignore[method-assign]
+    assert bench.tick() == ["stop"]
+    assert "finite" in (bench.report().fault or "")
+
+
+def test_what_a_player_says_goes_to_its_team_and_is_heard_there(bench: Bench) -> None:
+    words = {"shark": np.array([1.0, 2.0]), "near": np.float64(0.5)}
+    bench.strategy.act = lambda _view: Action(STILL, words)  # type: ignore[method-assign]
+    bench.tick()
+    said = next(body for body in bench.sent() if isinstance(body, m.Say))
+    seen: list[View] = []
+    bench.strategy.act = lambda view: seen.append(view) or STILL  # type: ignore[method-assign, func-returns-value]
+    bench.hear(said, KEYS.say("t", "b").key)
+    bench.hear(said, KEYS.say("t", "a").key)
+    bench.tick()
+    (heard,) = seen[0].heard
+    assert heard.speaker == "b", "nobody hears itself"
+    assert heard.words == {"shark": [1.0, 2.0], "near": 0.5}
+    bench.tick()
+    assert seen[1].heard == [], "what was heard once is not heard again"
+
+
+def test_a_player_cannot_say_more_than_the_radio_carries(bench: Bench) -> None:
+    bench.strategy.act = lambda _view: Action(STILL, "x" * 5000)  # type: ignore[method-assign]
+    with pytest.raises(ValueError, match="what Ahead of a says: expected at most 1024 bytes"):
+        bench.tick()
+
+
+def test_a_loop_outside_may_look_and_drive_in_place_of_a_strategy(bench: Bench) -> None:
+    bench.time = 0.1
+    bench.hear(referee_state(), "referee")
+    bench.mailbox.handover(bench.time)
+    view = bench.player.look(Tick(bench.time))
+    assert view is not None
+    assert view.pose == POSE
+    bench.player.drive(view, Action(Twist(0.2, 0.1)))
+    assert bench.robot.told[-1] == "drive 0.20 0.10"
+    assert bench.strategy.asked == 0

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from vrg.agents.avoidance import Obstacle, steer
 from vrg.agents.potential import SHARK_WEIGHT, descent, evade
-from vrg.geometry import Rectangle
+from vrg.regions import Rectangle
 
 FIELD = Rectangle(0, 0, 10, 20)
 SAFE = Rectangle(0, 0, 10, 3)

@@ -11,11 +11,21 @@ from hypothesis import strategies as st
 
 from vrg.bus import messages as m
 from vrg.bus.codec import decode, encode
+from vrg.bus.topics import Keys
 from vrg.errors import MessageError
+from vrg.hal.sensors import SENSORS
+from vrg.hal.sensors.battery import Battery
+from vrg.hal.sensors.encoders import Encoders
+from vrg.hal.sensors.ins import Ins
+from vrg.hal.sensors.laser import Laser
+from vrg.hal.sensors.odometry import Odometry
+from vrg.hal.sensors.touch import Touch
+from vrg.regions import Circle, Polygon, Rectangle, Sector
+from vrg.types import Pose, Twist
 
 coordinates = st.floats(-1e5, 1e5)
 angles = st.floats(-1e4, 1e4)
-poses = st.builds(m.Pose, coordinates, coordinates, angles)
+poses = st.builds(Pose, coordinates, coordinates, angles)
 names = st.text("abcdefghijklmnopqrstuvwxyz0123456789_-", min_size=1, max_size=20)
 seconds = st.floats(0, 1e8)
 counts = st.integers(0, 2**53)
@@ -27,9 +37,16 @@ statuses = st.builds(
     name=names, team=names, role=names, state=names, may_move=st.booleans(),
     radius=st.floats(0.01, 10), pose=st.none() | poses, mark=st.none() | poses,
 )  # fmt: skip
-zones = st.builds(
-    m.Zone, name=names, kind=names, x_min=coordinates, y_min=coordinates, x_max=coordinates, y_max=coordinates
+lengths = st.floats(1e-6, 1e5)
+regions = (
+    st.builds(
+        lambda x, y, w, h: Rectangle(x, y, min(x + w, 1e5), min(y + h, 1e5)), coordinates, coordinates, lengths, lengths
+    )
+    | st.builds(Circle, coordinates, coordinates, lengths)
+    | st.builds(Sector, coordinates, coordinates, lengths, angles, st.floats(1e-6, math.pi))
+    | st.just(Polygon(((0.0, 0.0), (2.0, 0.0), (1.0, 3.0))))
 )
+zones = st.builds(m.Zone, name=names, kind=names, region=regions)
 bodies = st.builds(m.Body, name=names, pose=poses, v=speeds, w=spins, physical=st.booleans(), age=seconds)
 MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
     m.Clock: st.builds(
@@ -39,13 +56,17 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
         m.Poses,
         bodies=st.lists(bodies, max_size=4),
     ),
-    m.Drive: st.builds(m.Drive, left=spins, right=spins, armed=st.booleans()),
+    m.Drive: st.builds(m.Drive, twist=st.builds(Twist, speeds, spins), armed=st.booleans()),
     m.RobotState: st.builds(
-        m.RobotState,
-        ins=poses, odometry=poses, v=speeds, w=spins, encoders=st.tuples(st.integers(-(2**60), 2**60), st.just(0)),
-        touch=st.lists(st.booleans(), max_size=8), battery=st.floats(0, 1), armed=st.booleans(),
-        estop=st.booleans(), fault=st.none() | st.text(max_size=50),
+        m.RobotState, armed=st.booleans(), estop=st.booleans(), fault=st.none() | st.text(max_size=50),
     ),
+    Ins: st.builds(Ins, pose=poses),
+    Odometry: st.builds(Odometry, pose=poses, twist=st.builds(Twist, speeds, spins)),
+    Encoders: st.builds(Encoders, left=st.integers(-(2**60), 2**60), right=st.just(0)),
+    Touch: st.builds(Touch, pressed=st.lists(st.booleans(), max_size=8).map(tuple)),
+    Battery: st.builds(Battery, charge=st.floats(0, 1)),
+    m.Say: st.builds(m.Say, words=st.binary(max_size=1024)),
+    m.Placed: st.builds(m.Placed, pose=poses, by=names),
     m.SpeedLimit: st.builds(m.SpeedLimit, v_max=st.floats(0.001, 100)),
     m.WorldRequest: st.builds(
         m.WorldRequest,
@@ -54,14 +75,14 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
     m.Report: st.builds(
         m.Report,
         mode=st.text(max_size=30), armed=st.booleans(), manual=st.booleans(), fault=st.none() | st.text(max_size=50),
-        latched=st.booleans(),
+        latched=st.booleans(), estop=st.booleans(),
     ),
     m.MeasuredPose: st.builds(m.MeasuredPose, pose=poses, v=speeds, w=spins),
     m.Recover: st.builds(m.Recover, by=names),
     m.Manual: st.builds(m.Manual, forward=st.floats(-1, 1), turn=st.floats(-1, 1), lease=st.floats(0, 1)),
     m.RefereeState: st.builds(
         m.RefereeState,
-        game=names, stage=st.sampled_from(m.Stage), halted=st.none() | st.text(max_size=40),
+        game=names, stage=st.sampled_from(m.Stage), halted=st.none() | st.text(max_size=40), way_out=st.none() | st.text(max_size=40),
         waiting=st.lists(st.text(max_size=20), max_size=3), clock=seconds, total=seconds, round=counts, rounds=counts,
         score=st.dictionaries(names, st.integers(0, 99), max_size=3), players=st.lists(statuses, max_size=3),
         zones=st.lists(zones, max_size=3), winner=st.none() | names, estop=st.booleans(),
@@ -78,8 +99,8 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
     ),
     m.Estop: st.builds(m.Estop, engaged=st.booleans(), by=names, reason=st.text(max_size=20)),
     m.Pulse: st.builds(m.Pulse, ticks=counts, missed=counts),
-    m.Laser: st.builds(
-        m.Laser,
+    Laser: st.builds(
+        Laser,
         angle_min=angles, angle_step=angles, range_max=coordinates,
         data=st.lists(st.floats(0, 80, width=32), max_size=20).map(lambda r: np.array(r, "<f4").tobytes()),
     ),
@@ -87,7 +108,8 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
 
 
 def test_every_message_type_is_tried() -> None:
-    assert set(MESSAGES) == set(m.Message.__subclasses__())
+    sensors = {SENSORS.get(kind).message for kind in SENSORS.names()}
+    assert set(MESSAGES) | {Laser} == {line.message for line in Keys.lines()} | sensors
 
 
 @pytest.mark.parametrize("kind", MESSAGES, ids=lambda k: k.__name__)
@@ -123,32 +145,32 @@ def test_junk_is_refused_or_valid_but_never_anything_else(junk: bytes) -> None:
 
 
 def test_any_reader_of_messagepack_understands_the_wire() -> None:
-    payload = encode(m.Drive(left=1.5, right=-2.0), 3.25, 7)
-    assert msgpack.unpackb(payload) == [1, 7, 3.25, {"left": 1.5, "right": -2.0, "armed": True}]
+    payload = encode(m.Drive(twist=Twist(1.5, -2.0)), 3.25, 7)
+    assert msgpack.unpackb(payload) == [2, 7, 3.25, {"twist": {"v": 1.5, "w": -2.0}, "armed": True}]
 
 
 def test_any_writer_of_messagepack_is_understood() -> None:
-    payload = msgpack.packb([1, 7, 3.25, {"left": 1.5, "right": -2, "armed": True}])
-    assert decode(payload, m.Drive, "k").body == m.Drive(left=1.5, right=-2.0)
+    payload = msgpack.packb([2, 7, 3.25, {"twist": {"v": 1.5, "w": -2}, "armed": True}])
+    assert decode(payload, m.Drive, "k").body == m.Drive(twist=Twist(1.5, -2.0))
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1001.0, "fast", None])
 def test_a_speed_that_is_no_speed_is_refused_by_its_field(value: object) -> None:
-    payload = msgpack.packb([1, 0, 0.0, {"left": value, "right": 0.0, "armed": True}])
-    with pytest.raises(MessageError, match=r"vrg/m/robot/a/drive: .*left"):
+    payload = msgpack.packb([2, 0, 0.0, {"twist": {"v": value, "w": 0.0}, "armed": True}])
+    with pytest.raises(MessageError, match=r"vrg/m/robot/a/drive: .*twist"):
         decode(payload, m.Drive, "vrg/m/robot/a/drive")
 
 
 @pytest.mark.parametrize(
     ("wire", "told"),
     [
-        ([2, 0, 0.0, {"left": 0.0, "right": 0.0}], "version 1 of Drive, got 2"),
-        ([1, 0, math.nan, {"left": 0.0, "right": 0.0}], "Drive"),
-        ([1, -1, 0.0, {"left": 0.0, "right": 0.0}], "Drive"),
-        ([1, 0, 0.0, {"left": 0.0}], "right"),
-        ([1, 0, 0.0, {"left": 0.0, "right": 0.0, "speed": 1}], "speed"),
+        ([1, 0, 0.0, {"twist": {"v": 0.0, "w": 0.0}}], "version 2 of Drive, got 1"),
+        ([2, 0, math.nan, {"twist": {"v": 0.0, "w": 0.0}}], "Drive"),
+        ([2, -1, 0.0, {"twist": {"v": 0.0, "w": 0.0}}], "Drive"),
+        ([2, 0, 0.0, {"twist": {"v": 0.0}}], "w"),
+        ([2, 0, 0.0, {"twist": {"v": 0.0, "w": 0.0}, "speed": 1}], "speed"),
         ([1, 0, 0.0], "Drive"),
-        ({"left": 0.0}, "Drive"),
+        ({"twist": 0.0}, "Drive"),
     ],
 )
 def test_what_is_wrong_is_told(wire: object, told: str) -> None:
@@ -160,4 +182,4 @@ def test_a_scan_with_nan_or_half_a_number_is_refused() -> None:
     good = {"angle_min": 0.0, "angle_step": 0.1, "range_max": 8.0}
     for data in (b"\x00\x00\xc0\x7f", b"\x00\x00\x00"):
         with pytest.raises(MessageError, match="data"):
-            decode(msgpack.packb([1, 0, 0.0, {**good, "data": data}]), m.Laser, "k")
+            decode(msgpack.packb([1, 0, 0.0, {**good, "data": data}]), Laser, "k")

@@ -1,10 +1,14 @@
 """The order in which the in-process executor calls and delivers."""
 
+import numpy as np
+import pytest
+
 from vrg.bus import messages as m
 from vrg.bus.lockstep import Lockstep
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Node, Tick, due_index
 from vrg.bus.topics import Keys
+from vrg.types import STILL, Twist
 
 KEYS = Keys("m")
 
@@ -39,10 +43,10 @@ class _Driver(Node):
         assert self.clock.latest is not None
         heard = sorted(o.key.split("/")[3] for o in self.others.take())
         self.trace.append(f"{self.name} {tick.time:.2f} clock {self.clock.latest.stamp:.2f} hears {heard}")
-        self.mailbox.publish(KEYS.drive(self.name), m.Drive(left=0.0, right=0.0))
+        self.mailbox.publish(KEYS.drive(self.name), m.Drive(twist=Twist(0.0, 0.0)))
 
     def stop(self) -> None:
-        self.mailbox.publish(KEYS.drive(self.name), m.Drive(left=0.0, right=0.0, armed=False))
+        self.mailbox.publish(KEYS.drive(self.name), m.Drive(twist=STILL, armed=False))
 
 
 def test_the_world_speaks_first_and_players_hear_each_other_one_tick_later() -> None:
@@ -91,3 +95,43 @@ def test_a_node_is_due_once_in_each_of_its_periods_however_time_is_cut() -> None
 def test_rounding_never_makes_a_node_late() -> None:
     for i in range(100_000):
         assert due_index(i * 0.02, 0.02) == i
+
+
+class _Sloppy(_Driver):
+    """Says what the wire cannot carry."""
+
+    def tick(self, tick: Tick) -> None:
+        self.mailbox.publish(KEYS.drive(self.name), m.Drive(twist=Twist(np.float64(0.5), 0.0)))
+
+
+def test_strict_mode_finds_what_works_in_one_process_and_fails_over_the_bus() -> None:
+    loose, strict = (Lockstep(_World([]), [_Sloppy("a", [])], strict=strict) for strict in (False, True))
+    loose.step()
+    with pytest.raises(TypeError, match="numpy"):
+        strict.step()
+
+
+def test_strict_mode_delivers_what_was_said() -> None:
+    traces: list[list[str]] = []
+    for strict in (False, True):
+        trace: list[str] = []
+        executor = Lockstep(_World(trace), [_Driver("b", trace), _Driver("a", trace)], strict=strict)
+        for _ in range(6):
+            executor.step()
+        traces.append(trace)
+    assert traces[0] == traces[1]
+
+
+def test_nodes_are_started_once_before_their_first_tick() -> None:
+    trace: list[str] = []
+
+    class Starting(_Driver):
+        def start(self) -> None:
+            trace.append("start")
+
+    executor = Lockstep(_World(trace), [Starting("a", trace)])
+    assert trace == []
+    executor.step()
+    executor.step()
+    assert trace.count("start") == 1
+    assert trace[0] == "start"

@@ -8,12 +8,13 @@ from vrg.bus import messages as m
 from vrg.bus.codec import Received, encode
 from vrg.bus.mailbox import QUEUE_LIMIT, Inlet, Mailbox
 from vrg.bus.topics import Keys
+from vrg.types import Twist
 
 KEYS = Keys("m")
 
 
 def _drive(robot: str, stamp: float, sequence: int, left: float = 0.0) -> Received[m.Drive]:
-    return Received(KEYS.drive(robot).key, stamp, sequence, m.Drive(left=left, right=0.0))
+    return Received(KEYS.drive(robot).key, stamp, sequence, m.Drive(twist=Twist(left, 0.0)))
 
 
 def _call(number: int, stamp: float = 0.0) -> Received[m.Call]:
@@ -38,8 +39,8 @@ def test_of_a_sensor_only_the_newest_is_kept_for_each_key() -> None:
         inlet.offer(_drive("a", i * 0.1, i, left=i))
         inlet.offer(_drive("b", i * 0.1, i, left=-i))
     inlet.handover()
-    assert [r.body.left for r in inlet.take()] == [4, -4]
-    assert inlet.by_key[KEYS.drive("a").key].body.left == 4
+    assert [r.body.twist.v for r in inlet.take()] == [4, -4]
+    assert inlet.by_key[KEYS.drive("a").key].body.twist.v == 4
 
 
 def test_of_a_sensor_nothing_piles_up_for_a_node_that_never_takes() -> None:
@@ -83,11 +84,11 @@ def test_a_bad_message_is_counted_and_dropped_and_the_next_good_one_arrives(capl
     with caplog.at_level(logging.WARNING):
         for _ in range(2000):
             inlet.offer_bytes(key, b"\xc1junk")
-    inlet.offer_bytes(key, encode(m.Drive(left=1.0, right=1.0), 0.5, 3))
+    inlet.offer_bytes(key, encode(m.Drive(twist=Twist(1.0, 1.0)), 0.5, 3))
     inlet.handover()
     assert inlet.dropped == 2000
     assert inlet.latest is not None
-    assert inlet.latest.body.left == 1.0
+    assert inlet.latest.body.twist.v == 1.0
     assert len(caplog.records) < 12, "the log must not be flooded"
     assert key in caplog.records[0].getMessage()
 
@@ -95,9 +96,9 @@ def test_a_bad_message_is_counted_and_dropped_and_the_next_good_one_arrives(capl
 def test_published_messages_are_stamped_and_counted_by_key() -> None:
     mailbox = Mailbox()
     mailbox.handover(1.5)
-    mailbox.publish(KEYS.drive("a"), m.Drive(left=0.0, right=0.0))
-    mailbox.publish(KEYS.drive("b"), m.Drive(left=0.0, right=0.0))
-    mailbox.publish(KEYS.drive("a"), m.Drive(left=0.0, right=0.0))
+    mailbox.publish(KEYS.drive("a"), m.Drive(twist=Twist(0.0, 0.0)))
+    mailbox.publish(KEYS.drive("b"), m.Drive(twist=Twist(0.0, 0.0)))
+    mailbox.publish(KEYS.drive("a"), m.Drive(twist=Twist(0.0, 0.0)))
     out = [o.message for o in mailbox.collect()]
     assert [(o.key[-7:], o.stamp, o.sequence) for o in out] == [
         ("a/drive", 1.5, 0),

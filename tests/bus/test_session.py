@@ -16,6 +16,7 @@ from vrg.bus.process import claim, run_node, run_world
 from vrg.bus.session import Session, open_router, open_session
 from vrg.bus.topics import Keys, Qos
 from vrg.errors import BusError, DuplicateNodeError
+from vrg.types import STILL, Twist
 
 KEYS = Keys("m")
 PATIENCE = 10.0
@@ -54,7 +55,7 @@ def test_a_message_goes_from_one_session_to_another(endpoint: str) -> None:
         topic = KEYS.drive("a")
         assert one.wait_for_listener(topic.key, topic.qos, PATIENCE)
         sender.handover(2.5)
-        sender.publish(topic, m.Drive(left=1.0, right=2.0))
+        sender.publish(topic, m.Drive(twist=Twist(1.0, 2.0)))
         one.send(sender.collect())
 
         def arrived() -> bool:
@@ -63,7 +64,7 @@ def test_a_message_goes_from_one_session_to_another(endpoint: str) -> None:
 
         wait(arrived, "the message")
         assert inlet.latest is not None
-        assert (inlet.latest.stamp, inlet.latest.body.right) == (2.5, 2.0)
+        assert (inlet.latest.stamp, inlet.latest.body.twist.w) == (2.5, 2.0)
 
 
 def test_a_late_joiner_is_given_the_state_at_once(endpoint: str) -> None:
@@ -204,7 +205,7 @@ class Listener(Node):
             raise ZeroDivisionError
 
     def stop(self) -> None:
-        self.mailbox.publish(KEYS.drive("a"), m.Drive(left=0.0, right=0.0, armed=False))
+        self.mailbox.publish(KEYS.drive("a"), m.Drive(twist=STILL, armed=False))
 
 
 @pytest.fixture

@@ -2,9 +2,10 @@
 
 import pytest
 
-from vrg.bus import messages as m
 from vrg.bus.topics import Keys, Qos, key_matches, name_in
 from vrg.errors import ConfigError
+from vrg.hal.sensors import message_of
+from vrg.hal.sensors.laser import Laser
 
 
 def test_every_key_of_a_match_is_under_its_name() -> None:
@@ -37,9 +38,10 @@ def test_key_expressions_match_as_in_zenoh(expression: str, key: str, expected: 
 
 def test_a_key_finds_its_topic() -> None:
     keys = Keys("m")
-    found = keys.topic_of("vrg/m/robot/r2/laser")
+    found = keys.topic_of("vrg/m/robot/r2/sensor/laser/front", message_of)
     assert found is not None
-    assert found.type is m.Laser
+    assert found.type is Laser
+    assert keys.topic_of("vrg/m/robot/r2/sensor/nose/front", message_of) is None
     assert [keys.topic_of(f"vrg/m/robot/r2/{what}") for what in ("pose", "recover")] == [
         keys.robot_pose(),
         keys.recover(),
@@ -57,4 +59,4 @@ def test_the_referee_is_told_to_late_joiners_and_calls_are_never_lost() -> None:
     assert keys.referee_state.qos is Qos.STATE
     assert keys.speed_limit("a").qos is Qos.STATE
     assert {keys.referee_event.qos, keys.official.qos, keys.estop.qos, keys.recover("a").qos} == {Qos.EVENT}
-    assert {keys.drive("a").qos, keys.clock.qos, keys.laser("a").qos, keys.robot_pose("a").qos} == {Qos.LATEST}
+    assert {keys.drive("a").qos, keys.clock.qos, keys.sensor(Laser, "a").qos, keys.robot_pose("a").qos} == {Qos.LATEST}

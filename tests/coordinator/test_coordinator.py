@@ -1,19 +1,23 @@
 """The coordinator among its messages: halts, limits, resuming, and a journal that is always ahead of the calls."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 
-from tests.coordinator.test_sharks_and_minnows import SETTINGS, contestants
+from tests.games.sharks_and_minnows.test_rules import SETTINGS, contestants
 from vrg.bus import messages as m
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
 from vrg.bus.topics import Keys, Topic
 from vrg.coordinator.coordinator import PATIENCE, Coordinator
-from vrg.coordinator.games.sharks_and_minnows import SharksAndMinnows
 from vrg.coordinator.journal import Header, Journal, read_journal
+from vrg.coordinator.rulebook import Contestant
 from vrg.errors import JournalError
+from vrg.games.sharks_and_minnows import MINNOW, SHARK
+from vrg.games.sharks_and_minnows.rules import SharksAndMinnows
+from vrg.types import Pose
 
 KEYS = Keys("m")
 HEADER = Header(match="m", game="sharks-and-minnows", seed=3)
@@ -22,13 +26,15 @@ HEADER = Header(match="m", game="sharks-and-minnows", seed=3)
 class Table:
     """A coordinator with the world and the players played by the test."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, players: Sequence[Contestant] | None = None) -> None:
         self.journal = Journal(folder / "journal.jsonl", HEADER)
         self.mailbox = Mailbox()
-        self.book = SharksAndMinnows(SETTINGS, contestants())
+        self.book = SharksAndMinnows(SETTINGS, players or contestants())
         self.node = Coordinator(self.mailbox, KEYS, self.book, self.journal, seed=3)
         self.places = {c.name: c.start for c in self.book.contestants.values()}
         self.silent: set[str] = set()
+        self.stopped: set[str] = set()
+        self.faults: dict[str, str] = {}
         self.ages: dict[str, float] = {}
         self.recovers: list[tuple[str, str]] = []
         self.time = 0.0
@@ -55,7 +61,8 @@ class Table:
             self.hear(KEYS.clock, m.Clock(time=self.time, tick=self.world_tick, epoch=0, rate=1.0, estop=estop))
             for name in self.places:
                 if name not in self.silent:
-                    self.hear(KEYS.report(name), m.Report(mode="-", armed=True))
+                    report = m.Report(mode="-", armed=True, estop=name in self.stopped, fault=self.faults.get(name))
+                    self.hear(KEYS.report(name), report)
         self.mailbox.handover(self.time)
         self.node.tick(Tick(self.time, live))
         for out in self.mailbox.collect():
@@ -87,8 +94,8 @@ class Table:
 
     def tag(self) -> None:
         """Put shark s0 beside minnow m0 in the open."""
-        self.places["s0"] = m.Pose(1.0, 5.0, 0.0)
-        self.places["m0"] = m.Pose(1.0, 5.7, 0.0)
+        self.places["s0"] = Pose(1.0, 5.0, 0.0)
+        self.places["m0"] = Pose(1.0, 5.7, 0.0)
 
     def rules(self) -> list[str]:
         return [c.rule for c in self.calls]
@@ -172,7 +179,7 @@ def test_a_player_with_a_fault_keeps_a_halt_from_ending(table: Table) -> None:
 
 
 def test_stragglers_are_put_on_their_marks(table: Table) -> None:
-    table.places["m0"] = m.Pose(5.0, 10.0, 0.0)
+    table.places["m0"] = Pose(5.0, 10.0, 0.0)
     table.ticks(605)
     assert [(r.kind, r.places) for r in table.requests] == [
         (m.RequestKind.PLACE, {"m0": table.book.contestants["m0"].start})
@@ -181,16 +188,16 @@ def test_stragglers_are_put_on_their_marks(table: Table) -> None:
 
 def test_nobody_asks_the_world_to_carry_a_physical_robot(table: Table) -> None:
     table.ages = {"m1": 0.0}
-    table.places["m0"] = table.places["m1"] = m.Pose(5.0, 10.0, 0.0)
+    table.places["m0"] = table.places["m1"] = Pose(5.0, 10.0, 0.0)
     table.ticks(605)
     assert [list(r.places) for r in table.requests] == [["m0"]]
     assert table.calls[-1].rule == "placed"
     assert "on their marks after 60 s: m0; " in table.calls[-1].text
-    assert "carry them there: m1" in table.calls[-1].text
+    assert "m1; drive them there by hand, or carry each there" in table.calls[-1].text
     table.places["m0"] = table.book.contestants["m0"].start
     table.ticks(100)
     assert len(table.requests) == 1
-    assert table.calls[-1].text == "not on their marks after 70 s, carry them there: m1"
+    assert table.calls[-1].text.startswith("not on their marks after 70 s: m1; drive them there")
 
 
 def test_a_physical_robot_whose_pose_is_too_old_halts_the_match_and_is_waited_for(table: Table) -> None:
@@ -419,3 +426,71 @@ def test_a_restarted_coordinator_goes_on_with_the_same_score_stage_and_clock(tmp
     again.hear(KEYS.official, m.Official(action=m.OfficialAction.RESUME, by="ann"))
     assert again.tick().halted is None
     assert again.calls[-1].number == len(table.calls) + 1, "calls go on counting"
+
+
+class TestStopsThatWereMissed:
+    """The coordinator takes over an emergency stop that others have latched and that it has not heard."""
+
+    def test_one_that_the_world_has_latched(self, table: Table) -> None:
+        table.ticks(3)
+        state = table.tick(estop=True)
+        assert state.estop
+        assert state.halted == "emergency stop, latched in the world"
+
+    def test_one_that_a_player_has_latched(self, table: Table) -> None:
+        table.ticks(3)
+        table.stopped = {"m1"}
+        state = table.tick()
+        assert state.estop
+        assert state.halted == "emergency stop, latched in m1"
+
+    def test_also_a_second_one_after_a_first_was_heard_and_released(self, table: Table) -> None:
+        table.ticks(3)
+        table.hear(KEYS.estop, m.Estop(engaged=True, by="ann"))
+        assert table.tick(estop=True).estop
+        table.hear(KEYS.estop, m.Estop(engaged=False, by="ann"))
+        assert not table.tick(estop=True).estop, "the world hears of the release a moment later"
+        assert not table.ticks(20).estop
+        assert table.tick(estop=True).estop
+
+    def test_the_robots_may_take_a_moment_to_hear_of_a_release(self, table: Table) -> None:
+        table.ticks(3)
+        table.hear(KEYS.estop, m.Estop(engaged=True, by="ann"))
+        table.stopped = {"m1"}
+        table.tick(estop=True)
+        table.hear(KEYS.estop, m.Estop(engaged=False, by="ann"))
+        assert not table.ticks(5).estop
+        table.stopped = set()
+        assert not table.ticks(20).estop
+
+    def test_a_player_that_goes_on_being_stopped_keeps_the_match_halted(self, table: Table) -> None:
+        table.ticks(3)
+        table.hear(KEYS.estop, m.Estop(engaged=True, by="ann"))
+        table.stopped = {"m1"}
+        table.tick(estop=True)
+        table.hear(KEYS.estop, m.Estop(engaged=False, by="ann"))
+        state = table.ticks(12)
+        assert state.estop
+        assert "m1" in (state.halted or "")
+
+
+def test_what_forty_faulty_players_say_can_be_read_again_after_a_restart(tmp_path: Path) -> None:
+    crowd = [
+        Contestant(name=f"m{i}", role=MINNOW, start=Pose(1.0 + 0.2 * i, 18.0, 0.0), size=(0.1, 0.1), v_max=0.7)
+        for i in range(40)
+    ]
+    crowd.append(Contestant(name="s0", role=SHARK, start=Pose(5.0, 1.0, 0.0), size=(0.1, 0.1), v_max=0.7))
+    table = Table(tmp_path, crowd)
+    table.ticks(3)
+    assert table.decide(m.OfficialAction.HALT).halted
+    table.faults = {f"m{i}": f"its strategy fails: {'x' * 300}" for i in range(40)}
+    table.decide(m.OfficialAction.RESUME)
+    refused = table.calls[-1]
+    assert refused.rule == "refused"
+    assert len(refused.text) == 2000
+    table.journal.close()
+    again = Journal(tmp_path / "journal.jsonl", HEADER)
+    assert again.standing is not None
+    assert again.last is not None
+    assert again.last.calls[-1].rule == "refused"
+    again.close()

@@ -5,10 +5,13 @@ from collections.abc import Sequence
 import pytest
 from msgspec import structs
 
-from vrg.bus.messages import Official, OfficialAction, PlayerStatus, Pose, Stage, Zone
-from vrg.coordinator.match import PLACE_AGAIN, Match, Outcome
-from vrg.coordinator.rulebook import Field, Finding, GameState, Verdict
+from vrg.bus.messages import Official, OfficialAction, PlayerStatus, Stage, Zone
+from vrg.coordinator.decisions import decide
+from vrg.coordinator.match import PLACE_AGAIN, Match
+from vrg.coordinator.outcome import Outcome
+from vrg.coordinator.rulebook import Call, Field, GameState, Verdict
 from vrg.errors import ConfigError
+from vrg.types import Pose
 
 
 class State(GameState, frozen=True, kw_only=True):
@@ -24,6 +27,7 @@ class Book:
     round_word = "round"
     rounds = 2
     state_type = State
+    lineup_limit = 60.0
 
     def initial(self) -> State:
         return State()
@@ -34,10 +38,10 @@ class Book:
     def judge(self, state: State, before: Field, now: Field, clock: float) -> Verdict[State]:
         x = now.poses["a"].x
         if x < 0:
-            return Verdict(state, [_finding("foul", foul=True)])
+            return Verdict(state, [_call("foul", foul=True)])
         if x > 10:
             state = structs.replace(state, points=state.points + 1)
-            return Verdict(state, [_finding("goal")], round_over=state.points % 3 == 0)
+            return Verdict(state, [_call("goal")], round_over=state.points % 3 == 0)
         return Verdict(state)
 
     def obstacles_to_resume(self, state: State, now: Field) -> list[str]:
@@ -66,8 +70,8 @@ class Book:
         return structs.replace(state, points=int(value))
 
 
-def _finding(rule: str, foul: bool = False) -> Finding:
-    return Finding(rule=rule, text=rule, players=("a",), poses=(Pose(0, 0, 0),), foul=foul)
+def _call(rule: str, foul: bool = False) -> Call:
+    return Call(rule=rule, text=rule, players=("a",), poses=(Pose(0, 0, 0),), foul=foul)
 
 
 def at(x: float) -> Field:
@@ -75,7 +79,7 @@ def at(x: float) -> Field:
 
 
 def playing() -> Match:
-    match = Match(Book(), lineup_limit=60.0)
+    match = Match(Book())
     match.step(0.1, at(1), [])
     assert match.stage is Stage.PLAY_ROUND
     return match
@@ -86,7 +90,7 @@ def official(action: OfficialAction, subject: str | None = None, value: str | No
 
 
 def rules(outcome: Outcome) -> list[str]:
-    return [f.rule for f in outcome.findings]
+    return [f.rule for f in outcome.calls]
 
 
 def play(match: Match, xs: Sequence[float]) -> list[str]:
@@ -97,7 +101,7 @@ def play(match: Match, xs: Sequence[float]) -> list[str]:
 
 
 def test_a_match_waits_for_its_conditions_and_lists_what_is_missing() -> None:
-    match = Match(Book(), 60.0)
+    match = Match(Book())
     assert not match.step(0.1, at(7), ["b does not report"])
     assert match.stage is Stage.INITIALIZE
     assert match.waiting == ["b does not report", "a is not at home"]
@@ -105,7 +109,7 @@ def test_a_match_waits_for_its_conditions_and_lists_what_is_missing() -> None:
 
 
 def test_it_begins_when_nothing_is_missing() -> None:
-    match = Match(Book(), 60.0)
+    match = Match(Book())
     outcome = match.step(0.1, at(1), [])
     assert rules(outcome) == ["begin"]
     assert outcome.stages == [Stage.PLAY_ROUND]
@@ -158,14 +162,14 @@ def test_the_game_ends_with_a_winner() -> None:
 def test_the_last_call_can_still_be_overruled() -> None:
     match = _finished()
     play(match, [1] * 5)
-    match.decide(official(OfficialAction.SET_SCORE, "team", "0"), at(1), [])
+    decide(match, official(OfficialAction.SET_SCORE, "team", "0"), at(1), [])
     play(match, [1] * 25)
     assert match.winner == "nature"
 
 
 def test_halt_stops_clock_and_robots_and_nothing_is_judged() -> None:
     match = playing()
-    assert rules(match.decide(official(OfficialAction.HALT), at(1), [])) == ["halt"]
+    assert rules(decide(match, official(OfficialAction.HALT), at(1), [])) == ["halt"]
     assert play(match, [11, -1]) == []
     assert match.clock == 0.0
     state = match.state(at(1), estop=False)
@@ -177,7 +181,7 @@ def test_what_moved_during_a_halt_is_not_swept() -> None:
     match = playing()
     match.halt("x")
     match.step(0.1, at(1), [])
-    match.decide(official(OfficialAction.RESUME), at(1), [])
+    decide(match, official(OfficialAction.RESUME), at(1), [])
     seen: list[Field] = []
     book_judge = match._book.judge
 
@@ -193,11 +197,11 @@ def test_what_moved_during_a_halt_is_not_swept() -> None:
 def test_resume_is_refused_while_something_is_missing_and_says_what() -> None:
     match = playing()
     match.halt("x")
-    outcome = match.decide(official(OfficialAction.RESUME), at(1), ["b does not report"])
+    outcome = decide(match, official(OfficialAction.RESUME), at(1), ["b does not report"])
     assert rules(outcome) == ["refused"]
-    assert "b does not report" in outcome.findings[0].text
+    assert "b does not report" in outcome.calls[0].text
     assert match.halted
-    assert rules(match.decide(official(OfficialAction.RESUME), at(1), [])) == ["resume"]
+    assert rules(decide(match, official(OfficialAction.RESUME), at(1), [])) == ["resume"]
     assert match.halted is None
     assert match.stage is Stage.PLAY_ROUND
 
@@ -221,19 +225,19 @@ def test_reasons_without_end_still_fit_into_a_message() -> None:
 
 def test_an_official_is_answered_also_when_play_is_halted_already() -> None:
     match = playing()
-    first = match.decide(official(OfficialAction.HALT), at(1), [])
-    again = match.decide(official(OfficialAction.HALT), at(1), [])
-    assert [f.answers for f in (*first.findings, *again.findings)] == ["7", "7"]
-    assert "halted already" in again.findings[0].text
+    first = decide(match, official(OfficialAction.HALT), at(1), [])
+    again = decide(match, official(OfficialAction.HALT), at(1), [])
+    assert [f.answers for f in (*first.calls, *again.calls)] == ["7", "7"]
+    assert "halted already" in again.calls[0].text
 
 
 def test_what_is_not_halted_cannot_be_resumed() -> None:
-    assert rules(playing().decide(official(OfficialAction.RESUME), at(1), [])) == ["refused"]
+    assert rules(decide(playing(), official(OfficialAction.RESUME), at(1), [])) == ["refused"]
 
 
 def test_an_official_ends_a_match() -> None:
     match = playing()
-    outcome = match.decide(official(OfficialAction.END), at(1), [])
+    outcome = decide(match, official(OfficialAction.END), at(1), [])
     assert rules(outcome) == ["ended"]
     assert match.over
     assert match.winner == "nobody"
@@ -241,48 +245,52 @@ def test_an_official_ends_a_match() -> None:
 
 def test_an_official_overrules_and_the_call_says_so() -> None:
     match = playing()
-    outcome = match.decide(official(OfficialAction.SET_SCORE, "team", "2"), at(1), [])
-    assert outcome.findings[0].text == "ann: set-score team 2 (because)"
+    outcome = decide(match, official(OfficialAction.SET_SCORE, "team", "2"), at(1), [])
+    assert outcome.calls[0].text == "ann: set-score team 2 (because)"
     assert match.game.points == 2
 
 
 def test_an_impossible_decision_changes_nothing() -> None:
     match = playing()
-    outcome = match.decide(official(OfficialAction.SET_ROLE, "a", "b"), at(1), [])
+    outcome = decide(match, official(OfficialAction.SET_ROLE, "a", "b"), at(1), [])
     assert rules(outcome) == ["refused"]
-    assert "only scores here" in outcome.findings[0].text
+    assert "only scores here" in outcome.calls[0].text
 
 
 @pytest.mark.parametrize("action", list(OfficialAction))
 def test_after_the_end_nothing_can_be_decided(action: OfficialAction) -> None:
     match = _finished()
     play(match, [1] * 25)
-    assert rules(match.decide(official(action), at(1), [])) == ["refused"]
+    assert rules(decide(match, official(action), at(1), [])) == ["refused"]
 
 
 def test_players_that_do_not_line_up_are_put_on_their_marks_again_and_again() -> None:
     class Stubborn(Book):
+        lineup_limit = 5.0
+
         def obstacles_to_start(self, state: State, now: Field) -> dict[str, str]:
             return {"a": "is 3.0 m from its mark"}
 
-    match = Match(Stubborn(), lineup_limit=5.0)
+    match = Match(Stubborn())
     placed = [i for i in range(300) if match.step(0.1, at(7), []).place]
     assert placed[0] in (49, 50)
     assert placed[1] - placed[0] == pytest.approx(PLACE_AGAIN / 0.1, abs=1)
 
 
 def test_nobody_is_put_anywhere_while_a_player_is_absent() -> None:
-    match = Match(Book(), lineup_limit=1.0)
+    book = Book()
+    book.lineup_limit = 1.0
+    match = Match(book)
     assert not any(match.step(0.1, at(7), ["a does not report"]) for _ in range(100))
 
 
 def test_a_match_taken_up_again_stands_where_it_was_in_halt() -> None:
     match = playing()
     play(match, [1, 1, 11, 1])
-    again = Match(Book(), 60.0, match.standing())
+    again = Match(Book(), match.standing())
     assert (again.stage, again.clock, again.game) == (Stage.PLAY_ROUND, pytest.approx(match.clock), match.game)
     assert again.halted == "the coordinator was restarted"
-    again.decide(official(OfficialAction.RESUME), at(1), [])
+    decide(again, official(OfficialAction.RESUME), at(1), [])
     assert play(again, [11]) == ["goal"]
     assert again.game.points == 2
 
@@ -290,6 +298,52 @@ def test_a_match_taken_up_again_stands_where_it_was_in_halt() -> None:
 def test_a_match_that_was_over_stays_over() -> None:
     match = _finished()
     play(match, [1] * 25)
-    again = Match(Book(), 60.0, match.standing())
+    again = Match(Book(), match.standing())
     assert again.over
     assert again.halted is None
+
+
+def test_a_halt_says_how_it_is_left_and_what_is_in_the_way() -> None:
+    match = playing()
+    assert match.state(at(1), estop=False).way_out is None
+    match.halt("rain")
+    match.step(0.1, at(1), [])
+    assert match.state(at(1), estop=False).way_out == "`vrg official resume` or the key C goes on"
+    match.step(0.1, at(1), ["b does not report", "c does not report"])
+    way_out = match.state(at(1), estop=False).way_out
+    assert way_out is not None
+    assert way_out.endswith("as soon as this is over: b does not report and 1 more")
+
+
+def test_an_official_has_a_virtual_robot_put_on_its_mark_or_anywhere() -> None:
+    match = playing()
+    outcome = decide(match, official(OfficialAction.PLACE, "a"), at(1), [])
+    assert outcome.place == {"a": Pose(0, 0, 0)}
+    outcome = decide(match, official(OfficialAction.PLACE, "a", "1.5 -2 90"), at(1), [])
+    assert outcome.place["a"].x == 1.5
+    assert outcome.place["a"].theta == pytest.approx(1.5708, abs=1e-4)
+    assert outcome.placed == {}
+
+
+def test_an_official_says_where_a_physical_robot_has_been_put() -> None:
+    match = playing()
+    physical = Field({"a": Pose(1, 0, 0)}, physical=frozenset({"a"}))
+    outcome = decide(match, official(OfficialAction.PLACE, "a", "1.5 -2 90"), physical, [])
+    assert outcome.place == {}
+    assert (outcome.placed["a"].x, outcome.by) == (1.5, "ann")
+    assert "a stands at (1.50, -2.00), 90 degrees: by ann" in outcome.calls[0].text
+
+
+@pytest.mark.parametrize("value", ["here", "1 2", "nan 0 0", "1e9 0 0"])
+def test_a_place_that_is_none_is_refused(value: str) -> None:
+    assert rules(decide(playing(), official(OfficialAction.PLACE, "a", value), at(1), [])) == ["refused"]
+    assert rules(decide(playing(), official(OfficialAction.PLACE, "b"), at(1), [])) == ["refused"]
+
+
+def test_a_physical_robot_that_is_late_may_be_driven_or_carried_and_its_official_is_told_how() -> None:
+    book = Book()
+    book.lineup_limit = 1.0
+    match = Match(book)
+    far = Field({"a": Pose(7, 0, 0)}, physical=frozenset({"a"}))
+    texts = [call.text for _ in range(20) for call in match.step(0.1, far, []).calls]
+    assert "drive them there by hand, or carry each there and say so: `vrg official place a`" in texts[0]

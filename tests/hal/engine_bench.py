@@ -3,9 +3,9 @@
 import math
 from itertools import combinations
 
-from vrg.bus.messages import Pose
-from vrg.hal.sim.engine import Engine
+from vrg.hal.sim.engines.engine import Engine
 from vrg.hal.sim.shapes import Box, box_gap, circle_gap
+from vrg.types import Pose, Twist
 
 DT = 0.02
 
@@ -17,7 +17,7 @@ def run(engine: Engine, seconds: float) -> None:
 
 def forward(engine: Engine, name: str, v: float, w: float = 0.0) -> None:
     """Command a body velocity, m/s and rad/s."""
-    engine.command(name, *engine.models[engine.row(name)].wheels(v, w), brake=False)
+    engine.command(name, *engine.models[engine.row(name)].wheels(Twist(v, w)), brake=False)
 
 
 def carry(engine: Engine, name: str, v: float, seconds: float) -> None:

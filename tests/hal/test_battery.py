@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from vrg.hal.models import MODELS
+from vrg.hal.models import robot_model
 from vrg.hal.sim.battery import GRAVITY, Batteries
 
-P2AT = MODELS["P2AT"]
+P2AT = robot_model("P2AT")
 
 
 def drawn(dt: float, way: float = 0.0, before: float = 0.0, after: float = 0.0) -> float:

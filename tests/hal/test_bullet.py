@@ -4,15 +4,15 @@ import pybullet
 import pytest
 
 from tests.hal.engine_bench import forward, run
-from vrg.bus.messages import Pose
-from vrg.hal.models import MODELS
-from vrg.hal.sim.bullet import BulletEngine
+from vrg.hal.models import MODELS, robot_model
+from vrg.hal.sim.engines.pybullet import BulletEngine
 from vrg.hal.sim.map import load_map
+from vrg.types import Pose
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", MODELS.names())
 def test_the_stored_effective_track_is_what_the_engine_measures(name: str) -> None:
-    model = MODELS[name]
+    model = robot_model(name)
     engine = BulletEngine(load_map("open"))
     engine.add("a", model, Pose(0, 0, 0))
     engine.command("a", -3.0, 3.0, brake=False)
@@ -23,11 +23,11 @@ def test_the_stored_effective_track_is_what_the_engine_measures(name: str) -> No
     assert model.effective_track == pytest.approx(model.track + model.wheelbase**2 / model.track, rel=0.01)
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", MODELS.names())
 def test_a_full_brake_does_not_tip_it(name: str) -> None:
     engine = BulletEngine(load_map("open"))
-    engine.add("a", MODELS[name], Pose(0, 0, 0))
-    forward(engine, "a", MODELS[name].v_max)
+    engine.add("a", robot_model(name), Pose(0, 0, 0))
+    forward(engine, "a", robot_model(name).v_max)
     run(engine, 2.0)
     engine.command("a", 0, 0, brake=True)
     for _ in range(50):
@@ -36,15 +36,15 @@ def test_a_full_brake_does_not_tip_it(name: str) -> None:
         roll, pitch, _ = pybullet.getEulerFromQuaternion(turn)
         assert abs(roll) < 0.02
         assert abs(pitch) < 0.02
-        assert place[2] == pytest.approx(MODELS[name].wheel_radius, abs=0.005)
+        assert place[2] == pytest.approx(robot_model(name).wheel_radius, abs=0.005)
     engine.close()
 
 
 def test_a_collision_does_not_tip_it() -> None:
     engine = BulletEngine(load_map("marhes_lab"))
-    model = MODELS["ATRV-Jr"]
+    model = robot_model("ATRV-Jr")
     engine.add("a", model, Pose(-2.0, -1.0, 2.8))
-    engine.add("b", MODELS["P2AT"], Pose(0.5, -1.0, 3.1))
+    engine.add("b", robot_model("P2AT"), Pose(0.5, -1.0, 3.1))
     for name in engine.names:
         forward(engine, name, 1.0)
     for _ in range(300):
@@ -66,8 +66,8 @@ def test_closing_twice_is_fine_and_lets_go_of_the_client() -> None:
 
 def test_two_engines_do_not_meet() -> None:
     a, b = BulletEngine(load_map("open")), BulletEngine(load_map("open"))
-    a.add("r", MODELS["P2AT"], Pose(0, 0, 0))
-    b.add("r", MODELS["P2AT"], Pose(0.4, 0, 0))
+    a.add("r", robot_model("P2AT"), Pose(0, 0, 0))
+    b.add("r", robot_model("P2AT"), Pose(0.4, 0, 0))
     forward(a, "r", 0.5)
     run(a, 2.0)
     run(b, 0.1)

@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 
 from tests.hal.engine_bench import carry, deepest_overlap, footprint, forward, run
-from vrg.bus.messages import Pose
 from vrg.errors import ConfigError, WorldError
-from vrg.hal.models import MODELS
-from vrg.hal.sim.engine import Engine, make_engine
+from vrg.hal.models import MODELS, robot_model
+from vrg.hal.sim.engines import ENGINES
+from vrg.hal.sim.engines.engine import Engine
 from vrg.hal.sim.map import load_map
 from vrg.hal.sim.shapes import box_gap
+from vrg.types import Pose
 
-P2AT = MODELS["P2AT"]
+P2AT = robot_model("P2AT")
 Make = Callable[..., Engine]
 
 
@@ -24,7 +25,7 @@ def make(request: pytest.FixtureRequest) -> Iterator[Make]:
     made: list[Engine] = []
 
     def build(map_name: str = "open") -> Engine:
-        engine = make_engine(request.param, load_map(map_name))
+        engine = ENGINES.get(request.param)(load_map(map_name))
         made.append(engine)
         return engine
 
@@ -34,8 +35,8 @@ def make(request: pytest.FixtureRequest) -> Iterator[Make]:
 
 
 def test_an_unknown_engine_is_answered_with_the_known_ones() -> None:
-    with pytest.raises(ConfigError, match=r"pybullet, planar.*'bulet'"):
-        make_engine("bulet", load_map("open"))
+    with pytest.raises(ConfigError, match=r"planar, pybullet.*'pybulet', did you mean 'pybullet'"):
+        ENGINES.get("pybulet")
 
 
 def test_robots_are_known_by_name(make: Make) -> None:
@@ -82,11 +83,11 @@ def test_acceleration_is_the_models(make: Make) -> None:
     assert engine.state("a").v == pytest.approx(0.7, rel=0.02)
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", MODELS.names())
 @pytest.mark.parametrize(("v", "w"), [(0, 0.3), (0, -1.0), (0, 2.0), (0.3, 0.5), (0.5, -0.5), (0.3, 1.0)])
 def test_the_turn_rate_is_what_the_effective_track_predicts(make: Make, name: str, v: float, w: float) -> None:
     engine = make()
-    engine.add("a", MODELS[name], Pose(0, 0, 0.2))
+    engine.add("a", robot_model(name), Pose(0, 0, 0.2))
     forward(engine, "a", v, w)
     run(engine, 3.0)
     rates, speeds = [], []

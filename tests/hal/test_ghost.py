@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrg.bus.messages import Pose
 from vrg.bus.node import CLOCK_SKEW
 from vrg.errors import WorldError
 from vrg.hal.sim.ghost import EXTRAPOLATE, Ghost, along_arc
+from vrg.types import Pose
 
 places = st.floats(-100, 100)
 poses = st.builds(Pose, places, places, st.floats(-math.pi, math.pi))

@@ -4,17 +4,18 @@ from pathlib import Path
 
 import pytest
 
-from vrg.bus.messages import Pose
 from vrg.errors import ConfigError
-from vrg.hal.models import MODELS
-from vrg.hal.sim.map import load_map, map_names
+from vrg.hal.models import robot_model
+from vrg.hal.sim.map import load_map
+from vrg.hal.sim.maps import MAPS
+from vrg.types import Pose
 
-P2AT = MODELS["P2AT"]
+P2AT = robot_model("P2AT")
 
 
 def test_the_maps_that_come_with_vrg_load() -> None:
-    assert map_names() == ["courtyard", "marhes_lab", "open"]
-    for name in map_names():
+    assert MAPS.names() == ["courtyard", "marhes_lab", "open"]
+    for name in MAPS.names():
         assert load_map(name).name == name
 
 
@@ -36,8 +37,8 @@ def test_the_field_of_sharks_and_minnows_is_free_of_obstacles() -> None:
 
 def test_the_courtyard_is_walled_all_around() -> None:
     yard = load_map("courtyard")
-    b = yard.bounds
-    for x, y in ((b.x_min, -20.0), (b.x_max, -20.0), (5.0, b.y_min), (5.0, b.y_max)):
+    x_min, y_min, x_max, y_max = yard.bounds.bounds
+    for x, y in ((x_min, -20.0), (x_max, -20.0), (5.0, y_min), (5.0, y_max)):
         assert not yard.footprint_clear(Pose(x, y, 0.0), P2AT.length, P2AT.width)
 
 
@@ -87,5 +88,13 @@ def test_an_unknown_map_is_answered_with_the_known_ones() -> None:
 def test_a_file_that_is_not_toml_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "broken.toml"
     file.write_text("name = \n")
-    with pytest.raises(ConfigError, match=r"broken.toml: expected TOML.*line 1"):
+    with pytest.raises(ConfigError, match=r"broken.toml:1: expected TOML"):
         load_map(file)
+
+
+def test_the_bounds_of_a_map_may_be_any_region(tmp_path: Path) -> None:
+    file = tmp_path / "round.toml"
+    file.write_text('name = "round"\nbounds = { shape = "circle", x = 0.0, y = 0.0, radius = 3.0 }\n')
+    arena = load_map(file)
+    assert arena.footprint_clear(Pose(2.0, 0.0, 0.0), 0.5, 0.5)
+    assert not arena.footprint_clear(Pose(2.2, 2.2, 0.0), 0.5, 0.5), "in the corner of the square around it"

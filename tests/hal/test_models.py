@@ -1,14 +1,17 @@
 """Robot models."""
 
 import math
+from dataclasses import replace
 
 import pytest
+from msgspec.structs import astuple
 
 from vrg.errors import ConfigError
 from vrg.hal.models import MODELS, RobotModel, robot_model
+from vrg.types import Twist
 
 
-@pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
+@pytest.mark.parametrize("model", [MODELS.get(name) for name in MODELS.names()], ids=MODELS.names())
 def test_a_model_is_physically_sound(model: RobotModel) -> None:
     assert model.wheelbase < model.length
     assert model.track + model.wheel_width <= model.width
@@ -24,13 +27,13 @@ def test_a_p2at_can_stop_from_top_speed_in_a_tenth_of_a_second() -> None:
     assert model.v_max / model.brake <= 0.1
 
 
-@pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
+@pytest.mark.parametrize("model", [MODELS.get(name) for name in MODELS.names()], ids=MODELS.names())
 def test_wheels_and_velocity_are_inverses(model: RobotModel) -> None:
-    assert model.velocity(*model.wheels(0.4, -0.7)) == pytest.approx((0.4, -0.7))
+    assert astuple(model.twist(*model.wheels(Twist(0.4, -0.7)))) == pytest.approx((0.4, -0.7))
 
 
 def test_both_carry_an_lms200() -> None:
-    for model in MODELS.values():
+    for model in map(MODELS.get, MODELS.names()):
         laser = model.laser
         assert laser is not None
         assert (laser.beams, laser.fov, laser.range_max, laser.resolution) == (181, math.pi, 8.0, 0.01)
@@ -41,3 +44,19 @@ def test_an_unknown_model_is_answered_with_the_known_ones() -> None:
         robot_model("p2-at")
     with pytest.raises(ConfigError, match="got 'tricycle'"):
         robot_model("tricycle")
+
+
+def test_a_limit_keeps_the_curve() -> None:
+    model = robot_model("P2AT")
+    slow = model.limited(Twist(2.0, 1.0), v_max=0.3)
+    assert slow.v / slow.w == pytest.approx(2.0)
+    assert max(model.wheels(slow)) == pytest.approx(0.3 / model.wheel_radius)
+    assert model.limited(Twist(0.1, 0.1), v_max=0.3) == Twist(0.1, 0.1)
+    assert model.limited(Twist(5.0, 0.0), v_max=50.0).v == model.v_max, "no limit is above the model's own"
+
+
+def test_a_model_names_what_it_has_and_knows_what_it_has_not() -> None:
+    model = robot_model("P2AT")
+    assert model.laser is not None
+    assert replace(model, sensors=()).laser is None
+    assert replace(model, sensors=()).bumpers == 0

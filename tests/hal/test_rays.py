@@ -7,10 +7,10 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from vrg.bus.messages import Pose
 from vrg.hal.sim.map import load_map
-from vrg.hal.sim.rays import Edges, Fan, Floats, cast
+from vrg.hal.sim.sensors.rays import Edges, Fan, Floats, cast
 from vrg.hal.sim.shapes import box_edges
+from vrg.types import Pose
 
 FAN = Fan.of(181, math.pi)
 NO_DISCS = np.zeros((0, 3))
@@ -123,7 +123,7 @@ def test_edges_join() -> None:
 
 def test_agrees_with_pybullets_rays_within_5_mm() -> None:
     pybullet = pytest.importorskip("pybullet")
-    from vrg.hal.sim.bullet import BulletEngine  # noqa: PLC0415
+    from vrg.hal.sim.engines.pybullet import BulletEngine  # noqa: PLC0415
 
     map_ = load_map("courtyard")
     engine = BulletEngine(map_)

@@ -1,141 +1,208 @@
-"""INS, encoders, odometry and laser noise."""
+"""The simulations of sensors: exact without noise, and with noise that only the seed, the robot and the tick fix."""
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from vrg.hal.models import MODELS
-from vrg.hal.sim.lidar import Lidar
+from vrg.errors import ConfigError
+from vrg.hal.models import RobotModel, robot_model
+from vrg.hal.sensors.encoders import Encoders, EncodersSpec
+from vrg.hal.sensors.ins import Ins, InsSpec
+from vrg.hal.sensors.laser import LaserSpec
+from vrg.hal.sensors.odometry import Odometry
+from vrg.hal.sensors.touch import TouchSpec
 from vrg.hal.sim.map import load_map
-from vrg.hal.sim.sensors import INS_SIGMA, Reading, Sensors
+from vrg.hal.sim.sensors.base import Instant, Surroundings
+from vrg.hal.sim.sensors.laser import LaserSimulation
+from vrg.hal.sim.sensors.suite import SensorSuite
+from vrg.types import Twist
 
-P2AT = MODELS["P2AT"]
-MOUNT = P2AT.laser
+P2AT = robot_model("P2AT")
 DT = 0.02
+TICKS_PER_TURN = 34_000
 
 
-def make(*names: str, seed: int = 1, noise: bool = True) -> Sensors:
-    sensors = Sensors(seed, noise)
-    sensors.resize(list(names), [P2AT] * len(names), np.zeros((len(names), 2)), np.zeros((len(names), 3)))
-    return sensors
+def instant(tick: int, models: Sequence[RobotModel], wheels: tuple[float, float]) -> Instant:
+    """All robots stand at the origin and turn their wheels at these rates, rad/s."""
+    n = len(models)
+    turned = np.tile(wheels, (n, 1)) * tick * DT
+    return Instant(tick, DT, models, np.zeros((n, 3)), np.zeros((n, 2)), turned, [0b101] * n, lambda _: 0.5)
 
 
-def drive(sensors: Sensors, robots: int, ticks: int, left: float, right: float, start: int = 0) -> Reading:
-    """Turn all wheels at these rates (rad/s); the poses stay at the origin."""
+def make(*names: str, seed: int = 1, noise: bool = True, model: RobotModel = P2AT, tick: int = 0) -> SensorSuite:
+    suite = SensorSuite(Surroundings(load_map("open"), seed, noise))
+    models = [model] * len(names)
+    suite.resize(names, models, [False] * len(names), instant(tick, models, (3.0, 4.0)))
+    return suite
+
+
+def drive(suite: SensorSuite, names: Sequence[str], ticks: int, left: float, right: float, start: int = 0) -> dict:  # type: ignore[type-arg]
+    """What each sensor has said last, by robot and the type of its message."""
+    said = {}
     for tick in range(start + 1, start + ticks + 1):
-        wheels = np.tile((left, right), (robots, 1)) * tick * DT
-        reading = sensors.read(tick, DT, np.zeros((robots, 3)), wheels)
-    return reading
+        for robot, _, message in suite.sense(instant(tick, [P2AT] * len(names), (left, right))):
+            said[robot, type(message)] = message
+    return said
 
 
 def test_without_noise_the_sensors_are_exact() -> None:
-    reading = drive(make("a", noise=False), 1, 500, 5.0, 5.0)
-    assert np.all(reading.ins == 0)
-    assert reading.odometry[0] == pytest.approx((5.0 * 10 * P2AT.wheel_radius, 0.0, 0.0), abs=1e-3)
-    assert reading.velocity[0] == pytest.approx((5.0 * P2AT.wheel_radius, 0.0), abs=1e-3)
+    said = drive(make("a", noise=False), "a", 500, 5.0, 5.0)
+    assert (said["a", Ins].pose.x, said["a", Ins].pose.theta) == (0.0, 0.0)
+    odometry = said["a", Odometry]
+    assert odometry.pose.x == pytest.approx(5.0 * 10 * P2AT.wheel_radius, abs=1e-3)
+    assert odometry.twist.v == pytest.approx(5.0 * P2AT.wheel_radius, abs=1e-3)
+    assert said["a", Encoders].left == said["a", Encoders].right
 
 
 def test_encoders_count_ticks() -> None:
-    reading = drive(make("a", noise=False), 1, 100, math.pi, -math.pi)
-    assert reading.encoders[0].tolist() == pytest.approx([P2AT.encoder_ticks, -P2AT.encoder_ticks], abs=1)
-    assert reading.encoders.dtype == np.int64
+    said = drive(make("a", noise=False), "a", 100, math.pi, -math.pi)
+    encoders = said["a", Encoders]
+    assert (encoders.left, encoders.right) == pytest.approx((TICKS_PER_TURN, -TICKS_PER_TURN), abs=1)
 
 
 def test_odometry_turns_by_the_effective_track() -> None:
-    left, right = P2AT.wheels(0.0, 1.0)
-    reading = drive(make("a", noise=False), 1, 50, left, right)
-    assert reading.odometry[0, 2] == pytest.approx(1.0, abs=1e-3)
-    assert reading.velocity[0] == pytest.approx((0.0, 1.0), abs=1e-2)
+    said = drive(make("a", noise=False), "a", 50, *P2AT.wheels(Twist(0.0, 1.0)))
+    assert said["a", Odometry].pose.theta == pytest.approx(1.0, abs=1e-3)
+    assert said["a", Odometry].twist.w == pytest.approx(1.0, abs=1e-2)
 
 
 def test_noise_makes_odometry_drift_by_about_a_per_cent() -> None:
     names = [f"r{n}" for n in range(20)]
-    reading = drive(make(*names), 20, 1000, 5.0, 5.0)
+    said = drive(make(*names), names, 1000, 5.0, 5.0)
     way = 5.0 * 20 * P2AT.wheel_radius
-    error = np.hypot(reading.odometry[:, 0] - way, reading.odometry[:, 1]) / way
+    poses = [said[name, Odometry].pose for name in names]
+    error = [math.hypot(pose.x - way, pose.y) / way for pose in poses]
     assert 0.005 < np.median(error) < 0.5
-    assert np.ptp(reading.odometry[:, 2]) > 0.1, "each robot's wheels are off in their own way"
+    assert np.ptp([pose.theta for pose in poses]) > 0.1, "each robot's wheels are off in their own way"
 
 
 def test_the_ins_is_noisy_without_bias() -> None:
-    sensors = make("a")
-    seen = np.array([sensors.read(t, DT, np.zeros((1, 3)), np.zeros((1, 2))).ins[0] for t in range(2000)])
+    suite = make("a", model=replace(P2AT, sensors=(InsSpec(rate=50.0),)))
+    poses = [m.pose for t in range(2000) for _, _, m in suite.sense(instant(t, [P2AT], (0, 0))) if isinstance(m, Ins)]
+    seen = np.array([(pose.x, pose.y, pose.theta) for pose in poses])
+    assert len(seen) == 2000
     assert np.abs(seen.mean(axis=0)).max() < 0.002
-    assert seen.std(axis=0) == pytest.approx(np.array(INS_SIGMA), rel=0.1)
+    assert seen.std(axis=0) == pytest.approx((0.02, 0.02, 0.005), rel=0.1)
 
 
 def test_noise_is_fixed_by_the_seed_and_the_robots_name() -> None:
-    def trace(*names: str, seed: int = 1) -> np.ndarray:  # type: ignore[type-arg]
-        reading = drive(make(*names, seed=seed), len(names), 300, 3.0, 4.0)
-        return np.hstack((reading.ins, reading.odometry))[-1]
+    def last(*names: str, seed: int = 1) -> tuple[object, object]:
+        said = drive(make(*names, seed=seed), names, 300, 3.0, 4.0)
+        return said[names[-1], Ins], said[names[-1], Odometry]
 
-    assert np.array_equal(trace("a"), trace("a"))
-    assert np.array_equal(trace("a"), trace("b", "a")), "not by who else takes part"
-    assert not np.array_equal(trace("a"), trace("b"))
-    assert not np.array_equal(trace("a"), trace("a", seed=2))
+    assert last("a") == last("a")
+    assert last("a") == last("b", "a"), "not by who else takes part"
+    assert last("a") != last("b")
+    assert last("a") != last("a", seed=2)
 
 
 def test_noise_goes_on_after_a_restart_as_if_there_had_been_none() -> None:
-    whole = drive(make("a"), 1, 400, 3.0, 4.0)
+    whole = drive(make("a"), "a", 400, 3.0, 4.0)
     first = make("a")
-    drive(first, 1, 150, 3.0, 4.0)
-    second = Sensors(1, True)
-    second.resize(["a"], [P2AT], np.array([(3.0, 4.0)]) * 150 * DT, first.odometry.copy())
-    resumed = drive(second, 1, 250, 3.0, 4.0, start=150)
-    assert np.array_equal(whole.odometry, resumed.odometry)
-    assert np.array_equal(whole.ins, resumed.ins)
+    drive(first, "a", 150, 3.0, 4.0)
+    second = make("a", tick=150)
+    second.recall("a", first.remember("a"))
+    resumed = drive(second, "a", 250, 3.0, 4.0, start=150)
+    assert resumed["a", Odometry] == whole["a", Odometry]
+    assert resumed["a", Ins] == whole["a", Ins]
 
 
-def lidar(noise: bool, seed: int = 1) -> Lidar:
-    scanner = Lidar(load_map("marhes_lab"), seed, noise)
-    scanner.look([P2AT], np.array([(0.0, 0.0, 0.0)]))
-    return scanner
+def test_each_sensor_speaks_at_its_own_rate() -> None:
+    model = replace(P2AT, sensors=(EncodersSpec(ticks=100, rate=25.0), TouchSpec(count=8, rate=5.0)))
+    suite = make("a", model=model)
+    said = [m.kind for t in range(100) for _, _, m in suite.sense(instant(t, [model], (0, 0)))]
+    assert (said.count("encoders"), said.count("touch")) == (50, 10)
+
+
+def test_a_share_of_the_readings_may_drop_out() -> None:
+    model = replace(P2AT, sensors=(TouchSpec(count=8, rate=50.0, drop_out=0.3),))
+    runs = [
+        [len(suite.sense(instant(t, [model], (0, 0)))) for t in range(2000)] for suite in (make("a", model=model),) * 2
+    ]
+    assert sum(runs[0]) == pytest.approx(1400, rel=0.1)
+    assert runs[0] == runs[1], "the seed decides which"
+
+
+def test_two_sensors_of_a_kind_are_told_apart() -> None:
+    model = replace(P2AT, sensors=(InsSpec(name="left"), InsSpec(name="right")))
+    said = {name: m for _, name, m in make("a", model=model).sense(instant(0, [model], (0, 0)))}
+    assert set(said) == {"left", "right"}
+    assert said["left"] != said["right"], "each has its own noise"
+
+
+def test_bumpers_and_battery_say_what_is_true() -> None:
+    said = drive(make("a"), "a", 100, 0.0, 0.0)
+    kinds = {message.kind: message for message in said.values()}
+    assert kinds["touch"].pressed == (True, False, True, False, False, False, False, False)
+    assert kinds["battery"].charge == 0.5
+
+
+def test_of_a_physical_robot_only_what_it_may_lack_is_simulated() -> None:
+    suite = SensorSuite(Surroundings(load_map("open"), 1, True))
+    suite.resize(["g"], [P2AT], [True], instant(0, [P2AT], (0, 0)))
+    assert {m.kind for _, _, m in suite.sense(instant(0, [P2AT], (0, 0)))} == {"laser"}
+
+
+def test_a_simulation_that_cannot_be_imported_is_told() -> None:
+    class Broken(TouchSpec):
+        simulation = "no_such_package:Simulation"
+
+    with pytest.raises(ConfigError, match="no_such_package"):
+        make("a", model=replace(P2AT, sensors=(Broken(count=1),)))
+
+
+MOUNT = P2AT.laser
+assert MOUNT is not None
+FRONT: LaserSpec = MOUNT
+
+
+def lasers(noise: bool, seed: int = 1, map_name: str = "marhes_lab") -> LaserSimulation:
+    simulation = LaserSimulation(Surroundings(load_map(map_name), seed, noise))
+    simulation.look([P2AT], np.array([(0.0, 0.0, 0.0)]))
+    return simulation
 
 
 def test_a_scan_without_noise_is_exact_and_starts_at_the_mount() -> None:
-    assert MOUNT is not None
-    ranges = lidar(False).scan("a", MOUNT, (0.0, 0.0, math.pi / 2), 0)
+    ranges = lasers(False).scan("a", FRONT, (0.0, 0.0, math.pi / 2), 0)
     assert ranges.dtype == np.dtype("<f4")
     assert ranges.shape == (181,)
-    assert ranges[90] == pytest.approx(2.9 - MOUNT.x, abs=1e-5)
+    assert ranges[90] == pytest.approx(2.9 - FRONT.x, abs=1e-5)
 
 
 def test_a_noisy_scan_is_quantised_and_scatters_as_the_data_sheet_says() -> None:
-    assert MOUNT is not None
-    exact = lidar(False).scan("a", MOUNT, (0.0, 0.0, 0.5), 0)
-    scanner = lidar(True)
-    scans = np.array([scanner.scan("a", MOUNT, (0.0, 0.0, 0.5), n) for n in range(200)])
-    steps = scans / MOUNT.resolution
+    exact = lasers(False).scan("a", FRONT, (0.0, 0.0, 0.5), 0)
+    simulation = lasers(True)
+    scans = np.array([simulation.scan("a", FRONT, (0.0, 0.0, 0.5), n) for n in range(200)])
+    steps = scans / FRONT.resolution
     assert np.abs(steps - np.rint(steps)).max() < 1e-3
     error = scans - exact
-    expected = math.hypot(MOUNT.noise, MOUNT.resolution / math.sqrt(12))
+    expected = math.hypot(FRONT.noise, FRONT.resolution / math.sqrt(12))
     assert error.std() == pytest.approx(expected, rel=0.2)
     assert abs(error.mean()) < 0.002
 
 
 def test_a_beam_that_meets_nothing_reads_the_maximum_with_noise_too() -> None:
-    assert MOUNT is not None
-    scanner = Lidar(load_map("open"), 1, True)
-    assert np.all(scanner.scan("a", MOUNT, (0.0, 0.0, 0.0), 3) == MOUNT.range_max)
+    simulation = lasers(True, map_name="open")
+    assert np.all(simulation.scan("a", FRONT, (0.0, 0.0, 0.0), 3) == FRONT.range_max)
 
 
 def test_laser_noise_is_fixed_by_seed_name_and_number() -> None:
-    assert MOUNT is not None
     pose = (0.0, 0.0, 0.5)
-    scan = lidar(True).scan("a", MOUNT, pose, 100)
-    again = lidar(True)
-    again.scan("a", MOUNT, pose, 3)
-    assert np.array_equal(scan, again.scan("a", MOUNT, pose, 100))
-    assert not np.array_equal(scan, lidar(True).scan("b", MOUNT, pose, 100))
-    assert not np.array_equal(scan, lidar(True, seed=2).scan("a", MOUNT, pose, 100))
-    assert not np.array_equal(scan, lidar(True).scan("a", MOUNT, pose, 101))
+    scan = lasers(True).scan("a", FRONT, pose, 100)
+    again = lasers(True)
+    again.scan("a", FRONT, pose, 3)
+    assert np.array_equal(scan, again.scan("a", FRONT, pose, 100))
+    assert not np.array_equal(scan, lasers(True).scan("b", FRONT, pose, 100))
+    assert not np.array_equal(scan, lasers(True, seed=2).scan("a", FRONT, pose, 100))
+    assert not np.array_equal(scan, lasers(True).scan("a", FRONT, pose, 101))
 
 
 def test_a_robot_is_seen_by_others_and_not_by_itself() -> None:
-    assert MOUNT is not None
-    scanner = Lidar(load_map("open"), 1, False)
-    scanner.look([P2AT, P2AT], np.array([(0.0, 0.0, 0.0), (3.0, 0.0, 0.0)]))
-    ahead = scanner.scan("a", MOUNT, (0.0, 0.0, 0.0), 0)
-    assert ahead[90] == pytest.approx(3.0 - P2AT.length / 2 - MOUNT.x, abs=1e-5)
-    assert np.all(scanner.scan("b", MOUNT, (3.0, 0.0, 0.0), 0) == MOUNT.range_max)
+    simulation = lasers(False, map_name="open")
+    simulation.look([P2AT, P2AT], np.array([(0.0, 0.0, 0.0), (3.0, 0.0, 0.0)]))
+    ahead = simulation.scan("a", FRONT, (0.0, 0.0, 0.0), 0)
+    assert ahead[90] == pytest.approx(3.0 - P2AT.length / 2 - FRONT.x, abs=1e-5)
+    assert np.all(simulation.scan("b", FRONT, (3.0, 0.0, 0.0), 0) == FRONT.range_max)

@@ -2,6 +2,7 @@
 
 import logging
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 import pytest
@@ -13,27 +14,54 @@ from vrg.bus.messages import (
     Clock,
     Drive,
     Estop,
-    Laser,
     MeasuredPose,
     PlayerStatus,
-    Pose,
     Poses,
     RefereeState,
     RequestKind,
     RobotState,
+    SensorMessage,
     SpeedLimit,
     Stage,
     WorldRequest,
 )
 from vrg.errors import ConfigError, WorldError
-from vrg.hal.models import MODELS
+from vrg.hal.models import MODELS, robot_model
+from vrg.hal.sensors.battery import Battery
+from vrg.hal.sensors.encoders import Encoders
+from vrg.hal.sensors.ins import Ins
+from vrg.hal.sensors.laser import Laser
+from vrg.hal.sensors.odometry import Odometry
+from vrg.hal.sensors.touch import Touch
 from vrg.hal.sim.config import check_setup
 from vrg.hal.sim.ghost import EXTRAPOLATE
-from vrg.hal.sim.world_node import WorldNode
+from vrg.hal.sim.node import WorldNode
+from vrg.hal.sim.requests import grant
+from vrg.types import STILL, Pose
 
-GO = (KEYS.drive("a"), Drive(left=3.0, right=3.0))
-GO_B = (KEYS.drive("b"), Drive(left=3.0, right=3.0))
-DISARM = Drive(left=0.0, right=0.0, armed=False)
+S = TypeVar("S", bound=SensorMessage)
+P2AT = robot_model("P2AT")
+GO = (KEYS.drive("a"), Drive(twist=P2AT.twist(3.0, 3.0)))
+GO_B = (KEYS.drive("b"), Drive(twist=P2AT.twist(3.0, 3.0)))
+DISARM = Drive(twist=STILL, armed=False)
+
+
+LASER_A, LASER_C, LASER_G = (KEYS.sensor(Laser, name, "front").key for name in "acg")
+SENSORS = {"laser/front", "touch/main", "encoders/main", "odometry/main", "ins/main", "battery/main"}
+
+
+def sensed(wire: Wire, kind: type[S], name: str = "a") -> S:
+    """What a sensor has said last."""
+    body = wire.heard[KEYS.sensor(kind, name, "main").key]
+    assert isinstance(body, kind)
+    return body
+
+
+def last_of(wire: Wire, kind: type[SensorMessage], name: str) -> object:
+    """What a sensor would say now, but for the speed."""
+    now = {(robot, type(said)): said for robot, _, said in wire.node.world._sensors.sense(wire.node.world._instant())}
+    said = now.get((name, kind), wire.heard[KEYS.sensor(kind, name, "main").key])
+    return said.pose if isinstance(said, Odometry) else said
 
 
 def wire(**options: object) -> Wire:
@@ -62,7 +90,7 @@ def referee(halted: str | None = None, estop: bool = False, a_may: bool = True) 
         for n, may in (("a", a_may), ("b", True))
     ]
     return RefereeState(
-        game="g", stage=Stage.PLAY_ROUND, halted=halted, waiting=[], clock=0.0, total=0.0, round=1, rounds=1,
+        game="g", stage=Stage.PLAY_ROUND, halted=halted, way_out=None, waiting=[], clock=0.0, total=0.0, round=1, rounds=1,
         score={}, players=players, zones=[], estop=estop,
     )  # fmt: skip
 
@@ -85,30 +113,31 @@ class TestReports:
         assert keys[-1] == KEYS.clock.key
         assert set(keys) == {
             KEYS.clock.key, KEYS.poses.key,
-            *(topic(name).key for topic in (KEYS.robot_state, KEYS.laser) for name in "ab"),
+            *(KEYS.robot_state(name).key for name in "ab"),
+            *(f"{KEYS.root}/robot/{name}/sensor/{sensor}" for name in "ab" for sensor in SENSORS),
         }  # fmt: skip
 
     def test_poses_are_true_and_the_ins_is_not(self) -> None:
         world = wire()
         world.tick(5)
         assert x_of(world) == 0.0
-        assert state(world).ins.x != 0.0
-        assert abs(state(world).ins.x) < 0.2
+        assert sensed(world, Ins).pose.x != 0.0
+        assert abs(sensed(world, Ins).pose.x) < 0.2
 
     def test_scans_come_at_the_lasers_rate(self) -> None:
         world = wire()
         world.tick(51)
-        stamps = [stamp for key, stamp, _ in world.log if key == KEYS.laser("a").key]
+        stamps = [stamp for key, stamp, _ in world.log if key == LASER_A]
         assert np.allclose(np.diff(stamps), 0.1)
         assert len(stamps) == 11
-        scan = world.heard[KEYS.laser("a").key]
+        scan = world.heard[LASER_A]
         assert isinstance(scan, Laser)
         assert scan.ranges.shape == (181,)
 
     def test_lasers_may_be_off(self) -> None:
         world = wire(lasers=False)
         world.tick(20)
-        assert KEYS.laser("a").key not in world.heard
+        assert LASER_A not in world.heard
 
     def test_the_same_seed_says_the_same_byte_for_byte(self) -> None:
         def play(seed: int) -> list[object]:
@@ -144,22 +173,22 @@ class TestCommands:
     def test_an_unarmed_command_brakes_at_once(self) -> None:
         world = wire()
         world.tick(60, each=[GO])
-        world.tick(4, each=[(KEYS.drive("a"), Drive(left=3.0, right=3.0, armed=False))])
+        world.tick(4, each=[(KEYS.drive("a"), Drive(twist=P2AT.twist(3.0, 3.0), armed=False))])
         assert speed(world) == 0.0
         assert not state(world).armed
 
     def test_a_speed_limit_caps_both_wheels_alike_and_nobody_is_told(self) -> None:
         world = wire(noise=False)
         world.say(KEYS.speed_limit("a"), SpeedLimit(v_max=0.22))
-        world.tick(60, each=[(KEYS.drive("a"), Drive(left=4.0, right=2.0))])
-        assert state(world).v == pytest.approx(0.22 * 0.75, abs=0.005)
+        world.tick(60, each=[(KEYS.drive("a"), Drive(twist=P2AT.twist(4.0, 2.0)))])
+        assert sensed(world, Odometry).twist.v == pytest.approx(0.22 * 0.75, abs=0.005)
         assert state(world).fault is None
 
     def test_a_limit_above_the_models_top_speed_changes_nothing(self) -> None:
         world = wire()
         world.say(KEYS.speed_limit("a"), SpeedLimit(v_max=50.0))
-        world.tick(100, each=[(KEYS.drive("a"), Drive(left=900.0, right=900.0))])
-        assert speed(world) == pytest.approx(MODELS["P2AT"].v_max)
+        world.tick(100, each=[(KEYS.drive("a"), Drive(twist=P2AT.twist(900.0, 900.0)))])
+        assert speed(world) == pytest.approx(P2AT.v_max)
 
     def test_a_limit_may_come_before_its_robot(self) -> None:
         world = wire()
@@ -167,12 +196,12 @@ class TestCommands:
         world.tick()
         spawn = WorldRequest(kind=RequestKind.SPAWN, robot="c", model="P2AT", pose=Pose(5, 5, 0))
         world.say(KEYS.world_request, spawn)
-        world.tick(60, each=[(KEYS.drive("c"), Drive(left=6.0, right=6.0))])
+        world.tick(60, each=[(KEYS.drive("c"), Drive(twist=P2AT.twist(6.0, 6.0)))])
         assert speed(world, "c") == pytest.approx(0.2)
 
     def test_commands_for_a_robot_that_is_not_there_are_ignored(self) -> None:
         world = wire()
-        world.tick(5, each=[(KEYS.drive("ghost"), Drive(left=1.0, right=1.0))])
+        world.tick(5, each=[(KEYS.drive("ghost"), Drive(twist=P2AT.twist(1.0, 1.0)))])
         assert state(world).fault is None
 
 
@@ -273,13 +302,13 @@ class TestRequests:
     def test_spawn_adds_a_robot_that_drives_and_reports(self) -> None:
         world = wire()
         world.tick(60, each=[GO])
-        odometry = state(world).odometry.x
+        odometry = sensed(world, Odometry).pose.x
         self.request(world, kind=RequestKind.SPAWN, robot="c", model="ATRV-Jr", pose=Pose(5, 5, 0))
         assert world.node.world.names == ["a", "b", "c"]
-        assert state(world).odometry.x >= odometry
-        world.tick(60, each=[(KEYS.drive("c"), Drive(left=3.0, right=3.0))])
+        assert sensed(world, Odometry).pose.x >= odometry
+        world.tick(60, each=[(KEYS.drive("c"), Drive(twist=P2AT.twist(3.0, 3.0)))])
         assert speed(world, "c") > 0.3
-        assert KEYS.laser("c").key in world.heard
+        assert LASER_C in world.heard
 
     def test_remove_takes_one_out(self) -> None:
         world = wire()
@@ -296,7 +325,7 @@ class TestRequests:
         for name, y in (("a", 0.0), ("b", 3.0)):
             pose = world.node.world.pose(name)
             assert (pose.x, pose.y) == pytest.approx((0.0, y), abs=0.02)
-            assert state(world, name).odometry.x == pytest.approx(0.0, abs=0.02)
+            assert sensed(world, Odometry, name).pose.x == pytest.approx(0.0, abs=0.02)
         assert speed(world) <= 0.03
 
     def test_reset_may_be_for_one(self) -> None:
@@ -356,13 +385,13 @@ def restored(world: Wire, snapshot: bytes) -> WorldNode:
 
 class TestBattery:
     def test_an_empty_battery_stops_the_robot_and_says_so(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setitem(MODELS, "flat", replace(MODELS["P2AT"], name="flat", battery_wh=0.03))
+        monkeypatch.setitem(MODELS._found, "flat", replace(P2AT, name="flat", battery_wh=0.03))
         world = Wire(config(("a", 0.0, 0.0, 0.0), model="flat"))
         world.tick(60, each=[GO])
-        assert 0.0 < state(world).battery < 1.0
+        assert 0.0 < sensed(world, Battery).charge < 1.0
         assert speed(world) > 0.3
         world.tick(200, each=[GO])
-        assert state(world).battery == 0.0
+        assert sensed(world, Battery).charge == 0.0
         assert speed(world) == 0.0
         assert "battery empty" in (state(world).fault or "")
 
@@ -373,7 +402,7 @@ class TestSnapshot:
         old = wire(engine=engine, noise=False)
         old.tick(1)
         old.say(KEYS.speed_limit("a"), SpeedLimit(v_max=0.4))
-        old.tick(100, each=[GO, (KEYS.drive("b"), Drive(left=1.0, right=2.0))])
+        old.tick(100, each=[GO, (KEYS.drive("b"), Drive(twist=P2AT.twist(1.0, 2.0)))])
         kept = old.node.snapshot()
         node = WorldNode(old.node.world.config, Mailbox(), KEYS)
         node.restore(kept)
@@ -385,14 +414,13 @@ class TestSnapshot:
         assert (clock.tick, clock.epoch) == (100, 1)
         assert clock.time == pytest.approx(2.0)
         for name in "ab":
-            before, after = state(old, name), state(new, name)
-            assert after.odometry == before.odometry
-            assert after.encoders == before.encoders
-            assert after.battery == before.battery
+            after = state(new, name)
+            for kind in (Odometry, Encoders, Battery):
+                assert last_of(old, kind, name) == last_of(new, kind, name)
             assert old.node.world.pose(name) == new.node.world.pose(name)
             assert speed(new, name) == 0.0, "at rest"
             assert not after.armed
-        new.tick(60, each=[(KEYS.drive("a"), Drive(left=6.0, right=6.0))])
+        new.tick(60, each=[(KEYS.drive("a"), Drive(twist=P2AT.twist(6.0, 6.0)))])
         assert speed(new) == pytest.approx(0.4, abs=0.01), "limits are kept"
         old.node.stop()
         new.node.stop()
@@ -429,7 +457,7 @@ class TestSnapshot:
         node.restore(old.node.snapshot())
         new = Wire(config(), node=node)
         new.tick(201)
-        assert state(new).ins == state(whole).ins
+        assert sensed(new, Ins) == sensed(whole, Ins)
 
     def test_the_snapshot_of_another_set_up_is_refused(self) -> None:
         node = WorldNode(config(("z", 0.0, 0.0, 0.0)), Mailbox(), KEYS)
@@ -476,9 +504,9 @@ class TestSetup:
             rate=-2.0,
         )
         problems = check_setup(bad)
-        text = "\n".join(problems)
+        text = "\n".join(map(str, problems))
         for words in (
-            "a and b", "robot wall: expected a free place", "robot far: expected a pose inside",
+            "a and b", "players.wall: expected a free place", "players.far: expected a pose inside",
             "a name of its own", "no/name", "engine", "tick", "seed", "rate",
         ):  # fmt: skip
             assert words in text
@@ -560,7 +588,7 @@ class TestPhysicalRobots:
 
     def test_it_has_no_simulated_state_and_takes_no_commands(self) -> None:
         world = mixed()
-        world.tick(20, each=[GO, (KEYS.drive("g"), Drive(left=3.0, right=3.0))])
+        world.tick(20, each=[GO, (KEYS.drive("g"), Drive(twist=P2AT.twist(3.0, 3.0)))])
         assert KEYS.robot_state("g").key not in world.heard
         assert state(world).armed
         assert body(world).pose.x == 3.0
@@ -571,16 +599,16 @@ class TestPhysicalRobots:
         world.tick(2)
         measure(world, 2.0)
         world.tick(10)
-        seen, sees = world.heard[KEYS.laser("a").key], world.heard[KEYS.laser("g").key]
+        seen, sees = world.heard[LASER_A], world.heard[LASER_G]
         assert isinstance(seen, Laser)
         assert isinstance(sees, Laser)
-        model = MODELS["P2AT"]
+        model = P2AT
         assert model.laser is not None
         assert seen.ranges[90] == pytest.approx(2.0 - model.length / 2 - model.laser.x, abs=0.001)
         assert sees.ranges.min() == sees.range_max, "a is behind it"
         world.say(KEYS.world_request, WorldRequest(kind=RequestKind.PLACE, places={"a": Pose(4.0, 0.0, 0.0)}))
         world.tick(10)
-        sees = world.heard[KEYS.laser("g").key]
+        sees = world.heard[LASER_G]
         assert isinstance(sees, Laser)
         assert sees.ranges[90] == pytest.approx(2.0 - model.length / 2 - model.laser.x, abs=0.001)
 
@@ -588,7 +616,7 @@ class TestPhysicalRobots:
         def readings(*robots: tuple[str, float, float, float]) -> list[object]:
             world = Wire(config(*robots, physical="g", seed=4, lasers=False))
             world.tick(300, each=[GO])
-            return [m for key, _, m in world.log if key == KEYS.robot_state("a").key]
+            return [m for key, _, m in world.log if "/robot/a/" in key]
 
         assert readings(("a", 0, 0, 0)) == readings(("g", 9, 9, 0), ("a", 0, 0, 0))
 
@@ -598,8 +626,8 @@ class TestPhysicalRobots:
         world.tick(2)
         measure(world, 0.8)
         world.tick(100, each=[GO])
-        assert state(world).touch[0]
-        assert x_of(world) == pytest.approx(0.8 - MODELS["P2AT"].length, abs=0.02)
+        assert sensed(world, Touch).pressed[0]
+        assert x_of(world) == pytest.approx(0.8 - P2AT.length, abs=0.02)
         for n in range(20):
             measure(world, 0.8 - 0.05 * n, v=-0.5)
             world.tick(5)
@@ -620,7 +648,7 @@ class TestPhysicalRobots:
         world.tick()
         before = world.node.snapshot()
         with pytest.raises(WorldError, match=why):
-            world.node.world.request(WorldRequest(**fields))  # type: ignore[arg-type]
+            grant(world.node.world, WorldRequest(**fields))  # type: ignore[arg-type]
         assert world.node.snapshot() == before
 
     def test_a_reset_of_all_is_one_of_the_virtual_ones(self) -> None:
@@ -642,13 +670,13 @@ class TestPhysicalRobots:
         spawn = WorldRequest(kind=RequestKind.SPAWN, robot="b", model="P2AT", pose=Pose(5, 5, 0))
         world.say(KEYS.world_request, spawn)
         world.heard.clear()
-        world.tick(60, each=[(KEYS.drive("b"), Drive(left=3.0, right=3.0))])
+        world.tick(60, each=[(KEYS.drive("b"), Drive(twist=P2AT.twist(3.0, 3.0)))])
         assert world.node.world.names == [n for n in ("v", "g", "a", "b") if n != gone]
         states = {key.split("/")[3] for key in world.heard if key.endswith("/state")}
         assert states == {"v", "a", "b"} - {gone}
-        assert state(world, "b").v == pytest.approx(0.33, abs=0.02)
-        assert state(world, "b").odometry.x > 0.1
-        assert state(world, "v").odometry.x == 0.0
+        assert sensed(world, Odometry, "b").twist.v == pytest.approx(0.33, abs=0.02)
+        assert sensed(world, Odometry, "b").pose.x > 0.1
+        assert sensed(world, Odometry, "v").pose.x == 0.0
 
     def test_a_restored_world_has_it_where_it_was_and_counts_its_age_anew(self) -> None:
         old = mixed()
@@ -672,4 +700,4 @@ class TestPhysicalRobots:
 
     def test_its_start_must_be_free_like_any_other(self) -> None:
         problems = check_setup(config(("a", 20, -20, 0), ("g", 20.2, -20, 0), physical="g", map="courtyard"))
-        assert problems == ["robots a and g: expected room between them, but they overlap"]
+        assert [str(p) for p in problems] == ["players.a: expected room between a and g, but they overlap"]

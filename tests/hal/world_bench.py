@@ -2,16 +2,17 @@
 
 from collections.abc import Sequence
 
-from tests.hal.contract import Bench
 from vrg.bus.lockstep import Lockstep
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Estop, Message, Pose
+from vrg.bus.messages import Estop, Message
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys, Topic
-from vrg.hal.backends import RobotContext, open_robot
+from vrg.hal.backends import MatchContext, open_driver
 from vrg.hal.models import robot_model
 from vrg.hal.sim.config import RobotSetup, WorldConfig
-from vrg.hal.sim.world_node import WorldNode
+from vrg.hal.sim.node import WorldNode
+from vrg.testing.driver import DriverBench
+from vrg.types import Pose
 
 KEYS = Keys("test")
 
@@ -39,14 +40,14 @@ def config(
     return WorldConfig(**wanted)  # type: ignore[arg-type]
 
 
-class SimBench(Bench):
+class SimBench(DriverBench):
     """One robot of the sim backend in a world of its own; `period` is the player's."""
 
     def __init__(self, engine: str, period: float = 0.05) -> None:
         self.node = WorldNode(config(("r", 0.0, 0.0, 0.3), engine=engine, seed=7), Mailbox(), KEYS)
         mailbox = Mailbox()
-        context = RobotContext(name="r", model=robot_model("P2AT"), keys=KEYS, mailbox=mailbox)
-        self.robot = open_robot("sim", context)
+        context = MatchContext(name="r", model=robot_model("P2AT"), keys=KEYS, mailbox=mailbox, now=lambda: mailbox.now)
+        self.driver = open_driver("sim", context)
         self.player = Silent("r", mailbox, period)
         self._lockstep = Lockstep(self.node, [self.player])
         self._cut = False
@@ -61,7 +62,8 @@ class SimBench(Bench):
                 self._lockstep.step()
 
     def estop(self, engaged: bool) -> None:
-        """Published by the player's node, as anybody may."""
+        """Published by the player's node, as anybody may; what is above the driver tells it, too."""
+        super().estop(engaged)
         self.player.mailbox.publish(KEYS.estop, Estop(engaged=engaged, by="test"))
 
     def cut(self) -> None:

@@ -11,13 +11,15 @@ import pytest
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Stage
 from vrg.bus.node import Node, Tick
-from vrg.config import MatchSetup, load_match, match_path
+from vrg.config.loading import load_match, match_path
+from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import read_journal
-from vrg.geometry import Rectangle, outline_distance
+from vrg.geometry import outline_distance
 from vrg.hal.models import robot_model
 from vrg.launch.in_process import Ending, play
 from vrg.launch.nodes import open_journal
 from vrg.launch.run_folder import RunFolder
+from vrg.regions import Rectangle
 
 
 class Witness(Node):
@@ -138,7 +140,7 @@ def test_a_match_can_be_broken_off(tmp_path: Path) -> None:
 
 
 CIRCLER = """
-from vrg.agents.control import Twist
+from vrg.types import Twist
 from vrg.agents.strategy import Strategy
 
 class Circler(Strategy):

@@ -23,6 +23,9 @@ from tests.system.observer import PATIENCE, Observer
 from tests.vcan import INTERFACE
 from vrg.bus.session import configure, open_session
 from vrg.bus.topics import Keys
+from vrg.hal.sensors.ins import Ins
+from vrg.hal.sensors.odometry import Odometry
+from vrg.hal.sensors.touch import Touch
 from vrg.launch.run_folder import RunFolder
 
 FRESH_FOR = 90.0
@@ -35,7 +38,7 @@ PLAYERS = ("shark", *MINNOWS)
 STUCK_ONCE = """
 from pathlib import Path
 
-from vrg.agents.players.sharks_and_minnows import SharksAndMinnowsPlayer
+from vrg.games.sharks_and_minnows.player import SharksAndMinnowsPlayer
 
 MARKER = Path(__file__).with_name("was_stuck")
 
@@ -214,9 +217,10 @@ class Match:
         """A player's process by its name, or `router`, `world`, `coordinator`, `recorder`, `spectator`, `drives`."""
         for process in psutil.Process(self.launcher.pid).children():
             with contextlib.suppress(psutil.NoSuchProcess):
-                arguments = process.cmdline()[3:]
+                # python -P -m module kind router run name
+                arguments = process.cmdline()[4:]
                 kind = arguments[0] if arguments else ""
-                own = {"player": arguments[2:3], "can": ["drives"]}.get(kind, [kind])
+                own = {"player": arguments[3:4], "can": ["drives"]}.get(kind, [kind])
                 if own == [name]:
                     return process
         raise AssertionError(f"no process {name} runs; {self.said()}")
@@ -345,5 +349,6 @@ def concrete_keys(keys: Keys, names: Sequence[str]) -> list[str]:
     families = [
         keys.clock, keys.poses, keys.world_request, keys.referee_state, keys.referee_event, keys.official, keys.estop,
     ]  # fmt: skip
-    each = [keys.drive, keys.robot_state, keys.laser, keys.speed_limit, keys.report, keys.manual]
-    return [t.key for t in families] + [of(name).key for of in each for name in names]
+    each = [keys.drive, keys.robot_state, keys.speed_limit, keys.report, keys.manual, keys.recover, keys.placed]
+    sensors = [keys.sensor(kind, name, "main").key for kind in (Ins, Odometry, Touch) for name in names]
+    return [t.key for t in families] + [of(name).key for of in each for name in names] + sensors

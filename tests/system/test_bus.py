@@ -10,10 +10,11 @@ from vrg.bus.codec import encode
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Clock, Drive
 from vrg.bus.session import open_session
+from vrg.types import Twist
 
 pytestmark = pytest.mark.system
 
-GOOD = encode(Drive(left=1.0, right=1.0), 1.0, 1)
+GOOD = encode(Drive(twist=Twist(1.0, 1.0)), 1.0, 1)
 BAD = {
     "empty": b"",
     "noise": bytes(range(256)),
@@ -21,7 +22,7 @@ BAD = {
     "longer than it says": GOOD + b"\x00",
     "another version": b"\x94\x63" + GOOD[2:],
     "a stamp that is not a number": b"\x94\x01\x01\xcb" + struct.pack(">d", float("nan")) + b"\x80",
-    "fields that are not numbers": encode(Drive(left=float("nan"), right=float("inf")), 1.0, 1),
+    "fields that are not numbers": encode(Drive(twist=Twist(float("nan"), float("inf"))), 1.0, 1),
     "a field too few": b"\x94\x01\x01\xcb" + struct.pack(">d", 1.0) + b"\x80",
     "of another key": encode(Clock(time=1e7, tick=1, epoch=9, rate=1.0, estop=True), 1e7, 1)[:-1] + b"\x01",
     "a list of four billion": b"\x94\x01\x01\xcb" + struct.pack(">d", 1.0) + b"\x81\xa6bodies\xdd\xff\xff\xff\xff",
@@ -95,7 +96,7 @@ def test_a_topic_is_echoed_as_plain_data(match: Match) -> None:
     lines = match.command("topic", "echo", "robot/*/drive", "--count", "8", "--json").splitlines()
     drives = [json.loads(line) for line in lines]
     assert len(drives) == 8
-    assert all({"key", "stamp", "sequence", "left", "right", "armed"} == set(drive) for drive in drives)
+    assert all({"key", "stamp", "sequence", "twist", "armed"} == set(drive) for drive in drives)
     assert {drive["key"].split("/")[3] for drive in drives} <= set(PLAYERS)
 
 

@@ -9,6 +9,7 @@ import pytest
 from tests.system.harness import MINNOWS, PLAYERS, Match
 from tests.system.observer import Observer
 from vrg.bus.messages import OfficialAction, RefereeState, Stage
+from vrg.types import STILL
 
 pytestmark = pytest.mark.system
 
@@ -82,7 +83,7 @@ def test_a_player_that_is_asked_to_stop_stops_its_robot_first(match: Match) -> N
     drives = observer.heard.drives["bob"]
     first_of_new = max(i for i, d in enumerate(drives) if d.sequence == 0)
     last_of_old = drives[first_of_new - 1].body
-    assert (last_of_old.left, last_of_old.right, last_of_old.armed) == (0.0, 0.0, False)
+    assert (last_of_old.twist, last_of_old.armed) == (STILL, False)
 
 
 @FAULTS

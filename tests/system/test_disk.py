@@ -13,9 +13,9 @@ import pytest
 from tests.system.harness import PLAYERS, Disk, Match, long_match
 from tests.system.observer import Observer
 from vrg.bus.messages import OfficialAction, Stage
-from vrg.bus.tracks import read_tracks
 from vrg.coordinator.journal import read_journal
 from vrg.launch.run_folder import RunFolder
+from vrg.recording.reader import read_tracks
 
 pytestmark = pytest.mark.system
 
@@ -46,6 +46,8 @@ def still_open(folder: Path) -> Iterator[Path]:
 def test_a_full_disk_halts_the_match_and_loses_nothing(start: Callable[..., Match], small_disk: Disk) -> None:
     match = start(long_match("crowded"), disk=small_disk)
     observer = match.observer
+    # The recorder writes once a second.
+    observer.time_passes(2.5, "for the recorder to have written something")
     filler = match.run.path / "filler"
     fill(filler)
     # Calls are journalled until the last page is full.

@@ -11,8 +11,8 @@ from tests.system.conftest import Arena
 from tests.system.harness import PLAYERS, Match, long_match, short_match, wait_until
 from tests.system.observer import PATIENCE
 from vrg.bus.messages import Stage
-from vrg.bus.tracks import read_calls, read_tracks
 from vrg.coordinator.journal import read_journal
+from vrg.recording.reader import read_calls, read_tracks
 
 pytestmark = pytest.mark.system
 

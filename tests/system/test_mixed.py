@@ -13,11 +13,11 @@ from tests.system.conftest import Arena
 from tests.system.harness import STUCK_ONCE, Match, match_text
 from tests.vcan import INTERFACE
 from vrg.bus import messages as m
-from vrg.bus.tracks import read_tracks
 from vrg.hal.can import odrive
 from vrg.hal.can.bus import CanBus
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
+from vrg.recording.reader import read_tracks
 
 pytestmark = [pytest.mark.system, pytest.mark.vcan]
 

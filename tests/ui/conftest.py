@@ -12,9 +12,10 @@ os.environ["SDL_AUDIODRIVER"] = "dummy"
 from tests.ui import synthetic
 from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.recording import Recorder
 from vrg.bus.topics import Keys
-from vrg.ui.scene import Scene, SceneBuilder
+from vrg.recording.recorder import Recorder
+from vrg.ui.builder import SceneBuilder
+from vrg.ui.scene import Scene
 
 
 @pytest.fixture

@@ -12,6 +12,8 @@ from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys, Topic
+from vrg.regions import Circle, Polygon, Rectangle, Sector
+from vrg.types import Pose
 
 X_MIN, X_MAX, Y_MIN, Y_MAX = 16.0, 26.0, -32.0, -13.0
 PASS_TIME = 20.0
@@ -26,38 +28,45 @@ CIRCLES = ((21.0, -24.0, 0.35),)
 
 def zones(passing: int = 1) -> list[m.Zone]:
     """The field, the safe end and the starting end; they swap after the first pass."""
-    north = m.Zone(name="north end", kind="", x_min=X_MIN, y_min=-16.0, x_max=X_MAX, y_max=Y_MAX)
-    south = m.Zone(name="south end", kind="", x_min=X_MIN, y_min=Y_MIN, x_max=X_MAX, y_max=-29.0)
+    north = Rectangle(X_MIN, -16.0, X_MAX, Y_MAX)
+    south = Rectangle(X_MIN, Y_MIN, X_MAX, -29.0)
     safe, start = (north, south) if passing == 1 else (south, north)
     return [
-        m.Zone(name="field", kind="field", x_min=X_MIN, y_min=Y_MIN, x_max=X_MAX, y_max=Y_MAX),
-        _as(safe, "safe zone", "safe"),
-        _as(start, "start", "start"),
+        m.Zone(name="field", kind="field", region=Rectangle(X_MIN, Y_MIN, X_MAX, Y_MAX)),
+        m.Zone(name="safe zone", kind="safe", region=safe),
+        m.Zone(name="start", kind="start", region=start),
     ]
 
 
-def _as(zone: m.Zone, name: str, kind: str) -> m.Zone:
-    return m.Zone(name=name, kind=kind, x_min=zone.x_min, y_min=zone.y_min, x_max=zone.x_max, y_max=zone.y_max)
+def four_shapes() -> list[m.Zone]:
+    """A field that is a polygon, with one zone of each of the other shapes; the safe one is a sector."""
+    field = Polygon(((X_MIN, Y_MIN), (X_MAX, Y_MIN), (X_MAX, -16.0), (22.0, Y_MAX), (X_MIN, Y_MAX)))
+    return [
+        m.Zone(name="field", kind="field", region=field),
+        m.Zone(name="corner", kind="safe", region=Sector(X_MIN, Y_MIN, 5.0, 0.0, math.pi / 2)),
+        m.Zone(name="island", kind="start", region=Circle(21.0, -22.0, 2.5)),
+        m.Zone(name="gate", kind="goal", region=Rectangle(22.0, -31.0, 25.0, -28.0)),
+    ]
 
 
-def pose_at(name: str, time: float) -> m.Pose:
+def pose_at(name: str, time: float) -> Pose:
     """Where a robot is, `time` s into the first pass; it comes back in the second."""
     if time > PASS_TIME:
         there = pose_at(name, max(0.0, 2 * PASS_TIME - time))
-        return m.Pose(there.x, there.y, there.theta + math.pi)
+        return Pose(there.x, there.y, there.theta + math.pi)
     if name in SHARKS:
         before, after = _shark(name, time), _shark(name, time + 0.05)
-        return m.Pose(*before, math.atan2(after[1] - before[1], after[0] - before[0]))
+        return Pose(*before, math.atan2(after[1] - before[1], after[0] - before[0]))
     index = MINNOWS.index(name)
     if name == "gill":
         time = min(time, TAGGED_AT)
     if name == "squirt":
         time = min(time, OUT_AT)
         out = max(0.0, time - 8.0)
-        return m.Pose(24.5 + 0.11 * out**2, Y_MIN + 1.5 + time * 0.9, math.atan2(0.9, 0.22 * out))
+        return Pose(24.5 + 0.11 * out**2, Y_MIN + 1.5 + time * 0.9, math.atan2(0.9, 0.22 * out))
     y = Y_MIN + 1.5 + 0.85 * time * (1 + 0.04 * index)
     x = 17.5 + 1.8 * index + 0.8 * math.sin(0.45 * time + 2 * index)
-    return m.Pose(x, min(y, Y_MAX - 1.0), math.atan2(0.85, 0.36 * math.cos(0.45 * time + 2 * index)))
+    return Pose(x, min(y, Y_MAX - 1.0), math.atan2(0.85, 0.36 * math.cos(0.45 * time + 2 * index)))
 
 
 def _shark(name: str, time: float) -> tuple[float, float]:
@@ -106,6 +115,7 @@ def state(time: float, **changes: object) -> m.RefereeState:
         "game": "sharks-and-minnows",
         "stage": m.Stage.PLAY_ROUND,
         "halted": None,
+        "way_out": None,
         "waiting": [],
         "clock": time - (passing - 1) * PASS_TIME,
         "total": time,

@@ -1,16 +1,22 @@
 """Pictures, looked at pixel by pixel."""
 
 import dataclasses
+import math
 
 import pygame
 import pytest
 
+from tests.ui import synthetic
 from vrg.bus import messages as m
 from vrg.colours import GREY, SKY_BLUE, VERMILLION
-from vrg.ui import palette, text
+from vrg.games import game_of
+from vrg.games.game import Marker
+from vrg.regions import Circle, Polygon, Rectangle, Sector
+from vrg.types import Pose
+from vrg.ui import ground, palette, text
 from vrg.ui.banner import banners
 from vrg.ui.draw import Painter, render_png, save_png
-from vrg.ui.palette import Marker, ink_on, style_of
+from vrg.ui.palette import ink_on
 from vrg.ui.scene import Scene
 from vrg.ui.text import Face, Fonts
 
@@ -50,9 +56,10 @@ def test_each_player_is_where_it_is_in_the_colour_of_its_role(scene_at, size):
 
 
 def test_roles_differ_also_without_colour():
-    signs = {style_of(role, "active").marker for role in ("shark", "minnow")} | {style_of("minnow", "inactive").marker}
+    style = game_of("sharks-and-minnows").style
+    signs = {style(role, "active").marker for role in ("shark", "minnow")} | {style("minnow", "inactive").marker}
     assert signs == {Marker.TRIANGLE, Marker.CIRCLE, Marker.CROSS}
-    assert style_of("never heard of", "").colour == style_of("never heard of", "active").colour
+    assert style("never heard of", "").colour == style("never heard of", "active").colour
 
 
 def test_a_picture_can_be_written_without_a_display(scene_at, tmp_path):
@@ -110,6 +117,26 @@ def test_a_halt_with_a_latched_fault_names_the_key_that_clears_it(scene_at):
     assert banners(dataclasses.replace(scene, players=latched))[0].hint.startswith("R lets robots clear their faults")
 
 
+def test_a_halt_says_how_it_is_left(scene_at):
+    found = banners(scene_at(10.0, halted="a cable", way_out="plug it in, then resume"))
+    assert [(banner.heading, banner.lines, banner.hint) for banner in found] == [
+        ("HALT", ("a cable", "plug it in, then resume"), "")
+    ], "the way out stands in place of the hint"
+    [stop] = banners(scene_at(10.0, estop=True, halted="smoke", way_out="release it"))
+    assert (stop.heading, stop.lines, stop.hint) == ("EMERGENCY STOP", ("smoke", "release it"), "")
+    [ending] = banners(scene_at(10.0, stage=m.Stage.GAME_OVER, halted="a cable", way_out="plug it in"))
+    assert "plug it in" not in ending.lines
+
+
+def test_the_way_out_is_a_line_of_the_banner_in_the_window(scene_at):
+    def height(**changes):
+        surface, _ = painted(scene_at(10.0, **changes))
+        return sum(tuple(surface.get_at((98, y)))[:3] == palette.CAUTION for y in range(400))
+
+    assert height(halted="a cable", way_out="plug it in") == height(halted="a cable"), "in place of the hint"
+    assert height(halted="a cable", way_out="plug it in " * 20) > height(halted="a cable")
+
+
 def test_physical_robots_have_a_white_rim_on_the_field_and_in_the_panel(scene_at):
     def white(scene, place):
         surface, view = painted(scene)
@@ -154,12 +181,78 @@ def test_the_driven_player_is_ringed(scene_at):
 def test_where_to_line_up_is_shown_before_a_round(scene_at):
     status = m.PlayerStatus(
         name="nemo", team="minnows", role="minnow", state="active", may_move=True, radius=0.3,
-        mark=m.Pose(21.0, -19.0, 0.0),
+        mark=Pose(21.0, -19.0, 0.0),
     )  # fmt: skip
     empty, view = painted(scene_at(0.0, players=[status]))
     marked, _ = painted(scene_at(0.0, players=[status], stage=m.Stage.INITIALIZE))
     place = view.point(21.0, -19.0)
     assert colours_near(empty, place) != colours_near(marked, place)
+
+
+@pytest.mark.parametrize("size", [(1280, 800), (600, 900)])
+def test_a_zone_of_any_shape_is_drawn_as_far_as_it_reaches_and_no_further(scene_at, size):
+    """Points just inside and just outside of the four shapes of synthetic.four_shapes."""
+    scene = dataclasses.replace(scene_at(0.0, zones=synthetic.four_shapes()), bodies=(), segments=(), circles=())
+    surface, view = painted(scene, size)
+
+    def tinted(x, y):
+        around = colours_near(surface, view.point(x, y), 3)
+        return close_to(around, palette.FIELD, 2) == 0
+
+    half = math.sqrt(0.5)
+    inside = [(16.2, -31.8), (16 + 4.7 * half, -32 + 4.7 * half), (21.0 - 2.2, -22.0), (21.0, -24.2), (22.2, -28.2)]
+    outside = [(16 + 5.3 * half, -32 + 5.3 * half), (20.8, -27.2), (18.7, -24.3), (21.7, -27.7), (25.3, -31.3)]
+    assert all(tinted(x, y) for x, y in inside)
+    assert not any(tinted(x, y) for x, y in outside)
+    beyond = colours_near(surface, view.point(25.8, -13.2), 3)
+    assert close_to(beyond, palette.BACKGROUND) == 49, "the corner that the field's polygon cuts off"
+    assert close_to(colours_near(surface, view.point(21.0, -15.5), 3), palette.FIELD) > 20
+
+
+@pytest.fixture
+def added_by(scene_at, monkeypatch):
+    """Where, in m, a function of vrg.ui.ground leaves its traces when one zone of a region is drawn."""
+
+    def differing(function, region, **words):
+        field = m.Zone(name="field", kind="field", region=Rectangle(16.0, -32.0, 26.0, -13.0))
+        zone = m.Zone(region=region, **words)
+        scene = dataclasses.replace(scene_at(0.0, zones=[field, zone]), bodies=(), segments=(), circles=())
+        whole, view = painted(scene)
+        with monkeypatch.context() as patch:
+            patch.setattr(ground, function, lambda *_: None)
+            without, _ = painted(scene)
+        everywhere = [(x, y) for x in range(930) for y in range(100, 700)]
+        return [view.place(*pixel) for pixel in everywhere if whole.get_at(pixel) != without.get_at(pixel)]
+
+    return differing
+
+
+@pytest.mark.parametrize(
+    "region",
+    [
+        Rectangle(17.0, -20.0, 22.0, -17.0),
+        Circle(21.0, -24.0, 3.0),
+        Sector(16.0, -32.0, 6.0, 0.0, math.pi / 2),
+        Polygon(((17.0, -30.0), (25.0, -30.0), (21.0, -20.0))),
+    ],
+)
+def test_the_stripes_of_a_safe_zone_end_at_its_border(added_by, region):
+    places = added_by("_stripes", region, name="-", kind="safe")
+    assert len(places) > 500
+    three_pixels = 0.07
+    assert max(region.distance(x, y) for x, y in places) < three_pixels
+
+
+@pytest.mark.parametrize("region", [Circle(21.0, -24.0, 3.0), Sector(16.0, -32.0, 6.0, 0.0, math.pi / 2)])
+def test_the_name_of_a_zone_stands_about_its_middle(added_by, region):
+    places = added_by("_name", region, name="harbour", kind="start")
+    assert all(region.contains(x, y) for x, y in places)
+    for axis in (0, 1):
+        assert min(place[axis] for place in places) < region.middle[axis] < max(place[axis] for place in places)
+
+
+def test_a_name_that_has_no_room_in_its_zone_is_not_written(added_by):
+    assert added_by("_name", Circle(21.0, -24.0, 0.4), name="harbour", kind="start") == []
 
 
 def test_walls_are_drawn(scene_at):
@@ -193,7 +286,7 @@ def test_odd_words_are_drawn(scene_at):
 
 def test_bodies_far_off_and_out_of_sight_are_no_trouble(scene_at):
     scene = scene_at(5.0)
-    lost = dataclasses.replace(scene.bodies[0], pose=m.Pose(9e4, -9e4, 1.0), trail=((0.0, 0.0), (9e4, -9e4)))
+    lost = dataclasses.replace(scene.bodies[0], pose=Pose(9e4, -9e4, 1.0), trail=((0.0, 0.0), (9e4, -9e4)))
     painted(dataclasses.replace(scene, bodies=(lost, *scene.bodies[1:])))
 
 

@@ -8,8 +8,11 @@ import pytest
 from matplotlib.axes import Axes
 
 from tests.ui import synthetic
-from vrg.bus.tracks import read_calls, read_tracks
+from vrg.bus import messages as m
+from vrg.recording.reader import read_calls, read_tracks
+from vrg.regions import Circle, Rectangle
 from vrg.ui import plot
+from vrg.ui.labels import Labels
 from vrg.ui.plot import plot_trajectories
 
 
@@ -47,6 +50,37 @@ def test_players_calls_and_zones_are_named(recorded, drawn, tmp_path):
     assert set(synthetic.NAMES) <= set(words(first))
     assert {"gill 0:09.0", "squirt 0:12.5", "safe zone", "start"} <= set(words(first))
     assert "gill 0:09.0" not in words(second)
+
+
+def test_a_zone_of_any_shape_is_drawn_with_its_name_in_its_middle(recorded, drawn, tmp_path):
+    zones = synthetic.four_shapes()
+    plot_trajectories(read_tracks(recorded), tmp_path / "plot.png", zones={1: zones})
+    first, second = drawn
+    outlines = [patch.get_xy()[:-1].tolist() for patch in first.patches]
+    assert outlines == [[list(point) for point in zone.region.outline()] for zone in zones]
+    names = {text.get_text(): text.get_position() for text in first.texts}
+    for zone in zones[1:]:
+        assert names[zone.name] == zone.region.middle
+    assert [patch.get_hatch() for patch in first.patches] == [None, "//", None, None]
+    assert not second.patches
+
+
+def test_the_panel_shows_the_whole_of_every_zone(recorded, drawn, tmp_path):
+    circle = m.Zone(name="field", kind="field", region=Circle(0.0, 0.0, 40.0))
+    plot_trajectories(read_tracks(recorded), tmp_path / "plot.png", zones={1: [circle]})
+    assert drawn[0].get_xlim()[0] < -40.0 < 40.0 < drawn[0].get_xlim()[1]
+    assert drawn[0].get_ylim()[0] < -40.0 < 40.0 < drawn[0].get_ylim()[1]
+
+
+def test_words_keep_away_from_the_border_where_there_is_room(drawn):
+    figure, [axes], metre = plot._figure(1, (0.0, 0.0, 10.0, 20.0))
+    axes.set(xlim=(0.0, 10.0), ylim=(0.0, 20.0))
+    labels = Labels(metre, (0.0, 0.0, 10.0, 20.0), [Rectangle(1.0, 1.0, 9.0, 19.0)])
+    for at in ((5.0, 5.0), (8.7, 5.0), (9.9, 10.0)):
+        labels.write(axes, "a name", at, (0.0, 0.0, 0.0), bold=False)
+    sides = [text.get_position()[0] > 0 for text in axes.texts]
+    assert sides == [True, False, False], "right of the point, or left where the border or the panel's edge is near"
+    assert figure is axes.figure
 
 
 def test_physical_robots_are_dashed(recorded, drawn, tmp_path):

@@ -5,17 +5,11 @@ import math
 from tests.ui import synthetic
 from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
-from vrg.ui.scene import (
-    CALLS_KEPT,
-    TRAIL_SECONDS,
-    TRAIL_STEP,
-    Scene,
-    SceneBuilder,
-    SceneInlets,
-    clock_text,
-    round_word,
-    title,
-)
+from vrg.games import game_of
+from vrg.games.game import title
+from vrg.types import Pose
+from vrg.ui.builder import CALLS_KEPT, TRAIL_SECONDS, TRAIL_STEP, SceneBuilder, SceneInlets
+from vrg.ui.scene import Scene, clock_text
 
 
 def test_a_scene_shows_every_body_with_its_role_and_state(scene_at):
@@ -36,6 +30,17 @@ def test_a_scene_tells_the_match(scene_at):
     assert [call.rule for call in scene.calls] == ["tag", "out_of_bounds"]
 
 
+def test_a_scene_says_how_a_halt_is_left(scene_at):
+    assert scene_at(1.0, halted="a cable", way_out="plug it in").way_out == "plug it in"
+    assert scene_at(1.0).way_out is None
+
+
+def test_who_is_out_of_play_is_the_games_word(scene_at):
+    gone = {player.name for player in scene_at(13.5).players if player.out_of_play}
+    assert gone == {"gill", "squirt"}
+    assert not any(player.out_of_play for player in scene_at(13.5, game="a-game-from-elsewhere").players)
+
+
 def test_before_the_first_message_a_scene_is_empty_and_not_live():
     assert SceneBuilder().build(live=True) == Scene(live=False)
 
@@ -49,7 +54,7 @@ def test_a_trail_has_a_bounded_length(scene_at):
 def test_a_robot_that_is_placed_elsewhere_leaves_no_trail_across_the_field():
     builder = SceneBuilder()
     for tick, x in enumerate((0.0, 0.2, 0.4, 9.0)):
-        body = m.Body(name="a", pose=m.Pose(x, 0.0, 0.0), v=1.0, w=0.0, physical=False)
+        body = m.Body(name="a", pose=Pose(x, 0.0, 0.0), v=1.0, w=0.0, physical=False)
         builder.poses(m.Poses(bodies=[body]), tick * 0.2)
     assert builder.build(True).bodies[0].trail == ((9.0, 0.0),)
 
@@ -120,7 +125,7 @@ def test_the_inlets_bring_everything_that_a_scene_is_made_of(keys):
 def test_words_are_written_as_people_write_them():
     assert title("sharks-and-minnows") == "Sharks and Minnows"
     assert title("play_round") == "Play Round"
-    assert round_word("sharks-and-minnows") == "pass"
-    assert round_word("roboflag") == "round"
+    assert game_of("sharks-and-minnows").round_word == "pass"
+    assert game_of("a-game-from-elsewhere").round_word == "round"
     assert clock_text(83.46) == "1:23.4"
     assert clock_text(math.nextafter(0.3, 0)) == "0:00.3"

@@ -2,6 +2,8 @@
 
 import dataclasses
 import io
+import subprocess
+import sys
 
 import pytest
 from rich.console import Console
@@ -32,6 +34,23 @@ def test_a_log_gets_each_call_once_and_a_status_every_five_seconds(keys):
 def test_a_log_tells_what_hinders_the_match_when_it_begins_and_with_each_status(keys):
     text = shown(keys, Console(file=io.StringIO()), 6.0, halted="a cable", waiting=["dory"])
     assert text.count("HALT: a cable") == 2
+
+
+def test_a_log_tells_how_a_halt_is_left(keys):
+    text = shown(keys, Console(file=io.StringIO()), 6.0, halted="a cable", way_out="plug it in, then resume")
+    assert text.count("HALT: a cable; plug it in, then resume") == 2
+
+
+def test_the_table_tells_how_a_halt_is_left(scene_at):
+    console = Console(file=io.StringIO(), width=120)
+    console.print(table(scene_at(10.0, halted="a cable", way_out="plug it in, then resume")))
+    assert "a cable; plug it in, then resume" in console.file.getvalue()
+
+
+def test_the_table_needs_neither_a_window_library_nor_a_plotting_one():
+    """The launcher shows it, which waits for neither."""
+    program = "import sys, vrg.ui.table; assert not {'pygame', 'matplotlib', 'numpy'} & set(sys.modules)"
+    subprocess.run([sys.executable, "-c", program], check=True, timeout=60)
 
 
 def test_reasons_that_change_all_the_time_do_not_fill_a_log(keys):

@@ -4,8 +4,11 @@ import math
 
 import pytest
 
+from tests.ui import synthetic
+from vrg.bus import messages as m
+from vrg.regions import Circle
 from vrg.ui.scene import Scene
-from vrg.ui.view import extent, fit
+from vrg.ui.view import MARGIN, extent, fit
 
 TALL = (16.0, -32.0, 26.0, -13.0)
 
@@ -46,6 +49,23 @@ def test_a_quarter_turn_does_not_mirror():
     (ox, oy), (xx, xy), (yx, yy) = view.point(0, 0), view.point(1, 0), view.point(0, 1)
     cross = (xx - ox) * (yy - oy) - (xy - oy) * (yx - ox)
     assert cross < 0, "on a screen, where y is down, a right-handed pair has a negative cross product"
+
+
+@pytest.mark.parametrize("area", [(0, 0, 940, 800), (30, 20, 400, 900)])
+def test_the_place_of_a_pixel_is_where_its_point_came_from(area):
+    view = fit(TALL, area)
+    assert view.place(*view.point(20.0, -17.5)) == pytest.approx((20.0, -17.5))
+
+
+def test_zones_of_every_shape_are_in_sight(scene_at):
+    scene = scene_at(0.0, zones=synthetic.four_shapes())
+    x_min, y_min, x_max, y_max = extent(scene)
+    points = [point for zone in scene.zones for point in zone.region.outline()]
+    assert all(x_min < x < x_max and y_min < y < y_max for x, y in points)
+    circle = m.Zone(name="circle", kind="field", region=Circle(0.0, 1.0, 2.0))
+    assert extent(scene_at(0.0, zones=[circle])) == pytest.approx(
+        (-2.0 - MARGIN, -1.0 - MARGIN, 2.0 + MARGIN, 3.0 + MARGIN)
+    )
 
 
 def test_without_zones_walls_or_bodies_there_is_still_an_extent(scene_at):

@@ -4,7 +4,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from vrg.geometry import Rectangle, Vector
+from vrg.regions import Region
+from vrg.types import Vector
 
 TURNS = (0.0, 0.3, -0.3, 0.6, -0.6, 0.9, -0.9, 1.25, -1.25, 1.6, -1.6, 2.1, -2.1, 2.6, -2.6, math.pi)
 """Directions that are tried, in this order, as turns from the wanted one (rad)."""
@@ -23,7 +24,7 @@ class Obstacle:
     clearance: float
 
 
-def steer(position: Vector, wanted: Vector, obstacles: Sequence[Obstacle], bounds: Rectangle, horizon: float) -> Vector:
+def steer(position: Vector, wanted: Vector, obstacles: Sequence[Obstacle], bounds: Region, horizon: float) -> Vector:
     """The velocity, as fast as the wanted one, that stays clear for `horizon` s and deviates least.
 
     A body that is already too near may be moved away from, never closer to. Where no direction is clear, the result is
@@ -49,7 +50,7 @@ def steer(position: Vector, wanted: Vector, obstacles: Sequence[Obstacle], bound
     return 0.0, 0.0
 
 
-def _in_bounds(position: Vector, u: Vector, bounds: Rectangle) -> bool:
+def _in_bounds(position: Vector, u: Vector, bounds: Region) -> bool:
     """One second ahead: inside, or nearer to the inside than now."""
     ahead = position[0] + u[0], position[1] + u[1]
     if bounds.contains(*ahead):

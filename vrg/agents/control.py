@@ -1,21 +1,9 @@
 """Control laws: functions of numbers, in the map's frame, metres, seconds and radians."""
 
 import math
-from dataclasses import dataclass
 
-from vrg.bus.messages import Pose
-from vrg.geometry import Vector, wrap
-
-
-@dataclass(frozen=True, slots=True)
-class Twist:
-    """A body's velocity: v ahead in m/s, w counter-clockwise in rad/s."""
-
-    v: float
-    w: float
-
-
-STILL = Twist(0.0, 0.0)
+from vrg.geometry import wrap
+from vrg.types import STILL, Pose, Twist, Vector
 
 
 def offset_point(pose: Pose, d: float) -> Vector:

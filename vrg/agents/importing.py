@@ -13,6 +13,8 @@ from vrg.errors import ConfigError
 def import_object(target: str, base: Path) -> object:
     """`module:Class`, or `file.py:Class` with the file relative to `base`.
 
+    What lies in `base` can be imported as a module, too, after everything that is installed.
+
     Raises:
         ConfigError: there is no such thing, or importing it fails; says how.
     """
@@ -23,6 +25,7 @@ def import_object(target: str, base: Path) -> object:
         if module_name.endswith(".py"):
             module = _import_file((base / module_name).resolve())
         else:
+            _append_path(base.resolve())
             module = importlib.import_module(module_name)
         found: object = getattr(module, name)
     except Exception as error:
@@ -41,8 +44,7 @@ def _import_file(path: Path) -> ModuleType:
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise ImportError(f"{path} is no Python file")
-    if str(path.parent) not in sys.path:
-        sys.path.append(str(path.parent))
+    _append_path(path.parent)
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     try:
@@ -51,3 +53,9 @@ def _import_file(path: Path) -> ModuleType:
         del sys.modules[name]
         raise
     return module
+
+
+def _append_path(folder: Path) -> None:
+    """Let what lies in a folder be imported. Last, so that a student's `random.py` is not taken for the library's."""
+    if str(folder) not in sys.path:
+        sys.path.append(str(folder))

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from vrg.geometry import Vector
+from vrg.types import Vector
 
 
 @dataclass(frozen=True, slots=True)

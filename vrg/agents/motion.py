@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from vrg.geometry import Vector
+from vrg.types import Vector
 
 SMOOTHING = 0.5
 """Weight of the newest difference."""
@@ -42,7 +42,10 @@ class VelocityEstimator:
 
 
 class TopSpeed:
-    """How fast one's own robot really goes, which nobody tells: the fastest that it has been seen to go.
+    """How fast one's own robot really goes, which nobody tells: the mean speed while it goes about as fast as it can.
+
+    The greatest single measurement would be too high, by as much as the measurements are noisy. So the speed is smoothed,
+    and the measurements are averaged that were taken while the smoothed speed was near its peak.
 
     Args:
         prior: m/s, believed until it has had time to speed up.
@@ -50,21 +53,37 @@ class TopSpeed:
 
     SETTLING = 3.0
     """s on the move after which the measured top speed is believed."""
+    NEAR = 0.93
+    """The part of the peak from which on a speed counts as about as fast as the robot can go."""
+    SMOOTHING_TIME = 0.5
+    """s."""
 
     def __init__(self, prior: float) -> None:
         self._prior = prior
-        self._peak = 0.0
         self._moving = 0.0
         self._last: float | None = None
+        self._smooth = self._peak = 0.0
+        self._sum = self._count = 0.0
 
     def update(self, time: float, v: float) -> None:
         """Take the robot's speed (m/s) at a match time (s)."""
-        if self._last is not None and abs(v) > 0.3 * self._prior:
-            self._moving += max(0.0, time - self._last)
+        dt = 0.0 if self._last is None else max(0.0, time - self._last)
         self._last = time
-        self._peak = max(self._peak, abs(v))
+        speed = abs(v)
+        if speed > 0.3 * self._prior:
+            self._moving += dt
+        self._smooth += (speed - self._smooth) * min(1.0, dt / self.SMOOTHING_TIME)
+        if self._smooth * self.NEAR > self._peak:
+            # What was averaged before was not yet the top speed.
+            self._sum = self._count = 0.0
+        self._peak = max(self._peak, self._smooth)
+        if self._smooth > self.NEAR * self._peak:
+            self._sum += speed * dt
+            self._count += dt
 
     @property
     def value(self) -> float:
         """m/s."""
-        return self._peak if self._moving >= self.SETTLING else self._prior
+        if self._moving < self.SETTLING or self._count < 1.0:
+            return self._prior
+        return self._sum / self._count

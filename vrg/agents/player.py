@@ -2,19 +2,23 @@
 
 From the strongest to the weakest: the emergency stop, a stopped clock, a silent or halting referee, a human with a
 lease, the strategy. Every way out of a tick but the last two leaves the robot stopped.
+
+A tick has two halves. `look` gives the view, or None where the robot has to stand; `drive` takes an action. So a loop
+outside can ask for observations and give actions in place of a strategy.
 """
 
-from vrg.agents.control import STILL, Twist
 from vrg.agents.motion import VelocityEstimator
-from vrg.agents.strategy import Strategy, View
+from vrg.agents.strategy import Action, Strategy, View, action_of
 from vrg.bus.codec import Received
-from vrg.bus.estop import decisive
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Manual, RefereeState, Report
+from vrg.bus.messages import RefereeState, Report, shortened
 from vrg.bus.node import Node, Tick, is_fresh
+from vrg.bus.radio import Radio
 from vrg.bus.topics import Keys
 from vrg.errors import RobotError, StaleDataError
-from vrg.hal.robot import Readings, Robot
+from vrg.hal.device import Device
+from vrg.hal.readings import Readings
+from vrg.types import STILL, Twist
 
 EMERGENCY = "emergency stop"
 NO_REFEREE = "no referee"
@@ -31,63 +35,101 @@ class Player(Node):
     """One player.
 
     Args:
-        robot: is connected here; armed only once the referee lets the match go on.
+        device: of its robot; it is connected by `start`, and armed only once the referee lets the match go on.
         strategy: decides where nothing stronger does.
+        radio: to its team.
     """
 
     kind = "player"
 
-    def __init__(self, mailbox: Mailbox, keys: Keys, robot: Robot, strategy: Strategy, period: float = PERIOD) -> None:
-        super().__init__(robot.name, mailbox, period)
-        self._keys = keys
-        self._robot = robot
+    def __init__(
+        self,
+        mailbox: Mailbox,
+        keys: Keys,
+        device: Device,
+        strategy: Strategy,
+        *,
+        radio: Radio,
+        period: float = PERIOD,
+    ) -> None:
+        super().__init__(device.name, mailbox, period)
+        self._report = keys.report(self.name)
+        self._device = device
         self._strategy = strategy
+        self._radio = radio
         self._referee = mailbox.subscribe(keys.referee_state)
-        self._manual = mailbox.subscribe(keys.manual(robot.name))
-        self._estops = mailbox.subscribe(keys.estop)
         self._motion = VelocityEstimator()
-        self._estop = False
         self._fault: str | None = None
         self._latched = False
+        self._armed = False
         self._mode = "-"
-        robot.connect()
-        # Whatever a forerunner that crashed has left behind, this player begins disarmed.
-        robot.disarm()
+
+    def start(self) -> None:
+        """Reach the robot.
+
+        Raises:
+            RobotError: it cannot be reached.
+        """
+        self._device.start()
 
     def tick(self, tick: Tick) -> None:
         """Decide once, drive once, report once."""
-        estop = decisive(self._estops.take())
-        if estop is not None:
-            self._estop = estop.engaged
+        view = self.look(tick)
+        if view is not None:
+            # The strategy is always asked, so that it sees every event; it is obeyed only while nobody holds the lease.
+            answer = self._strategy.act(view)
+            self._mode = self._strategy.mode
+            self.drive(view, self._checked(answer))
+        self.report()
+
+    def look(self, tick: Tick) -> View | None:
+        """What the player sees; None where something stronger lets its robot stand, which then stands already."""
         self._fault, self._latched = None, False
+        self._device.hear()
         referee = self._referee.latest
         readings = self._read()
+        self._armed = readings is not None and readings.armed
         why = self._reason_to_stand(tick, referee)
-        manual = None
-        if why is not None or referee is None or readings is None or not self._arm(readings):
+        view = None
+        if why is None and referee is not None and readings is not None and self._arm(readings):
+            view = self._view(tick, referee, readings)
+        if view is None:
             self._mode = f"Stop/{why or 'fault'}"
             if why == EMERGENCY:
-                self._robot.disarm()
+                self._device.disarm()
             else:
-                self._robot.stop()
-        else:
-            manual = self._lease(tick.time)
-            self._command(self._decide(tick, referee, readings, manual))
-        armed = readings is not None and readings.armed
+                self._device.stop()
+        return view
+
+    def drive(self, view: View, action: Action) -> None:
+        """Do what was decided upon a view, unless a human holds the lease or the player may not move."""
+        if action.say is not None:
+            try:
+                self._radio.say(action.say)
+            except (TypeError, ValueError) as error:
+                raise type(error)(f"what {type(self._strategy).__name__} of {self.name} says: {error}") from None
+        manual = self._device.lease(view.time)
+        if manual is not None:
+            self._mode = "Manual"
+        self._command((manual or action.twist) if view.me.may_move else STILL)
+
+    def report(self) -> None:
+        """Tell everybody what the player does and what it lacks."""
         self.mailbox.publish(
-            self._keys.report(self.name),
+            self._report,
             Report(
-                mode=self._mode,
-                armed=armed,
-                manual=manual is not None,
-                fault=self._fault,
+                mode=shortened(self._mode),
+                armed=self._armed,
+                manual=self._mode == "Manual",
+                fault=None if self._fault is None else shortened(self._fault),
                 latched=self._latched,
+                estop=self._device.estop,
             ),
         )
 
     def stop(self) -> None:
         """Stop the robot and let go of it."""
-        self._robot.close()
+        self._device.close()
 
     def _reason_to_stand(self, tick: Tick, referee: Received[RefereeState] | None) -> str | None:
         """What is stronger than a human's lease and the strategy, if anything is."""
@@ -96,34 +138,42 @@ class Player(Node):
         state = referee.body
         checks = (
             (not tick.live, "no clock"),
-            (self._estop or state.estop, EMERGENCY),
+            (self._device.estop or state.estop, EMERGENCY),
             (not is_fresh(referee.stamp, tick.time, REFEREE_TIMEOUT), NO_REFEREE),
             (state.player(self.name) is None, "not in this match"),
             (state.halted is not None, "halt"),
         )
         return next((why for stands, why in checks if stands), None)
 
-    def _decide(self, tick: Tick, referee: Received[RefereeState], readings: Readings, manual: Manual | None) -> Twist:
-        """The strategy is always asked, so that it sees every event; it is obeyed only while nobody holds the lease."""
+    def _view(self, tick: Tick, referee: Received[RefereeState], readings: Readings) -> View | None:
         me = referee.body.player(self.name)
-        assert me is not None
-        robot = self._robot.features
-        self._observe(referee)
-        view = View(tick.time, me, readings, referee.body, self._motion.velocities, robot)
-        twist = self._strategy.act(view)
-        if not isinstance(twist, Twist):
-            name = type(self._strategy).__name__
-            raise TypeError(f"{name}.act of {self.name}: expected a Twist(v, w), got {twist!r}")
-        self._mode = "Manual" if manual else self._strategy.mode
-        if not me.may_move:
-            return STILL
-        if manual:
-            return Twist(manual.forward * robot.v_max, manual.turn * robot.w_max)
-        return twist
+        ins = readings.ins
+        if me is None or ins is None or ins.age > SENSOR_TIMEOUT:
+            age = "never came" if ins is None else f"is {ins.age:.1f} s old"
+            self._fault = f"{self.name}: its own pose {age}"
+            return None
+        seen = {p.name: (p.pose.x, p.pose.y) for p in referee.body.players if p.pose is not None}
+        self._motion.update(referee.stamp, seen)
+        return View(
+            time=tick.time,
+            me=me,
+            readings=readings,
+            referee=referee.body,
+            velocities=self._motion.velocities,
+            robot=self._device.features,
+            pose=ins.value.pose,
+            heard=self._radio.heard(seen),
+        )
+
+    def _checked(self, answer: object) -> Action:
+        try:
+            return action_of(answer)
+        except TypeError as error:
+            raise TypeError(f"{type(self._strategy).__name__}.act of {self.name}: {error}") from None
 
     def _read(self) -> Readings | None:
         try:
-            readings = self._robot.read()
+            readings = self._device.read()
         except StaleDataError as error:
             self._fault = str(error)
             return None
@@ -136,22 +186,12 @@ class Player(Node):
             return None
         return readings
 
-    def _observe(self, referee: Received[RefereeState]) -> None:
-        seen = {p.name: (p.pose.x, p.pose.y) for p in referee.body.players if p.pose is not None}
-        self._motion.update(referee.stamp, seen)
-
-    def _lease(self, now: float) -> Manual | None:
-        manual = self._manual.latest
-        if manual is None or now >= manual.stamp + manual.body.lease or not is_fresh(manual.stamp, now, 1.0):
-            return None
-        return manual.body
-
     def _arm(self, readings: Readings) -> bool:
         """Whether the robot may be driven; asked for again until the robot itself says that it is armed."""
         if readings.armed:
             return True
         try:
-            self._robot.arm()
+            self._device.arm()
         except RobotError as error:
             self._fault = str(error)
             return False
@@ -159,11 +199,11 @@ class Player(Node):
 
     def _command(self, twist: Twist) -> None:
         if twist == STILL:
-            self._robot.stop()
+            self._device.stop()
             return
         try:
-            self._robot.drive(*self._robot.features.wheels(twist.v, twist.w))
+            self._device.drive(twist)
         except RobotError as error:
             # The robot was disarmed since its last reading; it is armed again at the next tick, if it may be.
             self._fault = str(error)
-            self._robot.stop()
+            self._device.stop()

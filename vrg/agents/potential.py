@@ -4,14 +4,15 @@ import math
 from collections.abc import Sequence
 
 from vrg.agents.control import scaled
-from vrg.geometry import Rectangle, Vector
+from vrg.regions import Region
+from vrg.types import Vector
 
 SHARK_WEIGHT = 0.6
 """Push away from the sharks' barycentre against the pull of the safe zone. Below 1, so that a minnow never stands
 still or turns back for sharks that are far."""
 
 
-def descent(position: Vector, safe: Rectangle, sharks: Sequence[Vector]) -> Vector:
+def descent(position: Vector, safe: Region, sharks: Sequence[Vector]) -> Vector:
     """-grad F: linear towards the safe zone, linear away from the barycentre of the sharks. A direction, not a speed.
 
     A field that is linear in the distance has a gradient of constant length: each part is a unit vector.
@@ -26,7 +27,7 @@ def descent(position: Vector, safe: Rectangle, sharks: Sequence[Vector]) -> Vect
     return ux, uy
 
 
-def evade(position: Vector, shark: Vector, safe: Rectangle, bounds: Rectangle) -> Vector:
+def evade(position: Vector, shark: Vector, safe: Region, bounds: Region) -> Vector:
     """Directly away from one shark, along the border where away would be out of bounds.
 
     Along a border the way that leads to the safe zone is taken unless the shark is on it.

@@ -1,14 +1,29 @@
 """What a student writes: a strategy, the brain of one player."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
-from vrg.agents.control import Twist
-from vrg.bus.messages import PlayerStatus, Pose, RefereeState, Zone
-from vrg.geometry import Rectangle, Vector
+from vrg.bus.messages import PlayerStatus, RefereeState
+from vrg.bus.radio import Heard
 from vrg.hal.models import RobotModel
-from vrg.hal.robot import Readings
+from vrg.hal.readings import Readings
+from vrg.regions import Region
+from vrg.types import STILL, Pose, Twist, Vector
+
+
+@dataclass(frozen=True)
+class Action:
+    """What a player does at one tick.
+
+    Args:
+        twist: the motion to drive with until the next tick.
+        say: what it says to its team: numbers, texts, lists and tables of these; None says nothing.
+    """
+
+    twist: Twist = STILL
+    say: Any = None
 
 
 @dataclass(frozen=True)
@@ -22,6 +37,8 @@ class View:
         referee: the state that everybody is told.
         velocities: of every player whose pose is published, m/s, estimated from those poses.
         robot: its own robot's description.
+        heard: what others of its team have said since the last tick.
+        pose: where this player is, by its robot's own measurement.
     """
 
     time: float
@@ -30,25 +47,27 @@ class View:
     referee: RefereeState
     velocities: Mapping[str, Vector]
     robot: RobotModel
-
-    @property
-    def pose(self) -> Pose:
-        """This player's own pose, by its INS."""
-        return self.readings.ins
+    pose: Pose
+    heard: Sequence[Heard] = ()
 
     @property
     def position(self) -> Vector:
         """This player's own place."""
-        return self.readings.ins.x, self.readings.ins.y
+        return self.pose.x, self.pose.y
+
+    @property
+    def speed(self) -> float | None:
+        """This player's own speed ahead by its wheels, m/s; None where its robot does not measure it."""
+        odometry = self.readings.odometry
+        return None if odometry is None else odometry.value.twist.v
 
     def others(self) -> list[PlayerStatus]:
         """Every other player whose pose is known."""
         return [p for p in self.referee.players if p.name != self.me.name and p.pose is not None]
 
-    def zone(self, kind: str) -> Rectangle | None:
-        """The first zone of a kind, such as `field` or `safe`."""
-        zone: Zone | None = next((z for z in self.referee.zones if z.kind == kind), None)
-        return None if zone is None else Rectangle(zone.x_min, zone.y_min, zone.x_max, zone.y_max)
+    def zone(self, kind: str) -> Region | None:
+        """The region of the first zone of a kind, such as `field` or `safe`."""
+        return next((zone.region for zone in self.referee.zones if zone.kind == kind), None)
 
 
 class Strategy(ABC):
@@ -69,9 +88,28 @@ class Strategy(ABC):
         return "-"
 
     @abstractmethod
-    def act(self, view: View) -> Twist:
-        """The twist to drive with until the next tick.
+    def act(self, view: View) -> Twist | Action:
+        """The twist to drive with until the next tick, or an action with what the player says to its team.
 
-        Called at each tick while the match is not halted and the robot has no fault; while the player may not move the
-        result is ignored.
+        It is called at each tick while the match is not halted and the robot has no fault. While the player may not
+        move, the twist is ignored. Numbers may be Python's or numpy's.
         """
+
+
+def action_of(answer: object) -> Action:
+    """What a strategy has answered, with Python's own numbers.
+
+    A number that is none, such as NaN, passes: the robot's device refuses it, and says so as a fault of the player.
+
+    Raises:
+        TypeError: it is neither a twist nor an action.
+    """
+    action = answer if isinstance(answer, Action) else Action(answer)  # type: ignore[arg-type]
+    twist = action.twist
+    if not isinstance(twist, Twist):
+        raise TypeError(f"expected a Twist(v, w) or an Action, got {answer!r}")
+    try:
+        plain = Twist(float(twist.v), float(twist.w))
+    except (TypeError, ValueError):
+        raise TypeError(f"expected a Twist of two numbers, got {twist!r}") from None
+    return Action(plain, action.say)

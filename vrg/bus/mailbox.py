@@ -23,7 +23,7 @@ LOUD_DROPS = 5
 class Inlet(Generic[T]):
     """One subscription of a node.
 
-    Between ticks arrivals wait outside; `handover` brings them in, so that what a node sees does not change
+    Between ticks arrivals wait outside, and `handover` brings them in, so that what a node sees does not change
     while it computes.
 
     Args:
@@ -131,12 +131,16 @@ class Mailbox:
         self.inlets.append(inlet)  # type: ignore[arg-type]
         return inlet
 
-    def publish(self, topic: Topic[T], body: T) -> None:
-        """Send a message, stamped with the time of this tick, when the tick is over."""
+    def publish(self, topic: Topic[T], body: T, stamp: float | None = None) -> None:
+        """Send a message when the tick is over.
+
+        Args:
+            stamp: match time of the measurement, s; the time of this tick if it is missing.
+        """
         key = topic.key
         sequence = self._sequences.get(key, 0)
         self._sequences[key] = sequence + 1
-        self._out.append(Outgoing(topic, Received(key, self.now, sequence, body)))
+        self._out.append(Outgoing(topic, Received(key, self.now if stamp is None else stamp, sequence, body)))
 
     def sound(self) -> None:
         """Executor only: raise the alarms of what has arrived since the last call."""

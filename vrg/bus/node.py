@@ -30,7 +30,8 @@ class Tick:
 class Node(ABC):
     """A referee, a player, the world, a window, the recorder.
 
-    A node declares its subscriptions in its constructor, on the mailbox it is given. It never blocks, sleeps, reads a
+    A node declares its subscriptions in its constructor, on the mailbox it is given, and opens nothing there: that is
+    for `start`. It never blocks, sleeps, reads a
     clock or touches the network; what it does is a function of its ticks and its messages alone.
 
     Args:
@@ -45,6 +46,9 @@ class Node(ABC):
         self.name = name
         self.mailbox = mailbox
         self.period = period
+
+    def start(self) -> None:  # noqa: B027 - most nodes need nothing but their mailbox
+        """Open what the node needs. Called once before the first tick, when the node is known to be the only one."""
 
     @abstractmethod
     def tick(self, tick: Tick) -> None:

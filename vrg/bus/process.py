@@ -83,7 +83,7 @@ def run_node(
     finished: Callable[[], bool] = lambda: False,
     idle: float | None = None,
 ) -> Statistics:
-    """Tick a node by the match clock on the bus until `stop` is set or it has `finished`.
+    """Claim the node's name, start it, and tick it by the match clock until `stop` is set or it has `finished`.
 
     An exception of the node stops its robot, and goes on to the caller.
 
@@ -100,8 +100,9 @@ def run_node(
     statistics = Statistics(cpu=-time.process_time(), wall=-time.monotonic())
     pulse = _Pulse(session, keys, node)
     last = -1
-    called = time.monotonic()
     try:
+        node.start()
+        called = time.monotonic()
         while not stop.is_set() and not finished():
             restarted = clock.wait(idle or STALLED_PERIOD)
             if restarted:
@@ -200,18 +201,23 @@ def run_world(
 
     Args:
         first_tick: number of the first tick.
+        rate: above 0.
         after_tick: called with each tick's number when it is over.
 
     Raises:
         DuplicateNodeError: the match has a world already.
+        ValueError: the rate is not above 0: only a match in one process can be as fast as the processor allows.
     """
+    if rate <= 0.0:
+        raise ValueError(f"rate: expected match seconds per real second above 0, got {rate}")
     session.attach(node.mailbox)
     claim(session, keys, node.kind, node.name)
     statistics = Statistics(cpu=-time.process_time(), wall=-time.monotonic())
     pulse = _Pulse(session, keys, node)
     step = node.period / rate
-    number, due = first_tick, time.monotonic()
     try:
+        node.start()
+        number, due = first_tick, time.monotonic()
         while not stop.is_set():
             session.receive()
             _call(node, session, Tick(number * node.period), statistics)

@@ -1,19 +1,24 @@
 """The key map: every key expression of a match, the message that travels on it, and how it is delivered.
 
-Nobody else writes a key by hand.
+`Keys` is the table: one line for each key, and nobody else writes a key by hand. docs/bus.md shows it to people who
+write programs in other languages.
 """
 
 import enum
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar, overload
 
 from vrg.bus import messages as m
 from vrg.errors import ConfigError
 
+M = TypeVar("M", bound=m.Message)
+S = TypeVar("S", bound=m.SensorMessage)
 T_co = TypeVar("T_co", bound=m.Message, covariant=True)
 
 NAME_PATTERN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
+_HOLE = re.compile(r"\{(\w+)\}")
 
 
 class Qos(enum.Enum):
@@ -29,17 +34,67 @@ class Qos(enum.Enum):
     STATE = "state"
 
 
+LATEST, EVENT, STATE = Qos.LATEST, Qos.EVENT, Qos.STATE
+
+
 @dataclass(frozen=True)
 class Topic(Generic[T_co]):
     """A key expression with the type and the quality of service of what travels on it.
 
     Args:
-        key: a zenoh key expression; one chunk may be `*` in a topic that is only subscribed to.
+        key: a zenoh key expression; chunks may be `*` in a topic that is only subscribed to.
     """
 
     key: str
     type: type[T_co]
     qos: Qos
+
+
+@dataclass(frozen=True)
+class Line(Generic[M]):
+    """One line of the table whose key is the same for everybody; read from `Keys`, it is the topic.
+
+    Args:
+        path: the key below `vrg/<match>/`. message: what travels on it.
+        speaker, listeners: who publishes, and who listens, in words. meaning: what it says.
+    """
+
+    path: str
+    message: type[M]
+    qos: Qos
+    speaker: str
+    listeners: str
+    meaning: str
+
+    @overload
+    def __get__(self, keys: None, owner: "type[Keys]") -> "Line[M]": ...
+    @overload
+    def __get__(self, keys: "Keys", owner: "type[Keys]") -> Topic[M]: ...
+    def __get__(self, keys: "Keys | None", owner: "type[Keys]") -> "Line[M] | Topic[M]":
+        return self if keys is None else Topic(f"{keys.root}/{self.path}", self.message, self.qos)
+
+
+class NamedLine(Line[M]):
+    """A line whose key has names in it, such as a robot's; read from `Keys`, it is a function of those names.
+
+    A name that is left out stands for all of them.
+    """
+
+    @overload  # type: ignore[override]
+    def __get__(self, keys: None, owner: "type[Keys]") -> "NamedLine[M]": ...
+    @overload
+    def __get__(self, keys: "Keys", owner: "type[Keys]") -> Callable[..., Topic[M]]: ...
+    def __get__(self, keys: "Keys | None", owner: "type[Keys]") -> "NamedLine[M] | Callable[..., Topic[M]]":
+        if keys is None:
+            return self
+        root = keys.root
+
+        def topic(*names: str) -> Topic[M]:
+            given = iter(names)
+            path = _HOLE.sub(lambda _: next(given, "*"), self.path)
+            return Topic(f"{root}/{path}", self.message, self.qos)
+
+        return topic
 
 
 def check_name(name: str, what: str = "name") -> str:
@@ -56,7 +111,7 @@ def check_name(name: str, what: str = "name") -> str:
 
 
 class Keys:
-    """The topics of one match.
+    """The topics of one match. The lines below are the whole map.
 
     Args:
         match: name of the match, the second chunk of every key.
@@ -65,80 +120,44 @@ class Keys:
         ConfigError: the name cannot be part of a key.
     """
 
+    clock = Line("clock", m.Clock, LATEST, "world", "all", "match time")
+    poses = Line("poses", m.Poses, LATEST, "world", "referee, windows, recorder", "where every body truly is")
+    world_request = Line("world/request", m.WorldRequest, EVENT, "referee", "world", "spawn, remove, reset, place")
+    drive = NamedLine("robot/{robot}/drive", m.Drive, LATEST, "player's device", "world", "the motion to make")
+    robot_state = NamedLine(
+        "robot/{robot}/state", m.RobotState, LATEST, "world", "player's device", "whether it is armed, stopped, faulty"
+    )
+    robot_pose = NamedLine(
+        "robot/{robot}/pose", m.MeasuredPose, LATEST, "a physical robot's device, or a motion-capture system",
+        "world, device", "where it was measured to be",
+    )  # fmt: skip
+    speed_limit = NamedLine(
+        "robot/{robot}/limit", m.SpeedLimit, STATE, "referee", "device, world", "its top speed in this match"
+    )
+    recover = NamedLine("robot/{robot}/recover", m.Recover, EVENT, "referee", "device", "clear the latched fault")
+    placed = NamedLine("robot/{robot}/placed", m.Placed, EVENT, "referee", "device", "where a person has put it")
+    report = NamedLine("player/{player}/report", m.Report, LATEST, "player", "all", "what it does, what it lacks")
+    manual = NamedLine("player/{player}/manual", m.Manual, LATEST, "windows", "player", "a human drives it for a while")
+    say = NamedLine("team/{team}/say/{player}", m.Say, EVENT, "player", "players of its team", "what it says to them")
+    referee_state = Line(
+        "referee/state", m.RefereeState, STATE, "referee", "all", "stage, score, clock, players, zones"
+    )
+    referee_event = Line("referee/event", m.Call, EVENT, "referee", "all", "each call, in words and numbers")
+    official = Line("official", m.Official, EVENT, "windows, commands", "referee", "what an official decides")
+    estop = Line("estop", m.Estop, EVENT, "anyone", "all", "the emergency stop, engaged or released")
+    pulse = NamedLine("pulse/{kind}/{name}", m.Pulse, LATEST, "every node", "its supervisor", "it still works")
+
     def __init__(self, match: str) -> None:
         self.match = check_name(match, "match name")
         self.root = f"vrg/{match}"
 
-    @property
-    def clock(self) -> Topic[m.Clock]:
-        """World -> all: match time."""
-        return Topic(f"{self.root}/clock", m.Clock, Qos.LATEST)
+    def sensor(self, message: type[S], robot: str = "*", name: str = "*") -> Topic[S]:
+        """World -> the player's device: the readings of one sensor of a robot.
 
-    @property
-    def poses(self) -> Topic[m.Poses]:
-        """World -> referee, ui: where every body is, virtual and physical."""
-        return Topic(f"{self.root}/poses", m.Poses, Qos.LATEST)
-
-    @property
-    def world_request(self) -> Topic[m.WorldRequest]:
-        """Referee, ui -> world: spawn, remove, reset, place."""
-        return Topic(f"{self.root}/world/request", m.WorldRequest, Qos.EVENT)
-
-    def drive(self, robot: str = "*") -> Topic[m.Drive]:
-        """Player's HAL -> world: wheel speeds."""
-        return Topic(f"{self.root}/robot/{robot}/drive", m.Drive, Qos.LATEST)
-
-    def robot_state(self, robot: str = "*") -> Topic[m.RobotState]:
-        """World -> player's HAL: vehicle state, INS, odometry, encoders, touch."""
-        return Topic(f"{self.root}/robot/{robot}/state", m.RobotState, Qos.LATEST)
-
-    def laser(self, robot: str = "*") -> Topic[m.Laser]:
-        """World -> player's HAL: one scan."""
-        return Topic(f"{self.root}/robot/{robot}/laser", m.Laser, Qos.LATEST)
-
-    def robot_pose(self, robot: str = "*") -> Topic[m.MeasuredPose]:
-        """A physical robot's HAL, or a motion-capture system -> world: where it was measured to be."""
-        return Topic(f"{self.root}/robot/{robot}/pose", m.MeasuredPose, Qos.LATEST)
-
-    def recover(self, robot: str = "*") -> Topic[m.Recover]:
-        """Referee -> the robot device: clear the latched fault."""
-        return Topic(f"{self.root}/robot/{robot}/recover", m.Recover, Qos.EVENT)
-
-    def speed_limit(self, robot: str = "*") -> Topic[m.SpeedLimit]:
-        """Referee -> the robot device: the top speed this match allows it, which no player is told."""
-        return Topic(f"{self.root}/robot/{robot}/limit", m.SpeedLimit, Qos.STATE)
-
-    def report(self, player: str = "*") -> Topic[m.Report]:
-        """Player -> all: what it does and whether it is ready."""
-        return Topic(f"{self.root}/player/{player}/report", m.Report, Qos.LATEST)
-
-    def manual(self, player: str = "*") -> Topic[m.Manual]:
-        """Ui -> player: a human's drive command, good for the length of its lease."""
-        return Topic(f"{self.root}/player/{player}/manual", m.Manual, Qos.LATEST)
-
-    @property
-    def referee_state(self) -> Topic[m.RefereeState]:
-        """Referee -> all: stage, score, clock, and each player's role."""
-        return Topic(f"{self.root}/referee/state", m.RefereeState, Qos.STATE)
-
-    @property
-    def referee_event(self) -> Topic[m.Call]:
-        """Referee -> all: each call, in words and numbers."""
-        return Topic(f"{self.root}/referee/event", m.Call, Qos.EVENT)
-
-    @property
-    def official(self) -> Topic[m.Official]:
-        """A human official -> referee: halt, resume, overrule, recover, end."""
-        return Topic(f"{self.root}/official", m.Official, Qos.EVENT)
-
-    @property
-    def estop(self) -> Topic[m.Estop]:
-        """Anyone -> all: the emergency stop."""
-        return Topic(f"{self.root}/estop", m.Estop, Qos.EVENT)
-
-    def pulse(self, kind: str = "*", name: str = "*") -> Topic[m.Pulse]:
-        """Every node -> its supervisor: it still works."""
-        return Topic(f"{self.root}/pulse/{kind}/{name}", m.Pulse, Qos.LATEST)
+        Args:
+            message: what this kind of sensor says. name: of the sensor on its robot.
+        """
+        return Topic(f"{self.root}/robot/{robot}/sensor/{message.kind}/{name}", message, LATEST)
 
     def alive(self, kind: str = "*", name: str = "*", instance: str = "*") -> str:
         """Key expression of a node's liveliness token.
@@ -148,19 +167,28 @@ class Keys:
         """
         return f"{self.root}/alive/{kind}/{name}/{instance}"
 
-    def topic_of(self, key: str) -> Topic[m.Message] | None:
-        """The topic that a concrete key belongs to, or None where the key map has no such key."""
-        for topic in self._all():
+    def topic_of(
+        self, key: str, sensors: Callable[[str], type[m.SensorMessage] | None] = lambda _: None
+    ) -> Topic[m.Message] | None:
+        """The topic that a concrete key belongs to, or None where the key map has no such key.
+
+        Args:
+            sensors: the message of a kind of sensor, by its word; vrg.hal.sensors knows them.
+        """
+        for line in self.lines():
+            topic = Topic(f"{self.root}/{_HOLE.sub('*', line.path)}", line.message, line.qos)
             if key_matches(topic.key, key):
                 return topic
+        if key_matches(f"{self.root}/robot/*/sensor/*/*", key):
+            _, _, _, robot, _, kind, name = key.split("/")
+            message = sensors(kind)
+            return None if message is None else self.sensor(message, robot, name)
         return None
 
-    def _all(self) -> list[Topic[m.Message]]:
-        return [
-            self.clock, self.poses, self.world_request, self.drive(), self.robot_state(), self.laser(),
-            self.robot_pose(), self.recover(), self.speed_limit(), self.report(), self.manual(), self.referee_state,
-            self.referee_event, self.official, self.estop, self.pulse(),
-        ]  # fmt: skip
+    @classmethod
+    def lines(cls) -> list[Line[Any]]:
+        """The table, in its order."""
+        return [line for line in vars(cls).values() if isinstance(line, Line)]
 
 
 def router_alive(pid: int) -> str:

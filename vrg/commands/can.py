@@ -10,15 +10,15 @@ import typer
 
 from vrg.commands import can_tools
 from vrg.commands.can_tools import BitrateOption, ChannelOption, InterfaceOption
-from vrg.commands.options import LeashOption, child_process
+from vrg.commands.options import LeashOption
 from vrg.errors import ConfigError
 from vrg.hal.can.emulator.drive import DriveOptions
 from vrg.hal.can.emulator.faults import WHAT, FaultKind, FaultRequest, encode_fault
 from vrg.hal.can.emulator.motor import MotorModel
-from vrg.hal.can.emulator.table import emulated_drive
 from vrg.hal.can.link import Link
-from vrg.hal.can.protocols import PROTOCOLS, axis_type
+from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.settings import EMULATING
+from vrg.launch.serving import child_process
 
 app = typer.Typer(no_args_is_help=True, help="Motor controllers on a CAN bus, real and emulated.")
 app.command()(can_tools.scan)
@@ -26,13 +26,13 @@ app.command()(can_tools.monitor)
 app.command()(can_tools.calibrate)
 
 
-ProtocolName = enum.StrEnum("ProtocolName", {name.upper(): name for name in PROTOCOLS})  # type: ignore[misc]
 FaultName = enum.StrEnum("FaultName", {kind.name: kind.name.lower() for kind in FaultKind})  # type: ignore[misc]
 
-ProtocolOption = Annotated[ProtocolName, typer.Option("--protocol", help="What the drives speak.")]
+ProtocolOption = Annotated[
+    str, typer.Option("--protocol", help="What the drives speak: odrive, cia402, or what another package adds.")
+]
 
 _MOTOR = MotorModel()
-_ODRIVE = ProtocolName("odrive")
 
 
 @app.command()
@@ -41,23 +41,31 @@ def node(
     channel: ChannelOption = "vcan0",
     interface: InterfaceOption = "socketcan",
     bitrate: BitrateOption = None,
-    protocol: ProtocolOption = _ODRIVE,
+    protocol: ProtocolOption = "odrive",
     watchdog: Annotated[
         float, typer.Option(min=0, max=60, help="s without a setpoint until the motor is off; 0 = never.")
     ] = 0.2,
-    voltage: Annotated[float, typer.Option(min=0, max=1000, help="Of the supply, V.")] = 24.0,
-    inertia: Annotated[float, typer.Option(min=1e-9, help="Of rotor and load, kg m2.")] = _MOTOR.inertia,
-    current_limit: Annotated[float, typer.Option(min=0.01, help="A.")] = _MOTOR.current_limit,
+    voltage: Annotated[float, typer.Option(min=0, max=1000, help="The voltage of the supply, V.")] = 24.0,
+    inertia: Annotated[
+        float, typer.Option(min=1e-9, help="Moment of inertia of rotor and load, kg m2.")
+    ] = _MOTOR.inertia,
+    current_limit: Annotated[
+        float, typer.Option(min=0.01, help="Highest current of the motor, A.")
+    ] = _MOTOR.current_limit,
     serial: Annotated[
-        int | None, typer.Option(min=0, help="Number of the first drive; a random one if missing.")
+        int | None, typer.Option(min=0, help="Serial number of the first drive; a random one if missing.")
     ] = None,
     leash: LeashOption = False,
 ) -> None:
     """Be one or several motor controllers on a bus, until stopped."""
     from vrg.hal.can.emulator.run import run_drives  # noqa: PLC0415 - python-can is for who uses a bus
 
-    known = axis_type(protocol)
-    problems = [f"--id: {problem}" for one in id_ if (problem := known.check_node(one))]
+    try:
+        spoken = PROTOCOLS.get(protocol)
+        check_node, drive_type = spoken.axis_type.check_node, spoken.drive_type
+    except ConfigError as error:
+        raise ConfigError([f"--{problem}" for problem in error.problems]) from None
+    problems = [f"--id: {problem}" for one in id_ if (problem := check_node(one))]
     if problems:
         raise ConfigError(problems)
     link = Link(interface=interface, channel=channel, bitrate=bitrate)
@@ -65,8 +73,7 @@ def node(
     motor = MotorModel(inertia=inertia, current_limit=current_limit)
     with child_process(leash) as stop:
         drives = [
-            emulated_drive(
-                protocol,
+            drive_type(
                 one,
                 DriveOptions(serial=first + index, motor=motor, watchdog=watchdog, voltage=voltage),
                 time.monotonic(),
@@ -76,6 +83,8 @@ def node(
         ]
         names = ", ".join(f"{drive.node} (serial number {drive.options.serial:X})" for drive in drives)
         run_drives(link, drives, stop, ready=lambda: typer.echo(f"{EMULATING} {protocol} on {link}: {names}"))
+    if stop.interrupted:
+        raise typer.Exit(130)
 
 
 @app.command()

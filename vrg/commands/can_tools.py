@@ -19,14 +19,14 @@ from rich.table import Table
 
 from vrg.bus.stopping import Stop
 from vrg.commands.options import stoppable
-from vrg.config import MatchFile, match_path, read_match
 from vrg.errors import ConfigError, RobotError
 from vrg.hal.can.calibration import calibration_text, load_calibration
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
 from vrg.hal.can.link import Link
-from vrg.hal.can.settings import CanSettings
-from vrg.hal.can.survey import Found, Survey, questions
+from vrg.hal.can.listener import Found
+from vrg.hal.can.settings import can_settings
+from vrg.hal.can.survey import Survey, all_listeners
 from vrg.hal.models import robot_model
 
 InterfaceOption = Annotated[str, typer.Option("--interface", help="python-can's name of the interface.")]
@@ -52,7 +52,7 @@ def scan(
     channel: AnyChannelOption = None,
     interface: InterfaceOption = "socketcan",
     bitrate: BitrateOption = None,
-    seconds: Annotated[float, typer.Option("--for", min=0.3, max=60, help="s to listen.")] = 1.5,
+    seconds: Annotated[float, typer.Option("--for", min=0.3, max=60, help="How long to listen, s.")] = 1.5,
 ) -> None:
     """Say which drives are on a bus: protocol, id, serial number, firmware, state and errors. Moves nothing."""
     link = Link(interface=interface, channel=channel or _channel(), bitrate=bitrate)
@@ -72,7 +72,9 @@ def monitor(
     channel: AnyChannelOption = None,
     interface: InterfaceOption = "socketcan",
     bitrate: BitrateOption = None,
-    seconds: Annotated[float | None, typer.Option("--for", min=0.3, help="s; until Ctrl-C if missing.")] = None,
+    seconds: Annotated[
+        float | None, typer.Option("--for", min=0.3, help="How long, s; until Ctrl-C if missing.")
+    ] = None,
 ) -> None:
     """Show the drives on a bus, live. Moves nothing."""
     link = Link(interface=interface, channel=channel or _channel(), bitrate=bitrate)
@@ -88,17 +90,18 @@ def calibrate(
     match: Annotated[str, typer.Argument(metavar="match.toml", help="The match file that wires the robot.")],
     player: Annotated[str, typer.Argument(help="Whose robot.")],
     output: Annotated[Path | None, typer.Option(help="The calibration file; the wiring's own if missing.")] = None,
-    speed: Annotated[float, typer.Option(min=0.02, max=1, help="m/s.")] = 0.2,
-    way: Annotated[float, typer.Option(min=0.2, max=20, help="m straight ahead.")] = 1.5,
+    speed: Annotated[float, typer.Option(min=0.02, max=1, help="Speed while it is measured, m/s.")] = 0.2,
+    way: Annotated[float, typer.Option(min=0.2, max=20, help="How far straight ahead, m.")] = 1.5,
     turns: Annotated[float, typer.Option(min=0.25, max=20, help="Turns on the spot.")] = 2.0,
 ) -> None:
     """Find a robot's directions, gear ratios and track, with a tape measure; writes its calibration file."""
+    from vrg.config.loading import match_path, read_match  # noqa: PLC0415 - the other tools need no match file
     from vrg.hal.can import calibrating  # noqa: PLC0415 - python-can is for who uses a bus
     from vrg.hal.can.train import DriveTrain  # noqa: PLC0415
 
     # What the robot has been calibrated to so far, its file included, may be missing or wrong: that is to be mended.
     file, base = read_match(match_path(match)), match_path(match).resolve().parent
-    settings = _settings(file)
+    settings = can_settings(file.backends.get("can", {}))
     if player not in settings.robots:
         known = ", ".join(settings.robots) or "none"
         raise ConfigError([f"{match}: expected a robot of [backends.can.robots] ({known}), got {player!r}"])
@@ -110,12 +113,12 @@ def calibrate(
     before = load_calibration(own, wiring.nodes) if wiring.calibration and own.exists() else None
     model = robot_model(next((p.model for p in file.players if p.name == player), "P2AT"))
     axes = wiring.wheel_axes(before)
-    train = DriveTrain(player, settings.link(player), settings.axis_type(player), axes, model)
+    train = DriveTrain(player, settings.link(player), settings.protocol_of(player), axes, model)
     plan = calibrating.Plan(speed=speed, way=way, turn=turns * 2 * math.pi)
     typer.echo(f"Calibrating {player} ({model.name}) on {settings.link(player)}. Keep a hand at the power switch.")
     if settings.emulate:
         ids = " ".join(f"--id {node}" for node in wiring.nodes)
-        protocol = settings.protocol_of(player)
+        protocol = settings.protocol_name(player)
         typer.echo(f"(Its drives are emulated: `vrg can node --protocol {protocol} {ids}` must run.)")
     train.connect()
     try:
@@ -131,42 +134,37 @@ def calibrate(
 
 
 def _channel() -> str:
-    """Whoever has no real bus means the virtual one."""
+    """The bus that is meant where none is named: whoever has no real bus means the virtual one."""
     names = {name for _, name in socket.if_nameindex()}
     return "vcan0" if "vcan0" in names and "can0" not in names else "can0"
 
 
-def _settings(file: MatchFile) -> CanSettings:
-    return CanSettings.model_validate(file.backends.get("can", {}))
-
-
 class _Asker:
-    """Asks the person at the terminal."""
+    """Asks the person who sits at the terminal."""
 
     def ready(self, words: str) -> None:
-        """Wait for Enter."""
+        """Say what is to be done, and wait for Enter."""
         typer.prompt(f"{words} Then press Enter", default="", show_default=False)
 
     def agrees(self, question: str) -> bool:
-        """Yes or no."""
+        """Ask a question that is answered by yes or no."""
         return typer.confirm(question)
 
     def measures(self, question: str, expected: float) -> float:
-        """A number."""
+        """Ask for a number."""
         answer: float = typer.prompt(question, type=float, default=round(expected, 3))
         return answer
 
     def told(self, words: str) -> None:
-        """Say it."""
+        """Print something."""
         typer.echo(words)
 
 
 @contextmanager
-def _listening(link: Link) -> Iterator[Callable[[], Heard]]:
-    """What is heard on a bus, and a question to everybody at each look."""
+def _listening(link: Link) -> Iterator[Callable[[Stop], Heard]]:
+    """Listen to a bus; each call of what this yields asks everybody, and tells what has been heard."""
     from vrg.hal.can.bus import CanBus  # noqa: PLC0415 - python-can is for who uses a bus
 
-    survey = Survey()
     lock = threading.Lock()
     troubles: dict[str, None] = {}
 
@@ -178,15 +176,18 @@ def _listening(link: Link) -> Iterator[Callable[[], Heard]]:
         troubles[words] = None
 
     bus = CanBus(link, hear, complain)
+    survey = Survey(all_listeners(bus.send))
     bus.start()
 
-    def look() -> Heard:
+    def look(stop: Stop) -> Heard:
         with lock:
             nodes = survey.nodes
         try:
-            for found in [*nodes, None]:
-                for frame in questions(found):
-                    bus.send(frame)
+            survey.greet()
+            for found in nodes:
+                # An answer may have to be waited for: a node that has fallen silent is not asked.
+                if not stop.is_set() and time.monotonic() - found.heard < HEARTBEAT_TIMEOUT:
+                    survey.ask(found)
         except RobotError as error:
             troubles.setdefault(str(error))
         return Heard(nodes, list(troubles))
@@ -197,13 +198,13 @@ def _listening(link: Link) -> Iterator[Callable[[], Heard]]:
         bus.stop()
 
 
-def _ask_for(look: Callable[[], Heard], stop: Stop, seconds: float) -> Heard:
+def _ask_for(look: Callable[[Stop], Heard], stop: Stop, seconds: float) -> Heard:
     """Ask again and again for a while."""
     end = time.monotonic() + seconds
     while (left := end - time.monotonic()) > 0 and not stop.is_set():
-        look()
+        look(stop)
         stop.wait(min(_ASK_PERIOD, left))
-    return look()
+    return look(stop)
 
 
 def _table(heard: Heard, now: float) -> Group:

@@ -5,7 +5,8 @@ from typing import Annotated
 import typer
 
 from vrg.agents.diagram import mermaid
-from vrg.config import load_match, match_path
+from vrg.config.loading import load_match, match_path
+from vrg.launch.nodes import strategy_of
 
 
 def diagram(
@@ -14,8 +15,8 @@ def diagram(
 ) -> None:
     """Print the statechart of a player as Mermaid."""
     setup = load_match(match_path(game))
-    name = player or setup.file.players[0].name
-    strategy = setup.strategy(name)
+    name = player or setup.players[0].name
+    strategy = strategy_of(setup, name)
     agent = getattr(strategy, "agent", None)
     if agent is None:
         raise typer.BadParameter(f"{name}'s strategy, {type(strategy).__name__}, is no automaton")

@@ -135,6 +135,22 @@ def set_state(
 
 
 @app.command()
+def place(
+    player: Annotated[str, typer.Argument(help="Whose robot.")],
+    at: Annotated[
+        tuple[float, float, float] | None,
+        typer.Option(metavar="X Y HEADING", help="m and degrees; the player's mark if missing."),
+    ] = None,
+    match: NameOption = None,
+    router: EndpointOption = None,
+    reason: ReasonOption = "",
+) -> None:
+    """Say where a physical robot has been put, so that it counts on from there; put a virtual one there."""
+    value = None if at is None else " ".join(f"{number:g}" for number in at)
+    _decide(OfficialAction.PLACE, match, router, reason, player, value)
+
+
+@app.command()
 def recover(
     player: Annotated[str | None, typer.Argument(help="Whose robot; everybody's if missing.")] = None,
     match: NameOption = None,

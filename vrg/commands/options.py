@@ -1,9 +1,5 @@
 """Options that several subcommands share."""
 
-import logging
-import os
-import sys
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,16 +9,12 @@ import typer
 
 from vrg.bus.session import DEFAULT_ENDPOINT
 from vrg.bus.stopping import Stop, stop_on_signals
-from vrg.launch import registry
-
-log = logging.getLogger(__name__)
 
 MatchArgument = Annotated[
     str, typer.Argument(metavar="GAME|match.toml", help="A match file, or a game's name for its default match.")
 ]
 RouterOption = Annotated[str, typer.Option("--router", help="Endpoint of the router, such as tcp/192.168.1.5:7447.")]
 RunOption = Annotated[Path | None, typer.Option("--run", help="Run folder to write to.")]
-BaseOption = Annotated[Path | None, typer.Option("--base", hidden=True)]
 LeashOption = Annotated[bool, typer.Option("--leash", hidden=True)]
 NameOption = Annotated[str | None, typer.Option("--match", help="Name of the match, if several run.")]
 EndpointOption = Annotated[str | None, typer.Option("--router", help="Endpoint of its router, if several run.")]
@@ -47,24 +39,6 @@ def which_match(match: str | None, router: str | None) -> tuple[str, str]:
     Raises:
         ConfigError: it is not clear which.
     """
+    from vrg.launch import registry  # noqa: PLC0415 - platformdirs is for those who look for a match
+
     return registry.find(match, router, DEFAULT_ENDPOINT)
-
-
-@contextmanager
-def child_process(leash: bool) -> Iterator[Stop]:
-    """Logging, signals, and the leash of the supervisor: standard input ends when it dies."""
-    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
-    # zenoh's threads wait for the interpreter's lock: let it go sooner than the default 5 ms.
-    sys.setswitchinterval(1e-3)
-    with stoppable() as stop:
-        if leash:
-            threading.Thread(target=_hold_leash, args=(stop,), daemon=True).start()
-        yield stop
-
-
-def _hold_leash(stop: Stop) -> None:
-    # The bare descriptor: a thread inside sys.stdin's lock would keep the interpreter from ending.
-    while os.read(0, 64):
-        pass
-    log.info("stopping: the supervisor is gone")
-    stop.set()

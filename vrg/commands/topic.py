@@ -19,6 +19,7 @@ from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys, key_matches
 from vrg.commands.options import EndpointOption, NameOption, stoppable, which_match
 from vrg.errors import MessageError
+from vrg.hal.sensors import message_of
 
 app = typer.Typer(no_args_is_help=True, help="Look at what goes over the bus of a running match.")
 
@@ -33,7 +34,7 @@ def _full_key(keys: Keys, key: str) -> str:
 
 def _plain(keys: Keys, key: str, payload: bytes) -> dict[str, Any]:
     """A message as plain data; one that does not fit its key is told as such, with what it holds."""
-    topic = keys.topic_of(key)
+    topic = keys.topic_of(key, message_of)
     try:
         if topic is None:
             raise MessageError(f"{key}: the key map has no such key")
@@ -73,7 +74,7 @@ def list_topics(
         nodes = sorted("/".join(key.split("/")[3:5]) for key in session.alive(keys.alive()))
     rows = []
     for key in sorted(counts):
-        topic = keys.topic_of(key)
+        topic = keys.topic_of(key, message_of)
         kind = topic.type.__name__ if topic else "unknown"
         rows.append({"key": key, "type": kind, "hz": counts[key] / seconds, "bytes": sizes[key] // counts[key]})
     if as_json:

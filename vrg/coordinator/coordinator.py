@@ -1,17 +1,18 @@
 """The coordinator as a node: it gathers what the world and the players say, and publishes what the referee decides."""
 
 import logging
+import math
 from collections.abc import Sequence
 from typing import Any
 
 from msgspec import structs
 
-from vrg.bus.estop import decisive
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import (
     Body,
     Call,
     OfficialAction,
+    Placed,
     Recover,
     RefereeState,
     Report,
@@ -19,13 +20,17 @@ from vrg.bus.messages import (
     SpeedLimit,
     Stage,
     WorldRequest,
+    shortened,
 )
 from vrg.bus.node import Node, Tick, is_fresh
 from vrg.bus.topics import Keys
+from vrg.coordinator.decisions import decide
 from vrg.coordinator.journal import Journal
-from vrg.coordinator.match import LONGEST, Match, Outcome, standing_still
+from vrg.coordinator.match import LONGEST, Match, standing_still
+from vrg.coordinator.outcome import Outcome
 from vrg.coordinator.rulebook import Field, RuleBook
 from vrg.errors import JournalError
+from vrg.hal.estop import decisive
 
 log = logging.getLogger(__name__)
 
@@ -37,6 +42,8 @@ PATIENCE = 5.0
 """s of absence after which a match in play is halted."""
 POSE_TIMEOUT = 0.5
 """s of match time after which a match in play is halted because nobody knows where a physical robot is."""
+ADOPTING = 1.0
+"""s of match time after a release in which others may still tell of the emergency stop that was released."""
 AT_REST = 0.05
 """m/s and rad/s below which a body counts as at rest."""
 
@@ -48,7 +55,6 @@ class Coordinator(Node):
         book: the rules.
         journal: already open; its standing, if any, is gone on from, in HALT.
         seed: of the match.
-        lineup_limit: see `Match`.
     """
 
     kind = "coordinator"
@@ -61,21 +67,22 @@ class Coordinator(Node):
         journal: Journal,
         *,
         seed: int,
-        lineup_limit: float = 60.0,
         period: float = PERIOD,
     ) -> None:
         super().__init__("referee", mailbox, period)
         self._keys = keys
         self._journal = journal
-        self.match = Match(book, lineup_limit, journal.standing)
+        self.match = Match(book, journal.standing)
         self._limits = book.speed_limits(seed)
-        self._names = [p.name for p in book.statuses(self.match.game, self.match.stage, Field({}))]
+        self._names = self.match.names
         self._poses = mailbox.subscribe(keys.poses)
         self._clock = mailbox.subscribe(keys.clock)
         self._reports = mailbox.subscribe(keys.report())
+        self._report_keys = {name: keys.report(name).key for name in self._names}
         self._officials = mailbox.subscribe(keys.official)
         self._estops = mailbox.subscribe(keys.estop)
         self._estop = False
+        self._released_at = -math.inf
         self._world: tuple[int, int] | None = None
         self._last_time: float | None = None
         self._field = Field({})
@@ -92,7 +99,7 @@ class Coordinator(Node):
             for name, v_max in self._limits.items():
                 self.mailbox.publish(self._keys.speed_limit(name), SpeedLimit(v_max=v_max))
         self._look()
-        alarms = [self._hear_estops(), self._hear_world(), *self._guard(tick)]
+        alarms = [self._hear_estops(tick.time), self._hear_world(), self._adopt_estop(tick), *self._guard(tick)]
         absent = self._absent(tick)
         outcomes = [*alarms, *self._hear_officials(absent, alarmed=any(alarms))]
         dt = 0.0 if self._last_time is None or not tick.live else max(0.0, tick.time - self._last_time)
@@ -113,11 +120,13 @@ class Coordinator(Node):
             self._field = Field({name: body.pose for name, body in bodies.items()}, moving, physical)
             self._lost = [name for name, body in bodies.items() if body.physical and body.age > POSE_TIMEOUT]
 
-    def _hear_estops(self) -> Outcome:
+    def _hear_estops(self, now: float) -> Outcome:
         estop = decisive(self._estops.take())
         if estop is None:
             return Outcome()
         self._estop = estop.engaged
+        if not estop.engaged:
+            self._released_at = now
         why = f": {estop.reason}" if estop.reason else ""
         return self.match.halt(f"emergency stop by {estop.by}{why}") if self._estop else Outcome()
 
@@ -128,28 +137,39 @@ class Coordinator(Node):
         since, self._world = self._world, (clock.body.epoch, clock.body.tick)
         if since is not None and (since[0] != clock.body.epoch or since[1] > clock.body.tick):
             return self.match.halt("the world was restarted and goes on from its snapshot")
-        if clock.body.estop and not self._estop and not self._estops.by_key:
-            # The world latched a stop that was pressed while this process was away.
-            self._estop = True
-            return self.match.halt("emergency stop, latched in the world")
         return Outcome()
+
+    def _adopt_estop(self, tick: Tick) -> Outcome:
+        """Take over an emergency stop that others have latched and that this process has missed."""
+        if self._estop or tick.time - self._released_at <= ADOPTING:
+            return Outcome()
+        clock = self._clock.latest
+        holders = ["the world"] if clock is not None and clock.body.estop else []
+        for name in self._names:
+            report = self._reports.by_key.get(self._report_keys[name])
+            if report is not None and report.body.estop and is_fresh(report.stamp, tick.time, SILENCE):
+                holders.append(name)
+        if not holders:
+            return Outcome()
+        self._estop = True
+        return self.match.halt(f"emergency stop, latched in {holders[0]}")
 
     def _hear_officials(self, absent: Sequence[str], alarmed: bool) -> list[Outcome]:
         """Halts first: nothing that was decided before anybody saw what happened in this tick resumes play."""
         officials = [received.body for received in self._officials.take()]
         halts = [o for o in officials if o.action is OfficialAction.HALT]
-        outcomes = [self.match.decide(o, self._field, absent) for o in halts]
+        outcomes = [decide(self.match, o, self._field, absent) for o in halts]
         if alarmed or halts:
             absent = [*absent, "play was halted at the same moment: ask again"]
         others = [o for o in officials if o.action is not OfficialAction.HALT]
-        return [*outcomes, *(self.match.decide(o, self._field, absent) for o in others)]
+        return [*outcomes, *(decide(self.match, o, self._field, absent) for o in others)]
 
     def _absent(self, tick: Tick) -> list[str]:
         reasons = [] if tick.live else ["the world's clock has stopped"]
         if self._estop:
             reasons.append("the emergency stop is engaged: release it with the key U or `vrg estop --release`")
         for name in self._names:
-            report = self._reports.by_key.get(self._keys.report(name).key)
+            report = self._reports.by_key.get(self._report_keys[name])
             if report is None or not is_fresh(report.stamp, tick.time, SILENCE):
                 reasons.append(f"{name} does not report")
             elif fault := _fault(name, report.body):
@@ -165,7 +185,7 @@ class Coordinator(Node):
             return []
         reasons = []
         for name in self._names:
-            report = self._reports.by_key.get(self._keys.report(name).key)
+            report = self._reports.by_key.get(self._report_keys[name])
             if report is not None and not is_fresh(report.stamp, tick.time, PATIENCE):
                 reasons.append(f"{name} has not reported for {PATIENCE:g} s")
             elif report is not None and report.body.latched and (fault := _fault(name, report.body)):
@@ -181,17 +201,18 @@ class Coordinator(Node):
         standing = self.match.standing()
         if self._unsaved:
             calls, number = [], self.match.calls
-            for finding in (f for outcome in self._unsaved for f in outcome.findings):
+            for call in (call for outcome in self._unsaved for call in outcome.calls):
                 number += 1
                 calls.append(
                     Call(
                         number=number,
-                        rule=finding.rule,
-                        text=finding.text,
-                        players=list(finding.players),
-                        poses=list(finding.poses),
+                        rule=call.rule,
+                        # What is written must be readable again, however much there was to say.
+                        text=shortened(call.text),
+                        players=list(call.players),
+                        poses=list(call.poses),
                         clock=standing.clock,
-                        answers=finding.answers,
+                        answers=call.answers,
                     )
                 )
             self.match.calls = number
@@ -206,21 +227,23 @@ class Coordinator(Node):
                     self._unsaved.append(halted)
                 return False
             for outcome in self._unsaved:
-                self._put_on_marks(outcome.place)
-                for name, by in outcome.recover.items():
-                    self.mailbox.publish(self._keys.recover(name), Recover(by=by))
+                self._act(outcome)
             self._unsaved = []
-            for call in calls:
-                log.info("%s: %s", call.rule, call.text)
-                self.mailbox.publish(self._keys.referee_event, call)
+            for announced in calls:
+                log.info("%s: %s", announced.rule, announced.text)
+                self.mailbox.publish(self._keys.referee_event, announced)
         self._journal.mark(standing)
         return True
 
-    def _put_on_marks(self, names: Sequence[str]) -> None:
-        players = self.match.state(self._field, self._estop).players
-        places = {p.name: p.mark for p in players if p.name in names and p.mark is not None}
-        if places:
-            self.mailbox.publish(self._keys.world_request, WorldRequest(kind=RequestKind.PLACE, places=places))
+    def _act(self, outcome: Outcome) -> None:
+        """Ask the world and the robots for what was decided."""
+        if outcome.place:
+            request = WorldRequest(kind=RequestKind.PLACE, places=dict(outcome.place))
+            self.mailbox.publish(self._keys.world_request, request)
+        for name, pose in outcome.placed.items():
+            self.mailbox.publish(self._keys.placed(name), Placed(pose=pose, by=outcome.by))
+        for name in outcome.recover:
+            self.mailbox.publish(self._keys.recover(name), Recover(by=outcome.by))
 
 
 def _held(state: RefereeState, halted: str | None) -> RefereeState:

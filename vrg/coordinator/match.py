@@ -5,16 +5,16 @@
 HALT lies across all stages: the clock is stopped and robots stand; only an official ends it.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 from typing import Any
 
 import msgspec
 from msgspec import Struct, structs
 
-from vrg.bus.messages import Official, OfficialAction, PlayerStatus, RefereeState, Stage
-from vrg.coordinator.rulebook import Field, Finding, RuleBook
-from vrg.errors import ConfigError
+from vrg.bus.messages import OfficialAction, PlayerStatus, RefereeState, Stage, shortened
+from vrg.coordinator.outcome import Outcome, announce
+from vrg.coordinator.rulebook import Field, RuleBook
+from vrg.types import Pose
 
 ROUND_PAUSE = 2.0
 """s that ROUND_OVER lasts, so that everybody sees how the round ended."""
@@ -47,38 +47,16 @@ class Standing(Struct, frozen=True, kw_only=True):
     game: dict[str, Any]
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """What one step changed: empty when nothing is to be journalled or called.
-
-    Args:
-        findings: calls to announce, in order.
-        stages: stages entered, in order.
-        place: players whose robots are to be put on their marks by the world.
-        recover: players whose robots are to clear the fault that they have latched, each with who asks for it.
-    """
-
-    findings: Sequence[Finding] = field(default_factory=tuple)
-    stages: Sequence[Stage] = field(default_factory=tuple)
-    place: Sequence[str] = field(default_factory=tuple)
-    recover: Mapping[str, str] = field(default_factory=dict)
-
-    def __bool__(self) -> bool:
-        return bool(self.findings or self.stages or self.place)
-
-
 class Match:
     """One match under one rule book.
 
     Args:
         book: the rules.
-        lineup_limit: s in INITIALIZE after which players that are not on their marks are put there.
         standing: to go on from; a match taken up again begins in HALT.
     """
 
-    def __init__(self, book: RuleBook[Any], lineup_limit: float, standing: Standing | None = None) -> None:
+    def __init__(self, book: RuleBook[Any], standing: Standing | None = None) -> None:
         self._book = book
-        self._lineup_limit = lineup_limit
         self.waiting: list[str] = []
         self.stage = Stage.INITIALIZE
         self._reasons: list[str] = []
@@ -87,7 +65,7 @@ class Match:
         self.winner: str | None = None
         self.game = book.initial()
         self._before: Field | None = None
-        self._place_at = lineup_limit
+        self._place_at = book.lineup_limit
         if standing is not None:
             self.stage, self.winner = standing.stage, standing.winner
             self.clock, self.total, self.in_stage = standing.clock, standing.total, standing.in_stage
@@ -99,7 +77,7 @@ class Match:
     @property
     def halted(self) -> str | None:
         """Every reason, None while play may go on."""
-        return "; ".join(self._reasons)[:LONGEST] or None
+        return shortened("; ".join(self._reasons), LONGEST) or None
 
     @property
     def over(self) -> bool:
@@ -128,7 +106,8 @@ class Match:
             game=self._book.name,
             stage=self.stage,
             halted=self.halted,
-            waiting=self.waiting,
+            way_out=self.way_out,
+            waiting=[shortened(why) for why in self.waiting],
             clock=self.clock,
             total=self.total,
             round=self.game.round,
@@ -164,68 +143,53 @@ class Match:
         if self.over or reason in self._reasons:
             return Outcome()
         self._reasons.append(reason)
-        return _announce("halt", f"play is halted: {reason}")
+        return announce("halt", f"play is halted: {reason}")
 
-    def decide(self, official: Official, now: Field, absent: Sequence[str]) -> Outcome:
-        """Apply an official's decision; an impossible one is answered by a call that says why."""
-        action, by, number = official.action, official.by, official.id
-        why = f" ({official.reason})" if official.reason else ""
-        refusal = self._refusal(action, absent)
-        if refusal:
-            return _announce("refused", f"{by} asks for {action}: {refusal}", number)
-        if action is OfficialAction.HALT:
-            changed = self.halt(f"called by {by}{why}")
-            return _announce(
-                "halt", f"play is halted: {self._reasons[-1]}" if changed else f"halted already: {self.halted}", number
-            )
-        if action is OfficialAction.RESUME:
-            self._reasons.clear()
-            return _announce("resume", f"resumed by {by}{why}", number)
-        if action is OfficialAction.END:
-            self._reasons.clear()
-            self.winner = NOBODY
-            ended = _announce("ended", f"ended by {by}{why}", number)
-            return Outcome(ended.findings, [self._enter(Stage.GAME_OVER)])
-        if action is OfficialAction.RECOVER:
-            return self._recover(official, now, why)
-        return self._overrule(official, why)
+    def resume(self) -> None:
+        """Forget why play was halted."""
+        self._reasons.clear()
 
-    def _overrule(self, official: Official, why: str) -> Outcome:
-        action, by, number = official.action, official.by, official.id
-        try:
-            self.game = self._book.overrule(self.game, action, official.subject or "", official.value or "")
-        except ConfigError as error:
-            return _announce("refused", f"{by} asks for {action}: {error}", number)
-        return _announce("overruled", f"{by}: {action} {official.subject} {official.value}{why}", number)
+    def end(self, winner: str) -> Stage:
+        """End the game now; returns the stage that is entered."""
+        self._reasons.clear()
+        self.winner = winner
+        return self._enter(Stage.GAME_OVER)
 
-    def _recover(self, official: Official, now: Field, why: str) -> Outcome:
-        """Ask robots to clear the faults that they have latched. It ends no halt: what is wrong may come back."""
-        by, subject, number = official.by, official.subject, official.id
-        names = [player.name for player in self._book.statuses(self.game, self.stage, now)]
-        if subject is not None and subject not in names:
-            known = ", ".join(names)
-            return _announce(
-                "refused", f"{by} asks for recover: expected a player of this match ({known}), got {subject!r}", number
-            )
-        asked = _announce("recover", f"recover {subject or 'all robots'}: asked by {by}{why}", number)
-        return Outcome(asked.findings, recover=dict.fromkeys(names if subject is None else [subject], by))
+    def overrule(self, action: OfficialAction, subject: str, value: str) -> None:
+        """Apply an official's decision on a score, a role or a state.
 
-    def _refusal(self, action: OfficialAction, absent: Sequence[str]) -> str | None:
-        """Why an official cannot do this now."""
-        if self.over:
-            return "the game is over"
-        if action is not OfficialAction.RESUME:
+        Raises:
+            ConfigError: no such player, team, role, state or score.
+        """
+        self.game = self._book.overrule(self.game, action, subject, value)
+
+    @property
+    def names(self) -> list[str]:
+        """Of the players."""
+        return [player.name for player in self._book.statuses(self.game, self.stage, Field({}))]
+
+    def mark(self, name: str, now: Field) -> Pose | None:
+        """Where a player is asked to line up, None for nowhere."""
+        players = self._book.statuses(self.game, self.stage, now)
+        return next((player.mark for player in players if player.name == name), None)
+
+    @property
+    def way_out(self) -> str | None:
+        """How the halt is left, in words; None while there is none."""
+        if not self._reasons or self.over:
             return None
-        if not self._reasons:
-            return "play is not halted"
-        return "; ".join(absent) or None
+        how = "`vrg official resume` or the key C goes on"
+        if not self.waiting:
+            return how
+        more = f" and {len(self.waiting) - 1} more" if len(self.waiting) > 1 else ""
+        return shortened(f"{how} as soon as this is over: {self.waiting[0]}{more}", LONGEST)
 
     def _enter(self, stage: Stage) -> Stage:
         self.stage = stage
         self.in_stage = 0.0
         self.waiting = []
         self._before = None
-        self._place_at = self._lineup_limit
+        self._place_at = self._book.lineup_limit
         return stage
 
     def _initialize(self, now: Field, absent: Sequence[str]) -> Outcome:
@@ -235,19 +199,23 @@ class Match:
             self.clock = 0.0
             self._enter(Stage.PLAY_ROUND)
             self._before = now
-            begins = _announce("begin", f"{self._book.round_word} {self.game.round} of {self._book.rounds} begins")
-            return Outcome(begins.findings, [Stage.PLAY_ROUND])
+            begins = announce("begin", f"{self._book.round_word} {self.game.round} of {self._book.rounds} begins")
+            return Outcome(begins.calls, [Stage.PLAY_ROUND])
         if absent or self.in_stage < self._place_at:
             return Outcome()
         self._place_at = self.in_stage + PLACE_AGAIN
-        virtual = [name for name in obstacles if name not in now.physical]
+        marks = {name: self.mark(name, now) for name in obstacles}
+        virtual = {name: mark for name, mark in marks.items() if mark is not None and name not in now.physical}
         physical = [name for name in obstacles if name in now.physical]
         said = []
         if virtual:
             said.append(f"asked to be put on their marks after {self.in_stage:.0f} s: {', '.join(virtual)}")
         if physical:
-            said.append(f"not on their marks after {self.in_stage:.0f} s, carry them there: {', '.join(physical)}")
-        return Outcome(_announce("placed" if virtual else "late", "; ".join(said)).findings, place=virtual)
+            said.append(
+                f"not on their marks after {self.in_stage:.0f} s: {', '.join(physical)}; drive them there by hand, or "
+                f"carry each there and say so: `vrg official place {physical[0]}`"
+            )
+        return Outcome(announce("placed" if virtual else "late", "; ".join(said)).calls, place=virtual)
 
     def _play(self, dt: float, now: Field) -> Outcome:
         self.clock += dt
@@ -256,7 +224,7 @@ class Match:
         self._before = now
         self.game = verdict.state
         stages: list[Stage] = []
-        if any(f.foul for f in verdict.findings) and not verdict.round_over:
+        if any(call.foul for call in verdict.calls) and not verdict.round_over:
             stages.append(self._enter(Stage.FOUL))
             # The foul's own algorithm is part of the verdict; play goes on at once where the rules allow it.
             if not self._book.obstacles_to_resume(self.game, now):
@@ -264,7 +232,7 @@ class Match:
                 self._before = now
         if verdict.round_over:
             stages.append(self._enter(Stage.ROUND_OVER))
-        return Outcome(verdict.findings, stages)
+        return Outcome(verdict.calls, stages)
 
     def _foul(self, now: Field) -> Outcome:
         self.waiting = self._book.obstacles_to_resume(self.game, now)
@@ -281,15 +249,11 @@ class Match:
         verdict = self._book.next_round(self.game, now)
         self.game, self.winner = verdict.state, verdict.winner
         if self.winner is None:
-            return Outcome(verdict.findings, [self._enter(Stage.INITIALIZE)])
-        over = _announce("game_over", f"game over: {self.winner} win")
-        return Outcome([*verdict.findings, *over.findings], [self._enter(Stage.GAME_OVER)])
+            return Outcome(verdict.calls, [self._enter(Stage.INITIALIZE)])
+        over = announce("game_over", f"game over: {self.winner} win")
+        return Outcome([*verdict.calls, *over.calls], [self._enter(Stage.GAME_OVER)])
 
 
 def standing_still(players: Sequence[PlayerStatus]) -> list[PlayerStatus]:
     """The same players, none of whom may move."""
     return [structs.replace(player, may_move=False) for player in players]
-
-
-def _announce(rule: str, text: str, answers: str | None = None) -> Outcome:
-    return Outcome([Finding(rule=rule, text=text, players=(), poses=(), answers=answers)])

@@ -10,7 +10,8 @@ from typing import Generic, Protocol, TypeVar
 
 from msgspec import Struct
 
-from vrg.bus.messages import OfficialAction, PlayerStatus, Pose, Stage, Zone
+from vrg.bus.messages import OfficialAction, PlayerStatus, Stage, Zone
+from vrg.types import Pose
 
 
 class GameState(Struct, frozen=True, kw_only=True):
@@ -60,33 +61,34 @@ class Field:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Finding:
-    """One broken or fulfilled rule: what a referee calls.
+class Call:
+    """What a referee calls: one rule that was broken or fulfilled.
 
     Args:
-        foul: the stage passes through FOUL, until the rule book finds the field resumable.
-        poses: of the players, in the same order, at the instant of the finding.
+        rule: its short name, such as `tag`. text: the call in words.
+        foul: the stage passes through FOUL, until the rule book finds that play can go on.
+        poses: of the players, in the same order, at the instant of the call.
         answers: id of the official's decision that this answers.
     """
 
     rule: str
     text: str
-    players: tuple[str, ...]
-    poses: tuple[Pose, ...]
+    players: tuple[str, ...] = ()
+    poses: tuple[Pose, ...] = ()
     foul: bool = False
     answers: str | None = None
 
 
 @dataclass(frozen=True)
 class Verdict(Generic[S]):
-    """What judging one instant gave.
+    """What judging one instant gave: the new state, and the calls.
 
     Args:
         round_over: the round has ended. winner: known between rounds alone; the game has ended, too.
     """
 
     state: S
-    findings: Sequence[Finding] = field(default_factory=tuple)
+    calls: Sequence[Call] = field(default_factory=tuple)
     round_over: bool = False
     winner: str | None = None
 
@@ -98,6 +100,8 @@ class RuleBook(Protocol[S]):
     round_word: str
     rounds: int
     state_type: type[S]
+    lineup_limit: float
+    """s after which virtual robots that are not on their marks are put there."""
 
     def initial(self) -> S:
         """The state before the first round."""

@@ -1,24 +1,10 @@
 """A backend's own table in a match file, `[backends.<name>]`: what each kind of it can tell the rest of VRG."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
+from vrg.hal.companions import Companion
 from vrg.tables import Table
-
-
-@dataclass(frozen=True)
-class Companion:
-    """A process that must run for the robots of a backend.
-
-    Args:
-        name: of the process and its log. arguments: of the `vrg` command.
-        says: a word that it prints once it is ready.
-    """
-
-    name: str
-    arguments: tuple[str, ...]
-    says: str
 
 
 class BackendSettings(Table):

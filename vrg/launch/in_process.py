@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from vrg.bus.lockstep import Lockstep
 from vrg.bus.messages import RefereeState
 from vrg.bus.node import Node
-from vrg.config import MatchSetup
+from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import Journal
 from vrg.coordinator.rulebook import Field
 from vrg.errors import ConfigError
@@ -33,6 +33,7 @@ def play(
     watchers: Sequence[Node] = (),
     limit: float = 3600.0,
     pace: Callable[[float], bool] | None = None,
+    strict: bool = False,
 ) -> Ending:
     """Play a match to its end.
 
@@ -40,6 +41,7 @@ def play(
         watchers: nodes that watch: a recorder, a table, a window.
         limit: s of match time after which the match is broken off.
         pace: called after each tick with the match time; may wait; False breaks the match off.
+        strict: pass every message through the codec of the wire.
 
     Raises:
         ConfigError: a player is not virtual.
@@ -47,9 +49,9 @@ def play(
     if setup.physical:
         raise ConfigError([f"{', '.join(setup.physical)}: only robots of backend 'sim' can be played in one process"])
     coordinator = coordinator_node(setup, journal)
-    players = [player_node(setup, p.name) for p in setup.file.players]
+    players = [player_node(setup, p.name) for p in setup.players]
     world = world_node(setup)
-    executor = Lockstep(world, [coordinator, *players, *watchers])
+    executor = Lockstep(world, [coordinator, *players, *watchers], strict=strict)
     linger = 0.0
     try:
         # A second more, so that everybody hears how it ended.

@@ -10,8 +10,9 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import RefereeState, Stage
 from vrg.bus.session import DEFAULT_ENDPOINT, Session, open_session
 from vrg.bus.stopping import StopSignal
-from vrg.config import MatchSetup
-from vrg.errors import LaunchError
+from vrg.config.setup import MatchSetup, write_setup
+from vrg.launch.child import arguments_of
+from vrg.launch.fork_server import ForkServer
 from vrg.launch.managed import ProcessSpec
 from vrg.launch.registry import RunningMatch, registered
 from vrg.launch.run_folder import RunFolder
@@ -35,28 +36,32 @@ def free_endpoint() -> str:
 def specs(setup: MatchSetup, folder: RunFolder, endpoint: str, *, window: bool, record: bool) -> list[ProcessSpec]:
     """The processes of a match, in the order of their start.
 
+    All start at once, after the router; only players whose robots need a companion wait until that is ready.
+
     Args:
         window: open the spectator. record: run the recorder.
     """
-    keys, match = setup.keys, str(folder.match_file)
-    common = ("--router", endpoint, "--run", str(folder.path), "--base", str(setup.base))
+    keys, run = setup.keys, folder.path.resolve()
 
-    def node(name: str, group: int, *command: str, kind: str, as_: str, essential: bool = True) -> ProcessSpec:
-        return ProcessSpec(name, (*command, *common), keys.pulse(kind, as_).key, group, essential)
+    def node(name: str, kind: str, as_: str, *, group: int = 1, stop: int = 1, essential: bool = True) -> ProcessSpec:
+        arguments = arguments_of(kind, router=endpoint, run=run, name=as_)
+        return ProcessSpec(name, arguments, keys.pulse(kind, as_).key, group, stop, essential)
 
     found = [
-        ProcessSpec("router", ("router", "--router", endpoint), None, 0),
-        node("world", 1, "world", match, kind="world", as_="world"),
-        node("referee", 2, "coordinator", match, kind="coordinator", as_="referee"),
+        ProcessSpec("router", arguments_of("router", router=endpoint), None, 0, 3),
+        node("world", "world", "world", stop=2),
+        node("referee", "coordinator", "referee"),
     ]
     for companion in setup.companions:
-        found.append(ProcessSpec(companion.name, companion.arguments, None, 1, says=companion.says))
+        arguments = (*companion.arguments, "--leash")
+        found.append(ProcessSpec(companion.name, arguments, None, 1, 2, says=companion.says, command=True))
     if record:
-        found.append(node("recorder", 2, "recorder", match, kind="recorder", as_="recorder", essential=False))
+        found.append(node("recorder", "recorder", "recorder", essential=False))
     if window:
-        found.append(node("spectator", 2, "spectator", match, kind="spectator", as_="window", essential=False))
-    for player in setup.file.players:
-        found.append(node(player.name, 3, "player", match, player.name, kind="player", as_=player.name))
+        found.append(node("spectator", "spectator", "window", essential=False))
+    for player in setup.players:
+        waits = player.physical and bool(setup.companions)
+        found.append(node(player.name, "player", player.name, group=2 if waits else 1, stop=0))
     return found
 
 
@@ -67,6 +72,7 @@ class LocalMatch:
         endpoint: of the router, which is started there.
         window: open the spectator. record: run the recorder.
         announce: told of what happens to the processes, in words.
+        server: see `Supervisor`.
     """
 
     def __init__(
@@ -78,13 +84,19 @@ class LocalMatch:
         window: bool,
         record: bool,
         announce: Callable[[str], None],
+        server: ForkServer | None = None,
     ) -> None:
         self._setup = setup
         self._folder = folder
         self.endpoint = endpoint
         self.state: RefereeState | None = None
         self._supervisor = Supervisor(
-            specs(setup, folder, endpoint, window=window, record=record), endpoint, setup.keys, folder.logs, announce
+            specs(setup, folder, endpoint, window=window, record=record),
+            endpoint,
+            setup.keys,
+            folder.logs,
+            announce,
+            server,
         )
 
     @property
@@ -92,17 +104,20 @@ class LocalMatch:
         """Of the processes."""
         return [p.spec.name for p in self._supervisor.processes]
 
-    def serve(self) -> None:
-        """Start the router; `run` starts the others.
+    def serve(self, stop: StopSignal) -> bool:
+        """Start the router; `run` starts the others. False where it was broken off by `stop`, and nothing runs.
 
         Raises:
             LaunchError: it cannot serve at the endpoint; nothing runs.
         """
+        write_setup(self._setup, self._folder.setup)
+        served = False
         try:
-            self._supervisor.start_router()
-        except LaunchError:
-            self._supervisor.stop()
-            raise
+            served = self._supervisor.start_router(stop)
+        finally:
+            if not served:
+                self._supervisor.stop()
+        return served
 
     def run(
         self,
@@ -131,7 +146,8 @@ class LocalMatch:
                 mailbox = Mailbox()
                 referee = mailbox.subscribe(self._setup.keys.referee_state)
                 session.attach(mailbox)
-                supervisor.start(session, progress)
+                if not supervisor.start(session, stop, progress):
+                    return
                 started(session)
                 over_since: float | None = None
                 while not stop.wait(POLL_PERIOD):
@@ -153,7 +169,7 @@ class LocalMatch:
     def _registered(self) -> contextlib.AbstractContextManager[None]:
         return registered(
             RunningMatch(
-                match=self._setup.file.name,
+                match=self._setup.name,
                 router=self.endpoint,
                 run=str(self._folder.path.resolve()),
                 pid=os.getpid(),

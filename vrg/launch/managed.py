@@ -1,6 +1,5 @@
 """One process that the supervisor started."""
 
-import os
 import signal
 import subprocess
 import sys
@@ -9,10 +8,19 @@ from collections import deque
 from dataclasses import dataclass
 from pathlib import Path
 
+import psutil
+
 from vrg.errors import LaunchError
+from vrg.launch.fork_server import Forked, ForkServer
 
 STOP_PATIENCE = 5.0
 """s of real time from SIGTERM to SIGKILL."""
+IDLE_PATIENCE = 30.0
+"""s of real time that a process may do nothing at all before it is ready."""
+BUSY_PATIENCE = 60.0
+"""s of processor time that a process may use before it is ready: an endless loop uses up any."""
+_WORKS = 0.01
+"""s of processor time; using less between two looks counts as doing nothing."""
 RESTART_LIMIT = 5
 RESTART_WINDOW = 60.0
 """More deaths than RESTART_LIMIT in this many seconds of real time, and the match is given up."""
@@ -24,9 +32,11 @@ class ProcessSpec:
 
     Args:
         name: of the process and of its log.
-        arguments: of the `vrg` command.
+        arguments: of `vrg.launch.child`, or of the `vrg` command where this is no node of VRG's.
+        command: it is the `vrg` command.
         pulse: key of its pulse, whose first beat says that it is ready; None where it is no node of the match.
-        group: processes of a lower group are ready before those of a higher one are started, and are stopped later.
+        group: processes of a lower group are ready before those of a higher one are started.
+        stop_order: processes of a lower number are stopped before those of a higher one.
         essential: without it there is no match.
         says: of a process without a pulse: what it prints once it is ready; the router prints nothing.
     """
@@ -35,8 +45,17 @@ class ProcessSpec:
     arguments: tuple[str, ...]
     pulse: str | None
     group: int
+    stop_order: int
     essential: bool = True
     says: str | None = None
+    command: bool = False
+
+    @property
+    def interpreter(self) -> tuple[str, ...]:
+        """The arguments of a Python interpreter of its own."""
+        # -P: a folder `vrg` or a file `random.py` where somebody works must not be taken for this package or the
+        # library.
+        return ("-P", "-m", "vrg" if self.command else "vrg.launch.child", *self.arguments)
 
     @property
     def is_router(self) -> bool:
@@ -48,16 +67,21 @@ class ManagedProcess:
     """A child in a session of its own, so that Ctrl-C reaches the supervisor alone.
 
     Its standard input is a leash: it ends when the supervisor dies, and the child stops then.
+
+    Args:
+        server: becomes the child, as long as it lives.
     """
 
-    def __init__(self, spec: ProcessSpec, log: Path) -> None:
+    def __init__(self, spec: ProcessSpec, log: Path, server: ForkServer) -> None:
         self.spec = spec
+        self._server = server
         self.log = log
         self.deaths: deque[float] = deque()
-        self.last_pulse = 0.0
         self.ready = False
+        self._worked_at = 0.0
+        self._worked = 0.0
         self._log_begins = 0
-        self._process: subprocess.Popen[bytes] | None = None
+        self._process: subprocess.Popen[bytes] | Forked | None = None
 
     @property
     def has_said(self) -> bool:
@@ -85,12 +109,13 @@ class ManagedProcess:
             LaunchError: it cannot be started.
         """
         self.ready = False
-        self.last_pulse = time.monotonic()
+        self._worked_at, self._worked = time.monotonic(), 0.0
         try:
             with self.log.open("ab") as log:
                 self._log_begins = log.tell()
-                self._process = subprocess.Popen(
-                    [sys.executable, "-m", "vrg", *self.spec.arguments, "--leash"],
+                forked = None if self.spec.command else self._server.fork(self.spec.arguments, log)
+                self._process = forked or subprocess.Popen(
+                    [sys.executable, *self.spec.interpreter],
                     stdin=subprocess.PIPE,
                     stdout=log,
                     stderr=subprocess.STDOUT,
@@ -98,6 +123,27 @@ class ManagedProcess:
                 )
         except OSError as error:
             raise LaunchError(f"{self.spec.name}: cannot be started: {error}") from error
+
+    def stuck(self, now: float) -> str | None:
+        """Why a process that is not ready will not be, in words; None as long as it makes progress.
+
+        Progress is processor time: however long a slow and busy machine takes, a process that gets on is waited for.
+        """
+        pid = self.pid
+        if pid is None:
+            return None
+        try:
+            times = psutil.Process(pid).cpu_times()
+        except psutil.Error:
+            return None
+        used = times.user + times.system
+        if used - self._worked > _WORKS:
+            self._worked_at, self._worked = now, used
+        if used > BUSY_PATIENCE:
+            return f"has used {used:.0f} s of processor time and is not ready"
+        if now - self._worked_at > IDLE_PATIENCE:
+            return f"is not ready and has done nothing for {IDLE_PATIENCE:g} s"
+        return None
 
     def note_death(self, now: float) -> bool:
         """Remember a death; False when it has died too often to be started again."""
@@ -115,9 +161,9 @@ class ManagedProcess:
     def terminate(self) -> None:
         """Ask it to stop."""
         if self._process is not None and self._process.poll() is None:
-            os.kill(self._process.pid, signal.SIGTERM)
+            self._process.send_signal(signal.SIGTERM)
             # A frozen process takes the request only when it runs again.
-            os.kill(self._process.pid, signal.SIGCONT)
+            self._process.send_signal(signal.SIGCONT)
 
     def wait_stopped(self, deadline: float) -> bool:
         """Wait for the end until the monotonic time `deadline`, then kill; whether it ended by itself."""

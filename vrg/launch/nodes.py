@@ -1,80 +1,111 @@
-"""The nodes of a match, made from its set-up: the same ones for every executor."""
+"""The nodes of a match, made from its set-up: the same ones for every executor.
+
+Each is imported when it is made, so that a process loads only what it needs. Above all, only a player's own process
+ever imports a student's code.
+"""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vrg.agents.player import Player
-from vrg.bus.foxglove_scene import Shape
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.recording import Recorder
-from vrg.config import MatchSetup
-from vrg.coordinator.coordinator import Coordinator
-from vrg.coordinator.journal import Header, Journal
-from vrg.hal.backends import RobotContext, open_robot
-from vrg.hal.models import robot_model
-from vrg.hal.sim.map import load_map
-from vrg.hal.sim.world_node import WorldNode
+from vrg.config.setup import MatchSetup
+from vrg.errors import ConfigError
 from vrg.launch.run_folder import RunFolder
 
 if TYPE_CHECKING:
+    from vrg.agents.player import Player
+    from vrg.agents.strategy import Strategy
+    from vrg.coordinator.coordinator import Coordinator
+    from vrg.coordinator.journal import Journal
+    from vrg.hal.sim.node import WorldNode
+    from vrg.recording.recorder import Recorder
     from vrg.ui.spectator import Spectator
 
 
-def world_node(setup: MatchSetup) -> WorldNode:
+def world_node(setup: MatchSetup) -> "WorldNode":
     """The world of a match."""
+    from vrg.hal.sim.node import WorldNode  # noqa: PLC0415
+
     return WorldNode(setup.world, Mailbox(), setup.keys)
 
 
-def open_journal(setup: MatchSetup, folder: RunFolder) -> Journal:
+def open_journal(setup: MatchSetup, folder: RunFolder) -> "Journal":
     """The journal of a match, new or to go on with.
 
     Raises:
         JournalError: see `Journal`.
     """
-    file = setup.file
-    return Journal(folder.journal, Header(match=file.name, game=file.game, seed=file.seed))
+    from vrg.coordinator.journal import Header, Journal  # noqa: PLC0415
+
+    return Journal(folder.journal, Header(match=setup.name, game=setup.game, seed=setup.seed))
 
 
-def coordinator_node(setup: MatchSetup, journal: Journal) -> Coordinator:
+def coordinator_node(setup: MatchSetup, journal: "Journal") -> "Coordinator":
     """The referee of a match."""
-    return Coordinator(
-        Mailbox(),
-        setup.keys,
-        setup.rulebook(),
-        journal,
-        seed=setup.file.seed,
-        lineup_limit=getattr(setup.settings, "lineup_limit", 60.0),
-    )
+    from vrg.config.rules import rulebook_of  # noqa: PLC0415
+    from vrg.coordinator.coordinator import Coordinator  # noqa: PLC0415
+
+    return Coordinator(Mailbox(), setup.keys, rulebook_of(setup), journal, seed=setup.seed)
 
 
-def player_node(setup: MatchSetup, name: str) -> Player:
+def strategy_of(setup: MatchSetup, name: str) -> "Strategy":
+    """The strategy of a player, imported and made now.
+
+    Raises:
+        ConfigError: it cannot be imported or made, or is no Strategy.
+    """
+    from vrg.agents.importing import import_object  # noqa: PLC0415
+    from vrg.agents.strategy import Strategy  # noqa: PLC0415
+    from vrg.games import STRATEGIES  # noqa: PLC0415
+    from vrg.hal.models import robot_model  # noqa: PLC0415
+
+    player = setup.player(name)
+    target = player.strategy
+    kind = import_object(target, Path(setup.base)) if ":" in target else STRATEGIES.get(target)
+    if not (isinstance(kind, type) and issubclass(kind, Strategy)):
+        raise ConfigError([f"{target}: expected a subclass of vrg.agents.Strategy, got {kind!r}"])
+    try:
+        return kind(name, robot_model(player.model))
+    except Exception as error:
+        raise ConfigError([f"{target}: cannot be made: {type(error).__name__}: {error}"]) from error
+
+
+def player_node(setup: MatchSetup, name: str) -> "Player":
     """A player with its robot and its strategy.
 
     Raises:
-        ConfigError: no such player. RobotError: its robot cannot be reached.
+        ConfigError: no such player, or its strategy or its robot cannot be made.
     """
-    entry = setup.player(name)
-    mailbox = Mailbox()
-    context = RobotContext(
+    from vrg.agents.player import Player  # noqa: PLC0415
+    from vrg.bus.radio import Radio  # noqa: PLC0415
+    from vrg.hal.backends import MatchContext, open_driver  # noqa: PLC0415
+    from vrg.hal.device import Device  # noqa: PLC0415
+    from vrg.hal.models import robot_model  # noqa: PLC0415
+
+    player = setup.player(name)
+    mailbox, keys = Mailbox(), setup.keys
+    context = MatchContext(
         name=name,
-        model=robot_model(entry.model),
-        keys=setup.keys,
+        model=robot_model(player.model),
+        options=setup.backends.get(player.backend, {}),
+        base=Path(setup.base),
+        now=lambda: mailbox.now,
+        keys=keys,
         mailbox=mailbox,
-        start=entry.pose,
-        base=setup.base,
-        options=setup.file.backends.get(entry.backend, {}),
     )
-    return Player(mailbox, setup.keys, open_robot(entry.backend, context), setup.strategy(name))
+    driver = open_driver(player.backend, context)
+    device = Device(driver, keys, mailbox, start=player.pose, localisation=player.localisation)
+    radio = Radio(keys, mailbox, name, player.team)
+    return Player(mailbox, keys, device, strategy_of(setup, name), radio=radio)
 
 
-def recorder_node(setup: MatchSetup, folder: RunFolder) -> Recorder:
+def recorder_node(setup: MatchSetup, folder: RunFolder) -> "Recorder":
     """What records a match for Foxglove."""
-    shapes = {
-        p.name: Shape(length=m.length, width=m.width, height=m.height, laser_x=m.laser.x if m.laser else 0.0)
-        for p in setup.file.players
-        for m in [robot_model(p.model)]
-    }
-    return Recorder("recorder", Mailbox(), setup.keys, folder.recording, shapes=shapes)
+    from vrg.hal.models import robot_model  # noqa: PLC0415
+    from vrg.recording.recorder import Recorder  # noqa: PLC0415
+
+    models = {player.name: robot_model(player.model) for player in setup.players}
+    return Recorder("recorder", Mailbox(), setup.keys, folder.recording, models=models)
 
 
 def spectator_node(setup: MatchSetup, name: str, pictures: Path) -> "Spectator":
@@ -83,15 +114,16 @@ def spectator_node(setup: MatchSetup, name: str, pictures: Path) -> "Spectator":
     Args:
         pictures: folder for the pictures that its user takes.
     """
-    from vrg.ui.spectator import Spectator  # noqa: PLC0415 - a machine without a display needs no pygame
+    from vrg.hal.models import robot_model  # noqa: PLC0415
+    from vrg.hal.sim.map import load_map  # noqa: PLC0415
+    from vrg.ui.spectator import Spectator  # noqa: PLC0415
 
-    map_ = load_map(setup.world.map)
-    models = {p.name: robot_model(p.model) for p in setup.file.players}
+    map_ = load_map(setup.map)
     return Spectator(
         name,
         Mailbox(),
         setup.keys,
-        sizes={n: (m.length, m.width) for n, m in models.items()},
+        sizes={p.name: robot_model(p.model).size for p in setup.players},
         segments=[(x0, y0, x1, y1) for x0, y0, x1, y1 in map_.edges.tolist()],
         circles=[(x, y, r) for x, y, r in map_.discs.tolist()],
         pictures=pictures,

@@ -6,9 +6,10 @@ from typing import Any
 
 from vrg import __version__
 from vrg.bus.messages import RefereeState
-from vrg.config import MatchSetup
+from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import read_journal
 from vrg.errors import JournalError
+from vrg.games import game_of
 from vrg.launch.run_folder import RunFolder, write_json
 
 log = logging.getLogger(__name__)
@@ -26,11 +27,11 @@ def write_result(setup: MatchSetup, folder: RunFolder, state: RefereeState | Non
     except JournalError:
         records = []
     result: dict[str, Any] = {
-        "match": setup.file.name,
-        "game": setup.file.game,
-        "map": setup.file.map,
-        "engine": setup.file.engine,
-        "seed": setup.file.seed,
+        "match": setup.name,
+        "game": setup.game,
+        "map": setup.map,
+        "engine": setup.engine,
+        "seed": setup.seed,
         "ended": ended,
         "winner": state.winner if state else None,
         "score": state.score if state else {},
@@ -69,5 +70,5 @@ def plot(setup: MatchSetup, folder: RunFolder) -> None:
     """
     from vrg.ui.plot import plot_trajectories  # noqa: PLC0415 - matplotlib takes a second to load
 
-    title = f"{setup.file.name}: {setup.file.game.replace('-', ' ')}, seed {setup.file.seed}"
+    title = f"{setup.name}: {game_of(setup.game).title}, seed {setup.seed}"
     plot_trajectories(folder.recordings(), folder.plot, title=title)

@@ -62,6 +62,11 @@ class RunFolder:
         return self.path / "match.toml"
 
     @property
+    def setup(self) -> Path:
+        """The checked match, for its processes."""
+        return self.path / "setup.json"
+
+    @property
     def journal(self) -> Path:
         """The referee's."""
         return self.path / "journal.jsonl"

@@ -1,25 +1,28 @@
 """Starts the processes of a match in order, keeps them alive, and stops them cleanly."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.session import Session, open_session
+from vrg.bus.stopping import StopSignal
 from vrg.bus.topics import Keys, router_alive
 from vrg.errors import BusError, LaunchError
+from vrg.launch.fork_server import ForkServer
 from vrg.launch.managed import STOP_PATIENCE, ManagedProcess, ProcessSpec
+from vrg.launch.pulses import Pulses
 
-READY_PATIENCE = 30.0
-"""s of real time for a process to become ready."""
-HUNG = 2.5
-"""s of real time without a pulse after which a running process is taken to hang; it beats every 0.5 s."""
 CUT_OFF = 1.0
 """s of real time without a link to the router after which it is taken to hang."""
 ROUTER_START = 10.0
 """s of real time that a router has from its start until it must answer."""
-SETTLE = 4.0
-"""s of real time after a start of the router in which missing pulses mean nothing."""
+QUIET = 10.0
+"""s of real time without any sign of life of anybody after which a person is told."""
+_LOOK = 0.02
+"""s of real time between looks at processes that start."""
+_PROGRESS = 0.5
+"""s of real time between looks at how they get on."""
 
 
 class Supervisor:
@@ -28,28 +31,41 @@ class Supervisor:
     Args:
         specs: the first is the router, at `endpoint`.
         announce: told, in words, of everything that a person should know.
+        server: becomes the processes; without one each is started by itself.
     """
 
     def __init__(
-        self, specs: Sequence[ProcessSpec], endpoint: str, keys: Keys, logs: Path, announce: Callable[[str], None]
+        self,
+        specs: Sequence[ProcessSpec],
+        endpoint: str,
+        keys: Keys,
+        logs: Path,
+        announce: Callable[[str], None],
+        server: ForkServer | None = None,
     ) -> None:
         self._endpoint = endpoint
         self._announce = announce
         self._mailbox = Mailbox()
-        self._pulses = self._mailbox.subscribe(keys.pulse())
+        self._beats = self._mailbox.subscribe(keys.pulse())
+        self._pulses = Pulses(time.monotonic())
         self._session: Session | None = None
         self._router_since = time.monotonic()
         self._cut_since: float | None = None
-        self.processes = [ManagedProcess(spec, logs / f"{spec.name}.log") for spec in specs]
+        self._told_of_quiet = False
+        self.processes = [ManagedProcess(spec, logs / f"{spec.name}.log", server or ForkServer()) for spec in specs]
 
-    def start(self, session: Session, progress: Callable[[str], None]) -> None:
+    def start(self, session: Session, stop: StopSignal, progress: Callable[[str], None]) -> bool:
         """Start everything but the router, which already runs; each group waits for the one before.
 
         Args:
+            stop: set it to break the start off.
             progress: told the name of each process that is ready.
 
+        Returns:
+            False where it was broken off.
+
         Raises:
-            LaunchError: a process ended or was not ready in time; says what it said last.
+            LaunchError: a process ended before it was ready, or does not get on; says what it said last.
         """
         self._session = session
         session.attach(self._mailbox)
@@ -57,51 +73,66 @@ class Supervisor:
             members = [p for p in self.processes if p.spec.group == group and not p.spec.is_router]
             for member in members:
                 member.start()
-            self._wait_ready(members, progress)
+            for ready in self._waiting(members, stop):
+                if ready is None:
+                    return False
+                progress(ready.spec.name)
+        return True
 
-    def start_router(self) -> None:
-        """Start the router.
+    def start_router(self, stop: StopSignal) -> bool:
+        """Start the router and wait until it answers; False where that was broken off by `stop`.
 
         Raises:
-            LaunchError: it does not answer, or another one has taken its endpoint.
+            LaunchError: it ended or does not get on, or another one has taken its endpoint.
         """
         for router in [p for p in self.processes if p.spec.is_router]:
             router.start()
             self._router_since = time.monotonic()
-            try:
-                with open_session(self._endpoint, patience=READY_PATIENCE) as session:
-                    self._wait_own(router, session)
-            except BusError as error:
-                raise LaunchError(f"{router.spec.name}: {error}\n{router.last_words()}") from error
+            while not self._answers(router):
+                self._check_start(router)
+                if stop.wait(_LOOK):
+                    return False
+            router.ready = True
+        return True
 
-    def _wait_own(self, router: ManagedProcess, session: Session) -> None:
-        """Wait until the router that answers is the one that was started, and not one that was faster."""
-        deadline = time.monotonic() + READY_PATIENCE
-        while (pid := router.pid) is not None and time.monotonic() < deadline:
-            if session.alive(router_alive(pid)):
-                router.ready = True
-                return
-            time.sleep(0.02)
-        raise LaunchError(f"{router.spec.name} does not serve at {self._endpoint}:\n{router.last_words()}")
+    def _answers(self, router: ManagedProcess) -> bool:
+        """Whether the router that answers is the one that was started, and not one that was faster."""
+        try:
+            with open_session(self._endpoint, patience=0.0) as session:
+                return router.pid is not None and bool(session.alive(router_alive(router.pid)))
+        except BusError:
+            return False
 
-    def _wait_ready(self, members: list[ManagedProcess], progress: Callable[[str], None]) -> None:
-        deadline = time.monotonic() + READY_PATIENCE
-        while waiting := [p for p in members if not p.ready]:
+    def _waiting(self, members: Sequence[ManagedProcess], stop: StopSignal) -> Iterable[ManagedProcess | None]:
+        """Each of the members when it is ready; None where `stop` was set."""
+        waiting = list(members)
+        looked = time.monotonic()
+        while waiting:
             self._feel_pulses()
-            for process in waiting:
+            now = time.monotonic()
+            look, looked = (True, now) if now - looked > _PROGRESS else (False, looked)
+            for process in list(waiting):
                 process.ready = process.ready or process.has_said
                 if process.ready:
-                    progress(process.spec.name)
-                elif process.exit_status is not None:
-                    raise LaunchError(
-                        f"{process.spec.name} ended with status {process.exit_status} before it was ready:\n"
-                        f"{process.last_words()}"
-                    )
-                elif time.monotonic() > deadline:
-                    raise LaunchError(
-                        f"{process.spec.name} was not ready within {READY_PATIENCE:g} s; see {process.log}"
-                    )
-            time.sleep(0.01)
+                    waiting.remove(process)
+                    yield process
+                elif look or process.exit_status is not None:
+                    self._check_start(process)
+            if stop.wait(_LOOK):
+                yield None
+                return
+
+    @staticmethod
+    def _check_start(process: ManagedProcess) -> None:
+        """Raise LaunchError where a process that starts has ended, or does not get on."""
+        name = process.spec.name
+        if process.exit_status is not None:
+            raise LaunchError(
+                f"{name} ended with status {process.exit_status} before it was ready:\n{process.last_words()}"
+            )
+        stuck = process.stuck(time.monotonic())
+        if stuck is not None:
+            raise LaunchError(f"{name} {stuck}; see {process.log}\n{process.last_words()}")
 
     def poll(self) -> None:
         """Look after everybody once: restart what died, kill what hangs.
@@ -121,20 +152,23 @@ class Supervisor:
             return
         self._session.receive()
         self._mailbox.handover(0.0)
-        felt = {pulse.key for pulse in self._pulses.take()}
-        for process in self.processes:
-            if process.spec.pulse in felt and process.pid is not None:
-                process.ready = True
-                process.last_pulse = time.monotonic()
+        felt = {pulse.key for pulse in self._beats.take()}
+        alive = [p for p in self.processes if p.spec.pulse in felt and p.pid is not None]
+        for process in alive:
+            process.ready = True
+        self._pulses.feel((process.spec.name for process in alive), time.monotonic())
 
     def _bury(self, process: ManagedProcess, now: float) -> None:
         name, status = process.spec.name, process.exit_status
         how = f"was killed by signal {-status}" if status is not None and status < 0 else f"ended with status {status}"
+        self._pulses.forget(name)
         if status == 0 and not process.spec.essential:
             self.processes.remove(process)
             self._announce(f"{name} was closed; the match goes on")
         elif process.note_death(now):
-            self._announce(f"{name} {how}: started again (log: {process.log})")
+            words = process.last_words(1)
+            why = f": {words}" if words and status is not None and status > 0 else ""
+            self._announce(f"{name} {how}{why}: started again (log: {process.log})")
             process.start()
             if process.spec.is_router:
                 self._router_since = now
@@ -157,20 +191,22 @@ class Supervisor:
         if self._cut_since is not None:
             self._cut_since = None
             self._router_since = now
-        if now - self._router_since < SETTLE:
-            return
+        hung = self._pulses.hung()
         for process in self.processes:
-            if process.spec.pulse is None or process.pid is None:
-                continue
-            limit = HUNG if process.ready else READY_PATIENCE
-            if now - max(process.last_pulse, self._router_since) > limit:
-                self._announce(f"{process.spec.name} hangs: killed")
+            stuck = None if process.ready or process.spec.pulse is None else process.stuck(now)
+            if process.pid is not None and (process.spec.name in hung or stuck):
+                self._announce(f"{process.spec.name} {stuck or 'hangs'}: killed")
+                self._pulses.forget(process.spec.name)
                 process.kill()
+        quiet = self._pulses.silence(now) > QUIET
+        if quiet and not self._told_of_quiet:
+            self._announce(f"no process of the match has given a sign of life for {QUIET:g} s: waiting for them")
+        self._told_of_quiet = quiet
 
     def stop(self) -> None:
         """Stop everybody, players first, the router last; bounded."""
-        for group in sorted({p.spec.group for p in self.processes}, reverse=True):
-            members = [p for p in self.processes if p.spec.group == group]
+        for order in sorted({p.spec.stop_order for p in self.processes}):
+            members = [p for p in self.processes if p.spec.stop_order == order]
             for member in members:
                 member.terminate()
             deadline = time.monotonic() + STOP_PATIENCE

@@ -1,11 +1,12 @@
-"""What must not be overlooked: emergency stop, halt, the end, a silent world, and what a stage waits for."""
+"""Says what must not be overlooked: emergency stop, halt, the end, a silent world, and what a stage waits for."""
 
 from dataclasses import dataclass
 
 from vrg.bus.messages import Stage
 from vrg.colours import Rgb
+from vrg.games.game import title
 from vrg.ui import palette
-from vrg.ui.scene import Scene, title
+from vrg.ui.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -13,7 +14,8 @@ class Banner:
     """A heading and what is to be said about it.
 
     Args:
-        hint: the key that helps, where there are keys.
+        lines: what happened, then how it is left, where the referee says so.
+        hint: the key that helps, where there are keys; empty where the lines already say what to do.
     """
 
     heading: str
@@ -28,9 +30,8 @@ def banners(scene: Scene) -> list[Banner]:
     if scene.estop:
         # The referee halts because of it: the reason is the same.
         reason = scene.estop_reason or scene.halted
-        said = (reason,) if reason else ()
         hint = "U releases it; robots stay still until they are armed"
-        found.append(Banner("EMERGENCY STOP", said, palette.ALARM, hint))
+        found.append(_stopped("EMERGENCY STOP", reason, scene.way_out, palette.ALARM, hint))
     if not scene.live:
         found.append(Banner("NO CLOCK", ("No clock from the world: what you see is old, robots stop.",), palette.LOST))
     if scene.stage is Stage.GAME_OVER:
@@ -38,10 +39,15 @@ def banners(scene: Scene) -> list[Banner]:
     elif scene.halted is not None and not scene.estop:
         latched = any(player.latched for player in scene.players)
         hint = "R lets robots clear their faults, then C continues" if latched else "C continues"
-        found.append(Banner("HALT", (scene.halted,), palette.CAUTION, hint))
+        found.append(_stopped("HALT", scene.halted, scene.way_out, palette.CAUTION, hint))
     elif scene.waiting and scene.halted is None:
         found.append(Banner("Waiting for", scene.waiting, palette.CALM))
     return found
+
+
+def _stopped(heading: str, reason: str | None, way_out: str | None, colour: Rgb, hint: str) -> Banner:
+    lines = tuple(text for text in (reason, way_out) if text)
+    return Banner(heading, lines, colour, "" if way_out else hint)
 
 
 def _result(scene: Scene) -> tuple[str, ...]:

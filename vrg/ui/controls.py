@@ -1,4 +1,4 @@
-"""What the spectator's keys mean: from key presses to messages. No window in it, only the numbers of keys."""
+"""Turns the spectator's key presses into messages. This needs no window, only the numbers of keys."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -19,13 +19,13 @@ _ASIDE: Final = {pygame.K_LEFT: 1.0, pygame.K_RIGHT: -1.0}
 
 @dataclass
 class Controls:
-    """Keys in, messages out.
+    """Takes keys in and publishes messages.
 
     Args:
-        mailbox: where messages are published. keys: of the match. by: who presses, for the log.
+        mailbox: where messages are published. keys: of the match. by: the name of who presses, for the log.
 
     Attributes:
-        driving: the player that is driven by hand.
+        driving: the player that the user drives by hand, or None.
         quit: the user wants the window closed; the match goes on.
         picture: the user wants a picture of the window; whoever takes it sets this back.
     """
@@ -39,7 +39,12 @@ class Controls:
     _held: set[int] = field(default_factory=set)
 
     def press(self, key: int, players: Sequence[str], *, shift: bool = False) -> None:
-        """A key went down. `players` are those that can be driven, in the order of TAB; with SHIFT backwards."""
+        """Take in that a key went down.
+
+        Args:
+            players: those that can be driven, in the order in which TAB goes through them.
+            shift: SHIFT is held; TAB then goes backwards.
+        """
         match key:
             case pygame.K_SPACE:
                 self.mailbox.publish(self.keys.estop, Estop(engaged=True, by=self.by))
@@ -63,15 +68,15 @@ class Controls:
                 self._held.add(key)
 
     def release(self, key: int) -> None:
-        """A key went up."""
+        """Take in that a key went up."""
         self._held.discard(key)
 
     def let_go(self) -> None:
-        """The keyboard went elsewhere: the keys' release will not be seen, so none counts as held."""
+        """Count no key as held: the keyboard went elsewhere, and the release of the keys will not be seen."""
         self._held.clear()
 
     def steer(self) -> None:
-        """Publish the command for the player under the hand; to be called each tick."""
+        """Publish the command for the player that is driven by hand. This is to be called at each tick."""
         if self.driving is None:
             return
         forward = sum(_AHEAD.get(key, 0.0) for key in self._held)
@@ -79,13 +84,13 @@ class Controls:
         self.mailbox.publish(self.keys.manual(self.driving), Manual(forward=forward, turn=turn, lease=LEASE))
 
     def give_back(self) -> None:
-        """The player under the hand plays by itself again."""
+        """Let the player that is driven by hand play by itself again."""
         if self.driving is not None:
             self.mailbox.publish(self.keys.manual(self.driving), Manual(forward=0.0, turn=0.0, lease=0.0))
         self.driving = None
 
     def close(self) -> None:
-        """The user closes the window."""
+        """Close the window, as the user asked."""
         self.give_back()
         self.quit = True
 

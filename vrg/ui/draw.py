@@ -1,4 +1,4 @@
-"""A scene on a surface of any size: field, panel, banners. And a picture of it in a file, with no screen."""
+"""Draws a scene upon a surface of any size: field, panel and banners. It can also leave a picture in a file."""
 
 import math
 import os
@@ -22,7 +22,7 @@ NARROW: Final = 520
 
 
 class Painter:
-    """Draws scenes; keeps fonts and the unmoving ground between frames."""
+    """Draws scenes, and keeps the fonts and the unmoving ground between frames."""
 
     def __init__(self) -> None:
         self._fonts = Fonts()
@@ -33,7 +33,7 @@ class Painter:
         """Draw the scene on the whole surface.
 
         Args:
-            driving: the player that the user drives by hand.
+            driving: the player that the user drives by hand, or None.
 
         Returns:
             How the field's coordinates became pixels.

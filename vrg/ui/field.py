@@ -1,14 +1,16 @@
-"""The field: what stands still drawn once, what moves drawn upon it each frame."""
+"""Draws the field. What stands still is drawn once and kept; what moves is drawn upon it in each frame."""
 
 import math
 from typing import Final
 
 import pygame
 
-from vrg.bus.messages import Pose, Stage
+from vrg.bus.messages import Stage
+from vrg.games import UNKNOWN, game_of
+from vrg.games.game import Style
+from vrg.types import Pose
 from vrg.ui import palette, shapes
 from vrg.ui.ground import draw_ground
-from vrg.ui.palette import Style, style_of
 from vrg.ui.scene import Scene, SceneBody
 from vrg.ui.sprites import FINENESS, robot_sprite
 from vrg.ui.text import Face, Fonts
@@ -25,13 +27,15 @@ class FieldPainter:
 
     def __init__(self, fonts: Fonts) -> None:
         self._fonts = fonts
+        self._game = UNKNOWN
         self._ground: pygame.Surface | None = None
         self._ground_of: tuple[object, ...] = ()
         self._place: dict[str, int] = {}
         self._sprites: dict[tuple[Style, bool, int, int], pygame.Surface] = {}
 
     def draw(self, surface: pygame.Surface, area: Area, scene: Scene, ui: float, driving: str | None) -> View:
-        """Draw the scene; `ui` scales letters, `driving` is ringed. Returns where things are."""
+        """Draw the scene and return where things are; `ui` scales letters, `driving` is the player with a ring."""
+        self._game = game_of(scene.game)
         view = fit(extent(scene), area)
         rect = pygame.Rect(area)
         surface.blit(self._ground_for(rect, scene, view, ui), rect)
@@ -40,7 +44,7 @@ class FieldPainter:
         if scene.stage in (Stage.INITIALIZE, Stage.ROUND_OVER):
             self._marks(surface, scene, view)
         for body in scene.bodies:
-            _trail(surface, body, view)
+            _trail(surface, body, view, self._game.style(body.role, body.state))
         # What is out of play lies under what plays.
         for body in sorted(scene.bodies, key=lambda body: not body.out_of_play):
             self._body(surface, body, view)
@@ -65,7 +69,7 @@ class FieldPainter:
         for player in scene.players:
             if player.mark is None:
                 continue
-            colour = palette.mix(style_of(player.role, player.state).colour, palette.FIELD, 0.45)
+            colour = palette.mix(self._game.style(player.role, player.state).colour, palette.FIELD, 0.45)
             centre, angle = _placed(player.mark, view)
             half = max(0.25 * view.scale, SMALLEST / 2)
             shapes.outline(surface, shapes.rectangle(centre, angle, -half, half, half * 0.8), colour, 1.5)
@@ -74,7 +78,7 @@ class FieldPainter:
 
     def _body(self, surface: pygame.Surface, body: SceneBody, view: View) -> None:
         length, width = _size(body, view)
-        key = (style_of(body.role, body.state), body.physical, round(length), round(width))
+        key = (self._game.style(body.role, body.state), body.physical, round(length), round(width))
         sprite = self._sprites.get(key)
         if sprite is None:
             sprite = self._sprites[key] = robot_sprite(*key)
@@ -124,13 +128,12 @@ class FieldPainter:
         return best
 
 
-def _trail(surface: pygame.Surface, body: SceneBody, view: View) -> None:
-    colour = style_of(body.role, body.state).colour
+def _trail(surface: pygame.Surface, body: SceneBody, view: View, style: Style) -> None:
     points = [view.point(x, y) for x, y in (*body.trail, (body.pose.x, body.pose.y))]
     last = len(points) - 1
     for index in range(last):
         share = (index + 1) / last
-        faded = palette.mix(palette.FIELD, colour, 0.2 + 0.7 * share)
+        faded = palette.mix(palette.FIELD, style.colour, 0.2 + 0.7 * share)
         shapes.stroke(surface, points[index], points[index + 1], faded, 1.0 + 2.0 * share)
 
 

@@ -1,38 +1,31 @@
-"""What stands still on the field: zones, grid, walls, a scale. Drawn once and kept."""
+"""Draws what stands still on the field: zones, grid, walls and a scale. It is drawn once and kept."""
 
 import math
 
 import pygame
 
 from vrg.bus.messages import Zone
+from vrg.colours import Rgb
+from vrg.regions import Region
+from vrg.types import Vector
 from vrg.ui import palette, shapes
 from vrg.ui.scene import Scene
 from vrg.ui.text import Face, Fonts
-from vrg.ui.view import View
+from vrg.ui.view import Pixel, View
 
 
 def draw_ground(surface: pygame.Surface, scene: Scene, view: View, ui: float, fonts: Fonts) -> None:
     """Draw field, zones, walls and legend over the whole surface; `ui` scales letters."""
     surface.fill(palette.BACKGROUND)
-    fields = [zone for zone in scene.zones if zone.kind == "field"]
-    for zone in fields:
-        left, top, width, height = view.box((zone.x_min, zone.y_min, zone.x_max, zone.y_max))
-        pygame.draw.rect(surface, palette.FIELD, (round(left), round(top), round(width), round(height)))
-        _grid(surface, zone, view)
+    fields = [zone.region for zone in scene.zones if zone.kind == "field"]
+    for region in fields:
+        shapes.polygon(surface, _outline(region, view), palette.FIELD)
+        _grid(surface, region, view)
     for zone in scene.zones:
         if zone.kind != "field":
             _zone(surface, zone, view, ui, fonts)
-    for zone in fields:
-        corners = [
-            view.point(x, y)
-            for x, y in (
-                (zone.x_min, zone.y_min),
-                (zone.x_max, zone.y_min),
-                (zone.x_max, zone.y_max),
-                (zone.x_min, zone.y_max),
-            )
-        ]
-        shapes.outline(surface, corners, palette.BORDER, 2.5 * ui)
+    for region in fields:
+        shapes.outline(surface, _outline(region, view), palette.BORDER, 2.5 * ui)
     for x1, y1, x2, y2 in scene.segments:
         shapes.line(surface, view.point(x1, y1), view.point(x2, y2), palette.WALL, max(3.0, 0.1 * view.scale))
     for x, y, radius in scene.circles:
@@ -42,32 +35,55 @@ def draw_ground(surface: pygame.Surface, scene: Scene, view: View, ui: float, fo
         _explain_rim(surface, ui, fonts)
 
 
-def _grid(surface: pygame.Surface, zone: Zone, view: View) -> None:
-    for x in range(math.ceil(zone.x_min), math.floor(zone.x_max) + 1):
-        pygame.draw.line(surface, palette.GRID, view.point(x, zone.y_min), view.point(x, zone.y_max))
-    for y in range(math.ceil(zone.y_min), math.floor(zone.y_max) + 1):
-        pygame.draw.line(surface, palette.GRID, view.point(zone.x_min, y), view.point(zone.x_max, y))
+def _outline(region: Region, view: View) -> list[Pixel]:
+    return [view.point(x, y) for x, y in region.outline()]
+
+
+def _grid(surface: pygame.Surface, region: Region, view: View) -> None:
+    """Draw a line at each whole metre, as far as it is inside the region."""
+    x_min, y_min, x_max, y_max = region.bounds
+    ways: list[tuple[Vector, Vector]] = [
+        ((x, y_min), (x, y_max)) for x in range(math.ceil(x_min), math.floor(x_max) + 1)
+    ]
+    ways += [((x_min, y), (x_max, y)) for y in range(math.ceil(y_min), math.floor(y_max) + 1)]
+    for start, end in ways:
+        stretch = region.inside(start, end)
+        if stretch is not None:
+            a, b = (view.point(*_between(start, end, share)) for share in stretch)
+            pygame.draw.line(surface, palette.GRID, a, b)
 
 
 def _zone(surface: pygame.Surface, zone: Zone, view: View, ui: float, fonts: Fonts) -> None:
-    left, top, width, height = (round(v) for v in view.box((zone.x_min, zone.y_min, zone.x_max, zone.y_max)))
+    _, _, width, height = view.box(zone.region.bounds)
     if width < 2 or height < 2:
         return
     safe = zone.kind == "safe"
     colour = palette.SAFE if safe else palette.MUTED
-    place = pygame.Rect(left, top, width, height)
     tint = palette.mix(palette.FIELD, colour, 0.2 if safe else 0.08)
-    surface.fill(tint, place)
+    outline = _outline(zone.region, view)
+    shapes.polygon(surface, outline, tint)
     if safe:
-        stripe = palette.mix(tint, colour, 0.22)
-        surface.set_clip(place)
-        for offset in range(-height, width, max(14, round(18 * ui))):
-            start, end = (left + offset, top + height), (left + offset + height, top)
-            pygame.draw.aaline(surface, stripe, start, end)
-            pygame.draw.aaline(surface, stripe, (start[0] + 1, start[1]), (end[0] + 1, end[1]))
-        surface.set_clip(None)
-    edge = palette.mix(colour, palette.FIELD, 0.25)
-    pygame.draw.rect(surface, edge, (left, top, width, height), 2 if safe else 1)
+        _stripes(surface, zone.region, view, palette.mix(tint, colour, 0.22), max(14, round(18 * ui)))
+    shapes.outline(surface, outline, palette.mix(colour, palette.FIELD, 0.25), 2 if safe else 1)
+    _name(surface, zone, view, ui, fonts)
+
+
+def _stripes(surface: pygame.Surface, region: Region, view: View, colour: Rgb, step: int) -> None:
+    """Draw lines that rise to the right in the window, `step` pixels apart, as far as they are inside the region."""
+    left, top, width, height = view.box(region.bounds)
+    for offset in range(-math.ceil(height), math.ceil(width), step):
+        start, end = (left + offset, top + height), (left + offset + height, top)
+        stretch = region.inside(view.place(*start), view.place(*end))
+        if stretch is not None:
+            a, b = (_between(start, end, share) for share in stretch)
+            pygame.draw.aaline(surface, colour, a, b)
+            pygame.draw.aaline(surface, colour, (a[0] + 1, a[1]), (b[0] + 1, b[1]))
+
+
+def _name(surface: pygame.Surface, zone: Zone, view: View, ui: float, fonts: Fonts) -> None:
+    """Write the name of a zone about its middle, upright where that has more room, or not at all where it has none."""
+    width, height = _room(zone.region, view)
+    safe = zone.kind == "safe"
     words = zone.name.replace("_", " ").upper()
     if safe and "ZONE" not in words:
         words += " ZONE"
@@ -75,18 +91,35 @@ def _zone(surface: pygame.Surface, zone: Zone, view: View, ui: float, fonts: Fon
     smallest = max(10, round(12 * ui))
     while size > smallest and fonts.width(words, size, Face.BOLD) > 0.85 * width:
         size -= 1
-    ink = palette.mix(colour, palette.TEXT, 0.45 if safe else 0.0)
+    ink = palette.mix(palette.SAFE, palette.TEXT, 0.45) if safe else palette.MUTED
     text = fonts.render(words, max(size, smallest), ink, Face.BOLD)
     if text.get_width() > 0.85 * width and height > width:
         text = pygame.transform.rotate(text, 90)
     if text.get_width() <= width - 4 and text.get_height() <= height - 4:
         text = text.copy()
         text.set_alpha(210 if safe else 150)
-        surface.blit(text, text.get_rect(center=(left + width // 2, top + height // 2)))
+        x, y = view.point(*zone.region.middle)
+        surface.blit(text, text.get_rect(center=(round(x), round(y))))
+
+
+def _room(region: Region, view: View) -> tuple[float, float]:
+    """How far, in pixels, something centred in the middle of a region can reach: its width and its height."""
+    x, y = view.point(*region.middle)
+    _, _, width, height = view.box(region.bounds)
+
+    def reach(dx: float, dy: float) -> float:
+        stretch = region.inside(view.place(x - dx, y - dy), view.place(x + dx, y + dy))
+        return 0.0 if stretch is None else 2 * min(0.5 - stretch[0], stretch[1] - 0.5)
+
+    return 2 * width * reach(width, 0.0), 2 * height * reach(0.0, height)
+
+
+def _between(start: Pixel, end: Pixel, share: float) -> Pixel:
+    return start[0] + (end[0] - start[0]) * share, start[1] + (end[1] - start[1]) * share
 
 
 def _legend(surface: pygame.Surface, view: View, ui: float, fonts: Fonts) -> None:
-    """A scale in metres and where x and y point."""
+    """Draw a scale in metres and where x and y point."""
     metres = next((m for m in (1, 2, 5, 10, 20, 50, 100) if m * view.scale >= 60 * ui), 100)
     length = metres * view.scale
     left, bottom = 18 * ui, surface.get_height() - 16 * ui

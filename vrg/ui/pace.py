@@ -1,4 +1,4 @@
-"""How often to draw, told from match time alone."""
+"""Tells from match time alone how often to draw."""
 
 from typing import Final
 
@@ -9,7 +9,7 @@ FULL_SPEED_RATE: Final = 10.0
 
 
 class Pace:
-    """Says when a frame is due. Ticks come by match time: at ten times real time drawing each would be too much.
+    """Says when a frame is due. Ticks come by match time; at ten times real time, to draw at each is too much.
 
     Args:
         period: s of real time between frames.
@@ -20,7 +20,7 @@ class Pace:
         self._last: float | None = None
 
     def due(self, tick: Tick, rate: float) -> bool:
-        """Whether to draw now, at `rate` match seconds per real second; without a clock always."""
+        """Whether to draw now, at `rate` match seconds per real second. Without a clock, it is always time to draw."""
         # A little less than the period, or rounding would skip every second tick.
         wait = 0.9 * self._period * max(1.0, rate if rate > 0 else FULL_SPEED_RATE)
         if tick.live and self._last is not None and 0 <= tick.time - self._last < wait:

@@ -1,4 +1,4 @@
-"""The panel beside the field: the state of the match, the players, the referee's words, the keys."""
+"""Draws the panel beside the field: the state of the match, the players, the referee's words and the keys."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -6,10 +6,12 @@ from typing import Final
 import pygame
 
 from vrg.bus.messages import Stage
-from vrg.colours import OUT_OF_PLAY, ROLE_COLOURS, Rgb
+from vrg.colours import Rgb
+from vrg.games import UNKNOWN, game_of
+from vrg.games.game import title
 from vrg.ui import palette, shapes
-from vrg.ui.palette import ink_on, style_of
-from vrg.ui.scene import Scene, ScenePlayer, clock_text, round_word, title
+from vrg.ui.palette import ink_on
+from vrg.ui.scene import Scene, ScenePlayer, clock_text
 from vrg.ui.text import Face, Fonts
 
 KEYS: Final = (
@@ -31,7 +33,7 @@ PHYSICAL_RIM: Final = 2
 
 @dataclass
 class _Pen:
-    """Where the next line goes."""
+    """Where the next line is written, pixels."""
 
     surface: pygame.Surface
     left: int
@@ -44,17 +46,19 @@ class _Pen:
 
 
 class PanelPainter:
-    """Draws the panel into a rectangle, from the top down; what has no room is left out, the keys first."""
+    """Draws the panel into a rectangle from the top down. What has no room is left out, the keys first."""
 
     def __init__(self, fonts: Fonts) -> None:
         self._fonts = fonts
+        self._game = UNKNOWN
 
     def draw(self, surface: pygame.Surface, area: pygame.Rect, scene: Scene, ui: float, driving: str | None) -> None:
-        """Draw the scene's words; `ui` scales letters, `driving` is the player under the hand."""
+        """Draw the scene's words; `ui` scales letters, `driving` is the player that the user drives by hand."""
         pygame.draw.rect(surface, palette.PANEL, area)
         pygame.draw.line(surface, palette.LINE, area.topleft, area.bottomleft)
         before = surface.get_clip()
         surface.set_clip(area.clip(before))
+        self._game = game_of(scene.game)
         pad = round(18 * ui)
         pen = _Pen(surface, area.left + pad, area.right - pad, area.top + pad)
         self._heading(pen, scene, ui)
@@ -78,7 +82,7 @@ class PanelPainter:
         x = self._chip(pen, pen.left, title(scene.stage.value), palette.STAGE_COLOURS[scene.stage], ui)
         if scene.halted is not None and scene.stage is not Stage.GAME_OVER:
             x = self._chip(pen, x + round(6 * ui), "Halt", palette.CAUTION, ui)
-        counted = f"{round_word(scene.game)} {scene.round} of {scene.rounds}"
+        counted = f"{self._game.round_word} {scene.round} of {scene.rounds}"
         text = self._fonts.render(counted, round(14 * ui), palette.TEXT)
         pen.surface.blit(text, (x + round(10 * ui), pen.y + round(3 * ui)))
         pen.y += round(32 * ui)
@@ -107,7 +111,7 @@ class PanelPainter:
         for index, (team, points) in enumerate(scene.score):
             card = pygame.Rect(pen.left + index * (width + gap), pen.y, width, height)
             shapes.pill(pen.surface, card, palette.RAISED)
-            colour = _team_colour(scene, team)
+            colour = self._game.team_style(team).colour
             pygame.draw.rect(
                 pen.surface, colour, (card.left, card.top, round(4 * ui), height),
                 border_top_left_radius=8, border_bottom_left_radius=8,
@@ -143,7 +147,7 @@ class PanelPainter:
         if driven:
             back = pygame.Rect(pen.left - round(8 * ui), pen.y, pen.width + round(16 * ui), row)
             shapes.pill(pen.surface, back, palette.mix(palette.PANEL, palette.CAUTION, 0.22), radius=6)
-        style = style_of(player.role, player.state)
+        style = self._game.style(player.role, player.state)
         middle = pen.y + row // 2
         badge = pygame.Rect(0, 0, round(18 * ui), round(18 * ui))
         badge.center = (pen.left + badge.width // 2, middle)
@@ -153,7 +157,7 @@ class PanelPainter:
         shapes.marker(pen.surface, badge.center, 1.5708, badge.width * 0.32, palette.INK, style.marker)
         columns = (0.10, 0.46, 0.70)
         state = "by hand" if driven or player.manual else player.state
-        quiet = player.state in OUT_OF_PLAY
+        quiet = player.out_of_play
         cells = (
             (player.name, Face.BOLD, palette.MUTED if quiet else palette.TEXT),
             (player.role, Face.REGULAR, style.colour if not quiet else palette.MUTED),
@@ -174,7 +178,7 @@ class PanelPainter:
                 pen.y += round(15 * ui)
 
     def _calls(self, pen: _Pen, scene: Scene, ui: float, floor: int) -> None:
-        """The last calls, the newest on top, as many as there is room for."""
+        """Write the last calls, the newest on top, as many as there is room for."""
         if not scene.calls or pen.y + round(50 * ui) > floor:
             return
         self._section(pen, "REFEREE", ui)
@@ -216,10 +220,3 @@ class PanelPainter:
             room = pen.width // 2 - box.width - round(8 * ui)
             text = self._fonts.render(self._fonts.shorten(meaning, room, size), size, palette.MUTED)
             pen.surface.blit(text, text.get_rect(midleft=(box.right + round(6 * ui), box.centery)))
-
-
-def _team_colour(scene: Scene, team: str) -> Rgb:
-    # A team keeps its colour when its players change roles: "sharks" are of the role "shark".
-    own = team.removesuffix("s")
-    role = own if own in ROLE_COLOURS else next((p.role for p in scene.players if p.team == team), own)
-    return style_of(role, "").colour

@@ -1,4 +1,4 @@
-"""The trajectories of a match as a picture for a report: a panel for each round, metres on both axes."""
+"""Draws the trajectories of a match for a report: a panel for each round, metres on both axes."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -11,23 +11,18 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Rectangle
+from matplotlib.patches import Polygon
 
-from vrg.bus.foxglove import CallRecord
 from vrg.bus.messages import Zone
-from vrg.bus.tracks import Track, read_calls, read_setting, read_tracks
-from vrg.colours import BLUE, GREEN, ORANGE, OUT_OF_PLAY, PURPLE, SKY_BLUE, VERMILLION, YELLOW
+from vrg.colours import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, VERMILLION, YELLOW
+from vrg.games import UNKNOWN, game_of
+from vrg.games.game import Game, Marker, Moment
+from vrg.recording.reader import Track, read_calls, read_setting, read_tracks
+from vrg.recording.records import CallRecord
+from vrg.regions import Bounds
 from vrg.ui.labels import HALO, Colour, Labels
-from vrg.ui.palette import Marker, style_of
-from vrg.ui.scene import JUMP, clock_text, round_word
+from vrg.ui.scene import JUMP, clock_text
 
-MOMENTS: Final = {
-    "tag": ("X", "tag"),
-    "out_of_bounds": ("s", "out of bounds"),
-    "capture": ("*", "capture"),
-    "escape": ("D", "escape"),
-}
-"""The rules whose calls are marked: marker and word."""
 _ROLE_MARKERS: Final = {
     Marker.TRIANGLE: "^",
     Marker.CIRCLE: "o",
@@ -50,12 +45,13 @@ def plot_trajectories(
     """Plot where each player drove while the rounds were played.
 
     A colour for each player; solid lines are virtual robots, dashed ones physical. A hollow circle is where it
-    began, its role's marker where it ended. Tags and the like are marked, with the player and the play clock.
+    began, its role's marker where it ended. The calls that the game says are marked, with the player and the play
+    clock; where the game is not installed here, every call that has a place is.
 
     Args:
         recording: an MCAP file, its parts, or tracks read from one.
-        calls: of the match. zones: by round. game: its name, for what a round is called. All three are read from
-            the recording where not given.
+        calls: of the match. zones: by round. game: its name. All three are read from the recording where they are not
+            given.
         title: above the panels.
 
     Raises:
@@ -71,7 +67,8 @@ def plot_trajectories(
         game = game or setting.game
     else:
         tracks = dict(recording)
-    calls, zones = calls or (), zones or {}
+    calls, zones, shown_as = calls or (), zones or {}, game_of(game)
+    moments = _moments(shown_as, calls)
     if not any(track.times.size for track in tracks.values()):
         raise ValueError(f"expected at least one track with a pose, got {len(tracks)} tracks")
     rounds = _rounds(tracks)
@@ -79,28 +76,36 @@ def plot_trajectories(
     figure, panels, metre = _figure(len(rounds), box)
     colours = {name: _colour(index) for index, name in enumerate(sorted(tracks))}
     for axes, number in zip(panels, rounds, strict=True):
-        _draw_zones(axes, zones.get(number, ()))
-        labels = Labels(metre)
+        here = zones.get(number, ())
+        labels = Labels(metre, box, [zone.region for zone in here if zone.kind == "field"])
+        _draw_zones(axes, here, labels)
         for track in tracks.values():
             ends = np.flatnonzero(_shown(track, number))
             if ends.size:
                 labels.keep_clear((float(track.x[ends[-1]]), float(track.y[ends[-1]])))
         for name in sorted(tracks):
-            _draw_track(axes, tracks[name], number, colours[name], labels)
+            _draw_track(axes, tracks[name], number, colours[name], labels, shown_as)
         for call in calls:
-            if call.rule in MOMENTS and number in (call.round, 0):
-                _draw_call(axes, call, labels)
+            if call.rule in moments and number in (call.round, 0):
+                _draw_call(axes, call, moments[call.rule].sign, labels)
         axes.set(xlim=(box[0], box[2]), ylim=(box[1], box[3]), xlabel="x, m", aspect="equal")
         axes.grid(True, color="0.92", linewidth=0.6)
         axes.set_axisbelow(True)
         if number:
-            axes.set_title(f"{round_word(game).capitalize()} {number}", fontsize=11)
+            axes.set_title(f"{shown_as.round_word.capitalize()} {number}", fontsize=11)
     panels[0].set_ylabel("y, m")
     if title:
         figure.suptitle(title, fontsize=14, fontweight="bold", x=0.01, horizontalalignment="left")
-    handles = list(_legend(tracks, rounds, colours, calls))
+    handles = list(_legend(tracks, rounds, colours, calls, shown_as))
     figure.legend(handles=handles, loc="outside right upper", frameon=False, fontsize=9, handlelength=2.6)
     figure.savefig(out_png, dpi=130, format="png", bbox_inches="tight", pad_inches=0.15)
+
+
+def _moments(game: Game, calls: Sequence[CallRecord]) -> Mapping[str, Moment]:
+    """The rules whose calls are marked."""
+    if game is not UNKNOWN:
+        return game.moments
+    return {call.rule: Moment("X", call.rule.replace("_", " ")) for call in calls if call.poses}
 
 
 def _rounds(tracks: Mapping[str, Track]) -> list[int]:
@@ -109,7 +114,7 @@ def _rounds(tracks: Mapping[str, Track]) -> list[int]:
     return sorted(played) or [0]
 
 
-def _figure(count: int, box: tuple[float, float, float, float]) -> tuple[Figure, list[Axes], float]:
+def _figure(count: int, box: Bounds) -> tuple[Figure, list[Axes], float]:
     """The figure, its panels, and the length of a metre in points."""
     aspect = (box[3] - box[1]) / (box[2] - box[0])
     columns = min(count, 4 if aspect > 1.0 else 2)
@@ -126,16 +131,16 @@ def _figure(count: int, box: tuple[float, float, float, float]) -> tuple[Figure,
     return figure, panels[:count], 72 * height / (box[3] - box[1])
 
 
-def _extent(tracks: Mapping[str, Track], zones: Mapping[int, Sequence[Zone]]) -> tuple[float, float, float, float]:
-    """x_min, y_min, x_max, y_max in m of all that is drawn, with a margin."""
+def _extent(tracks: Mapping[str, Track], zones: Mapping[int, Sequence[Zone]]) -> Bounds:
+    """The bounds of all that is drawn, with a margin, m."""
     shown = [_shown(track, 0) for track in tracks.values()]
     xs = np.concatenate([track.x[keep] for track, keep in zip(tracks.values(), shown, strict=True)])
     ys = np.concatenate([track.y[keep] for track, keep in zip(tracks.values(), shown, strict=True)])
-    every = [zone for of_round in zones.values() for zone in of_round]
-    x_min = min([float(xs.min()), *(zone.x_min for zone in every)])
-    y_min = min([float(ys.min()), *(zone.y_min for zone in every)])
-    x_max = max([float(xs.max()), *(zone.x_max for zone in every)])
-    y_max = max([float(ys.max()), *(zone.y_max for zone in every)])
+    every = [zone.region.bounds for of_round in zones.values() for zone in of_round]
+    x_min = min([float(xs.min()), *(bounds[0] for bounds in every)])
+    y_min = min([float(ys.min()), *(bounds[1] for bounds in every)])
+    x_max = max([float(xs.max()), *(bounds[2] for bounds in every)])
+    y_max = max([float(ys.max()), *(bounds[3] for bounds in every)])
     return x_min - 0.7, y_min - 0.7, x_max + 0.7, y_max + 0.7
 
 
@@ -146,27 +151,28 @@ def _shown(track: Track, number: int) -> npt.NDArray[np.bool_]:
     return track.playing & (track.rounds == number) if number else track.playing
 
 
-def _draw_zones(axes: Axes, zones: Sequence[Zone]) -> None:
+def _draw_zones(axes: Axes, zones: Sequence[Zone], labels: Labels) -> None:
     for zone in zones:
-        width, height = zone.x_max - zone.x_min, zone.y_max - zone.y_min
-        corner = (zone.x_min, zone.y_min)
+        outline = zone.region.outline()
         if zone.kind == "field":
-            axes.add_patch(Rectangle(corner, width, height, fill=False, edgecolor="0.25", linewidth=1.6, zorder=1.5))
+            axes.add_patch(Polygon(outline, fill=False, edgecolor="0.25", linewidth=1.6, zorder=1.5))
             continue
         safe = zone.kind == "safe"
         axes.add_patch(
-            Rectangle(
-                corner, width, height, facecolor="#d9f0e6" if safe else "0.96", edgecolor="#8ccfb4" if safe else "0.85",
+            Polygon(
+                outline, facecolor="#d9f0e6" if safe else "0.96", edgecolor="#8ccfb4" if safe else "0.85",
                 hatch="//" if safe else None, linewidth=0.8, zorder=0.5,
             )
         )  # fmt: skip
+        words = zone.name.replace("_", " ")
         axes.text(
-            zone.x_min + 0.2, zone.y_min + 0.2, zone.name.replace("_", " "), ha="left", va="bottom",
-            fontsize=10, color="#3d8f6f" if safe else "0.6", path_effects=[HALO], zorder=0.6,
+            *zone.region.middle, words, ha="center", va="center", fontsize=10, color="#3d8f6f" if safe else "0.6",
+            path_effects=[HALO], zorder=0.6,
         )  # fmt: skip
+        labels.keep_clear(zone.region.middle, width=6.0 * len(words), height=12.0)
 
 
-def _draw_track(axes: Axes, track: Track, number: int, colour: Colour, labels: Labels) -> None:
+def _draw_track(axes: Axes, track: Track, number: int, colour: Colour, labels: Labels, game: Game) -> None:
     keep = np.flatnonzero(_shown(track, number))
     if not keep.size:
         return
@@ -178,8 +184,8 @@ def _draw_track(axes: Axes, track: Track, number: int, colour: Colour, labels: L
     axes.plot(line_x, line_y, color=colour, linestyle=style, linewidth=1.7, zorder=3, solid_capstyle="round")
     axes.plot(x[0], y[0], "o", color=colour, markerfacecolor="white", markersize=6, markeredgewidth=1.6, zorder=4)
     last = _last_of_round(track, number, int(keep[-1]))
-    sign = style_of(track.roles[last], track.states[last]).marker
-    gone = track.states[last] in OUT_OF_PLAY
+    sign = game.style(track.roles[last], track.states[last]).marker
+    gone = track.states[last] in game.out_of_play
     face = "0.75" if gone else colour
     axes.plot(
         x[-1],
@@ -194,17 +200,20 @@ def _draw_track(axes: Axes, track: Track, number: int, colour: Colour, labels: L
     labels.write(axes, track.name, (float(x[-1]), float(y[-1])), colour, bold=True)
 
 
-def _draw_call(axes: Axes, call: CallRecord, labels: Labels) -> None:
-    if not call.poses:
+def _draw_call(axes: Axes, call: CallRecord, sign: str, labels: Labels) -> None:
+    if not call.poses or not call.players:
         return
-    marker, _ = MOMENTS[call.rule]
     here = (call.poses[0].x, call.poses[0].y)
-    axes.plot(*here, marker, color="none", markeredgecolor="black", markersize=15, markeredgewidth=1.2, zorder=6)
+    axes.plot(*here, sign, color="none", markeredgecolor="black", markersize=15, markeredgewidth=1.2, zorder=6)
     labels.write(axes, f"{call.players[0]} {clock_text(call.clock)}", here, (0.0, 0.0, 0.0), bold=False)
 
 
 def _legend(
-    tracks: Mapping[str, Track], rounds: Sequence[int], colours: Mapping[str, Colour], calls: Sequence[CallRecord]
+    tracks: Mapping[str, Track],
+    rounds: Sequence[int],
+    colours: Mapping[str, Colour],
+    calls: Sequence[CallRecord],
+    game: Game,
 ) -> Iterator[Line2D]:
     both = {track.physical for track in tracks.values()} == {True, False}
     for name in sorted(tracks):
@@ -222,15 +231,17 @@ def _legend(
         for number in rounds
         for last in [_last_of_round(track, number, int(i)) for i in np.flatnonzero(_shown(track, number))[-1:]]
     ]
-    signs = {(style_of(role, state).marker, state if state in OUT_OF_PLAY else role) for role, state in ends if role}
+    signs = {
+        (game.style(role, state).marker, state if state in game.out_of_play else role) for role, state in ends if role
+    }
     for sign, word in sorted(signs, key=lambda pair: pair[1]):
         yield Line2D([], [], color=grey, marker=_ROLE_MARKERS[sign], linestyle="", label=f"end, {word}")
-    for rule in MOMENTS:
+    for rule, moment in _moments(game, calls).items():
         if any(call.rule == rule for call in calls):
-            marker, word = MOMENTS[rule]
             yield Line2D(
-                [], [], color="none", marker=marker, markeredgecolor="black", markersize=10, linestyle="", label=word
-            )
+                [], [], color="none", marker=moment.sign, markeredgecolor="black", markersize=10, linestyle="",
+                label=moment.word,
+            )  # fmt: skip
 
 
 def _last_of_round(track: Track, number: int, shown: int) -> int:

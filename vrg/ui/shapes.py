@@ -1,4 +1,4 @@
-"""Anti-aliased shapes that pygame.draw does not have. Points are pixels."""
+"""Draws smooth shapes that pygame.draw does not have. Points are pixels."""
 
 import math
 from collections.abc import Sequence
@@ -7,7 +7,7 @@ import pygame
 from pygame import gfxdraw
 
 from vrg.colours import Rgb
-from vrg.ui.palette import Marker
+from vrg.games.game import Marker
 from vrg.ui.view import Pixel
 
 FAR = 16000
@@ -15,7 +15,7 @@ FAR = 16000
 
 
 def polygon(surface: pygame.Surface, points: Sequence[Pixel], colour: Rgb) -> None:
-    """A filled polygon with smooth edges."""
+    """Fill a polygon with smooth edges."""
     if any(abs(x) > FAR or abs(y) > FAR for x, y in points):
         return
     gfxdraw.filled_polygon(surface, points, colour)
@@ -23,13 +23,13 @@ def polygon(surface: pygame.Surface, points: Sequence[Pixel], colour: Rgb) -> No
 
 
 def outline(surface: pygame.Surface, points: Sequence[Pixel], colour: Rgb, width: float = 1.0) -> None:
-    """A closed smooth line."""
+    """Draw a closed smooth line."""
     for start, end in zip(points, [*points[1:], points[0]], strict=True):
         stroke(surface, start, end, colour, width)
 
 
 def line(surface: pygame.Surface, start: Pixel, end: Pixel, colour: Rgb, width: float = 1.0) -> None:
-    """A line of any width, its corners at whole pixels."""
+    """Draw a line of any width, its corners at whole pixels."""
     dx, dy = end[0] - start[0], end[1] - start[1]
     length = math.hypot(dx, dy)
     if length < 0.1:
@@ -45,7 +45,7 @@ def line(surface: pygame.Surface, start: Pixel, end: Pixel, colour: Rgb, width: 
 
 
 def stroke(surface: pygame.Surface, start: Pixel, end: Pixel, colour: Rgb, width: float) -> None:
-    """A smooth thin line between fractions of pixels: as many hair lines beside each other as it takes."""
+    """Draw a smooth thin line between fractions of pixels: as many hair lines beside each other as it takes."""
     dx, dy = end[0] - start[0], end[1] - start[1]
     length = math.hypot(dx, dy)
     if length < 0.1:
@@ -60,7 +60,7 @@ def stroke(surface: pygame.Surface, start: Pixel, end: Pixel, colour: Rgb, width
 
 
 def disc(surface: pygame.Surface, centre: Pixel, radius: float, colour: Rgb) -> None:
-    """A filled circle."""
+    """Fill a circle."""
     if max(abs(centre[0]), abs(centre[1]), radius) > FAR:
         return
     x, y, r = round(centre[0]), round(centre[1]), max(1, round(radius))
@@ -69,7 +69,7 @@ def disc(surface: pygame.Surface, centre: Pixel, radius: float, colour: Rgb) -> 
 
 
 def ring(surface: pygame.Surface, centre: Pixel, radius: float, colour: Rgb, width: float = 2.0) -> None:
-    """A smooth circle line."""
+    """Draw a smooth circle line."""
     steps = max(24, int(radius))
     points = [
         (
@@ -88,7 +88,7 @@ def oriented(centre: Pixel, angle: float, ahead: float, aside: float) -> Pixel:
 
 
 def rectangle(centre: Pixel, angle: float, back: float, front: float, half_width: float) -> list[Pixel]:
-    """Corners of a turned rectangle from `back` to `front` along its heading, front left first."""
+    """The corners of a turned rectangle from `back` to `front` along its heading, front left first."""
     return [
         oriented(centre, angle, front, half_width),
         oriented(centre, angle, front, -half_width),
@@ -98,7 +98,7 @@ def rectangle(centre: Pixel, angle: float, back: float, front: float, half_width
 
 
 def marker(surface: pygame.Surface, centre: Pixel, angle: float, radius: float, colour: Rgb, sign: Marker) -> None:
-    """The sign of a role, within a circle of `radius` pixels."""
+    """Draw the sign of a role within a circle of `radius` pixels."""
     if sign is Marker.CIRCLE:
         disc(surface, centre, radius * 0.85, colour)
     elif sign is Marker.CROSS:
@@ -121,7 +121,7 @@ def marker(surface: pygame.Surface, centre: Pixel, angle: float, radius: float, 
 
 
 def pill(surface: pygame.Surface, area: pygame.Rect, colour: Rgb, alpha: int = 255, radius: int = 8) -> None:
-    """A rectangle with round corners, also translucent."""
+    """Fill a rectangle with round corners; `alpha` 0 is transparent and 255 opaque."""
     if area.width <= 0 or area.height <= 0:
         return
     if alpha == 255:

@@ -1,4 +1,4 @@
-"""The spectator's window: shows the match, and lets a human stop it, halt it, or drive a player."""
+"""The spectator's window. It shows the match, and lets a human stop it, halt it, or drive a player."""
 
 import logging
 import os
@@ -11,10 +11,11 @@ import pygame
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys
+from vrg.ui.builder import SceneBuilder, SceneInlets
 from vrg.ui.controls import Controls
 from vrg.ui.draw import Painter, save_png
 from vrg.ui.pace import Pace
-from vrg.ui.scene import Circle, Scene, SceneBuilder, SceneInlets, Segment
+from vrg.ui.scene import Disc, Scene, Segment
 
 log = logging.getLogger(__name__)
 
@@ -34,7 +35,7 @@ def display_available() -> bool:
 
 
 class Spectator(Node):
-    """A window on the match. It opens at the first tick; closing it does not end the match.
+    """Shows the match in a window. It opens at the first tick; closing it does not end the match.
 
     Args:
         sizes: length and width of the robots in m, by name.
@@ -56,7 +57,7 @@ class Spectator(Node):
         *,
         sizes: Mapping[str, tuple[float, float]] | None = None,
         segments: Sequence[Segment] = (),
-        circles: Sequence[Circle] = (),
+        circles: Sequence[Disc] = (),
         size: tuple[int, int] = (1280, 800),
         pictures: Path = Path(),
         period: float = FRAME,
@@ -76,7 +77,7 @@ class Spectator(Node):
 
     @property
     def closed(self) -> bool:
-        """The user closed the window: the node need not be ticked any more."""
+        """Whether the user closed the window: the node need not be ticked any more."""
         return self._closed
 
     @property
@@ -104,7 +105,7 @@ class Spectator(Node):
             self._draw(tick)
 
     def stop(self) -> None:
-        """Give the driven player back and close the window. Idempotent."""
+        """Give the driven player back and close the window. Calling it again does nothing."""
         self._controls.give_back()
         self._close()
 
@@ -123,7 +124,7 @@ class Spectator(Node):
             pygame.display.quit()
 
     def _handle_events(self, players: Sequence[str]) -> bool:
-        """Returns whether anything happened that should be seen at once."""
+        """Handle the keys, and return whether anything happened that should be seen at once."""
         controls = self._controls
         seen = False
         for event in pygame.event.get():

@@ -1,20 +1,20 @@
-"""A robot seen from above, drawn larger than needed and facing right, so that it can be turned smoothly."""
+"""Draws a robot seen from above. It is larger than needed and faces right, so that it can be turned smoothly."""
 
 from typing import Final
 
 import pygame
 
+from vrg.games.game import Style
 from vrg.ui import palette, shapes
-from vrg.ui.palette import Style
 
 FINENESS: Final = 2
-"""Times as large as it is shown."""
+"""How many times larger than it is shown a robot is drawn."""
 
 
 def robot_sprite(style: Style, physical: bool, length: int, width: int) -> pygame.Surface:
-    """A body of `length` by `width` pixels with its role's marker and a nose, on nothing, its centre in the middle.
+    """Draw a body of `length` by `width` pixels with its role's marker and a nose upon a transparent surface.
 
-    A physical robot has a white rim, a virtual one a dark one.
+    The body's centre is the middle of the surface. A physical robot has a white rim, a virtual one a dark one.
     """
     long, wide = length * FINENESS, width * FINENESS
     rim = (3 if physical else 1) * FINENESS

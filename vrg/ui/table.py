@@ -1,4 +1,4 @@
-"""The match as text: a live table in a terminal, plain lines where the output is a file or a CI log."""
+"""Shows the match as text: a live table in a terminal, plain lines where the output is a file or a CI log."""
 
 import math
 from typing import ClassVar, Final
@@ -13,12 +13,14 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Call, Stage
 from vrg.bus.node import Node, Tick, due_index
 from vrg.bus.topics import Keys
-from vrg.colours import OUT_OF_PLAY, Rgb
+from vrg.colours import Rgb
+from vrg.games import game_of
+from vrg.games.game import Marker, title
 from vrg.ui import palette
 from vrg.ui.banner import banners
+from vrg.ui.builder import SceneBuilder, SceneInlets
 from vrg.ui.pace import Pace
-from vrg.ui.palette import Marker, style_of
-from vrg.ui.scene import Scene, SceneBuilder, SceneInlets, clock_text, round_word, title
+from vrg.ui.scene import Scene, clock_text
 
 STATUS_EVERY: Final = 5.0
 """s of match time between status lines where the output is no terminal."""
@@ -39,8 +41,8 @@ class TerminalTable(Node):
     """Shows a match without a display. Colours obey NO_COLOR.
 
     Args:
-        console: where to write; standard output unless given. On a terminal the table is redrawn in place, else each
-            call is one line and every 5 s of match time there is one line of status.
+        console: where to write; standard output if it is missing. On a terminal the table is redrawn in place,
+            else each call is one line, and every 5 s of match time there is one line of status.
     """
 
     kind: ClassVar[str] = "spectator"
@@ -58,7 +60,7 @@ class TerminalTable(Node):
         self._alarms: set[str] = set()
 
     def tick(self, tick: Tick) -> None:
-        """Take messages in and show them."""
+        """Take messages in and show the match."""
         calls = self._inlets.feed(self._builder)
         scene = self._builder.build(tick.live)
         if not self._console.is_terminal:
@@ -67,7 +69,7 @@ class TerminalTable(Node):
             self._redraw(scene)
 
     def stop(self) -> None:
-        """Leave the last table on the terminal. Idempotent."""
+        """Leave the last table on the terminal. Calling it again does nothing."""
         if self._live is not None:
             self._live.stop()
             self._live = None
@@ -105,9 +107,9 @@ def status_line(scene: Scene) -> str:
     """The match in one line."""
     stage = title(scene.stage.value) if scene.stage is not None else "no referee"
     score = ", ".join(f"{team} {points}" for team, points in scene.score)
-    playing = sum(p.state not in OUT_OF_PLAY for p in scene.players)
+    playing = sum(not player.out_of_play for player in scene.players)
     return (
-        f"{clock_text(scene.clock)}  {stage}, {round_word(scene.game)} {scene.round} of {scene.rounds}"
+        f"{clock_text(scene.clock)}  {stage}, {game_of(scene.game).round_word} {scene.round} of {scene.rounds}"
         f"; {score or 'no score'}; {playing} of {len(scene.players)} players in play"
     )
 
@@ -129,7 +131,7 @@ def _heading(scene: Scene) -> Text:
         return text
     colour = palette.CAUTION if scene.stage is Stage.FOUL else palette.SAFE
     text.append(title(scene.stage.value), style=f"bold {_hex(colour)}")
-    text.append(f"   {round_word(scene.game)} {scene.round} of {scene.rounds}   ")
+    text.append(f"   {game_of(scene.game).round_word} {scene.round} of {scene.rounds}   ")
     text.append(clock_text(scene.clock), style="bold")
     for team, points in scene.score:
         text.append(f"   {title(team)} ")
@@ -141,9 +143,10 @@ def _players(scene: Scene) -> Table:
     grid = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
     for column in ("player", "role", "state", "x, m", "y, m", "heading", "does"):
         grid.add_column(column, justify="right" if column in ("x, m", "y, m", "heading") else "left")
+    game = game_of(scene.game)
     poses = {body.name: body.pose for body in scene.bodies}
     for player in scene.players:
-        style = style_of(player.role, player.state)
+        style = game.style(player.role, player.state)
         sign = Text(f"{_SIGNS[style.marker]} {player.name}", style=_hex(style.colour))
         pose = poses.get(player.name)
         where = (f"{pose.x:.2f}", f"{pose.y:.2f}", f"{_degrees(pose.theta):.0f}°") if pose else ("?", "?", "?")

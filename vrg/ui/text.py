@@ -1,4 +1,4 @@
-"""Text on a surface: one family on every machine, wrapped and shortened to fit."""
+"""Writes text on a surface, with the same fonts on every machine, wrapped and shortened to fit."""
 
 import importlib.util
 from enum import Enum
@@ -10,10 +10,11 @@ import pygame
 from vrg.colours import Rgb
 
 RENDERED_LIMIT: Final = 600
+"""Rendered texts that are kept; beyond it all of them are forgotten."""
 
 
 class Face(Enum):
-    """A cut of DejaVu Sans, which matplotlib carries; pygame's own font where that is missing."""
+    """The faces of DejaVu Sans, which matplotlib carries. Without it, pygame's own font replaces them all."""
 
     REGULAR = "DejaVuSans.ttf"
     BOLD = "DejaVuSans-Bold.ttf"
@@ -21,7 +22,7 @@ class Face(Enum):
 
 
 class Fonts:
-    """Fonts by size, and what was written with them lately."""
+    """Keeps fonts by size, and what was written with them lately."""
 
     def __init__(self) -> None:
         pygame.font.init()
@@ -40,7 +41,7 @@ class Fonts:
         return font
 
     def render(self, text: str, size: int, colour: Rgb, face: Face = Face.REGULAR) -> pygame.Surface:
-        """The text in one line, anti-aliased on nothing; not to be drawn upon, it is kept."""
+        """Write the text in one line upon a transparent surface. That surface is kept: nobody may draw upon it."""
         key = (text, face, size, colour)
         surface = self._rendered.get(key)
         if surface is None:

@@ -1,13 +1,13 @@
-"""From metres on the field to pixels in the window: pure geometry."""
+"""Converts metres on the field to pixels in the window."""
 
 import math
 from dataclasses import dataclass
 from typing import Final
 
+from vrg.regions import Bounds
+from vrg.types import Vector
 from vrg.ui.scene import Scene
 
-Box = tuple[float, float, float, float]
-"""x_min, y_min, x_max, y_max in m."""
 Area = tuple[int, int, int, int]
 """left, top, width, height in pixels."""
 Pixel = tuple[float, float]
@@ -18,7 +18,7 @@ MARGIN: Final = 0.9
 
 @dataclass(frozen=True)
 class View:
-    """Maps the field into an area of the window, its proportions kept.
+    """Maps the field into an area of the window and keeps its proportions.
 
     Args:
         x, y: the point of the field, m, that is shown at pixel `left`, `top`.
@@ -38,18 +38,23 @@ class View:
         dx, dy = (x - self.x) * self.scale, (y - self.y) * self.scale
         return (self.left + dy, self.top + dx) if self.turned else (self.left + dx, self.top - dy)
 
+    def place(self, px: float, py: float) -> Vector:
+        """Which point of the field, m, is at a pixel: the inverse of `point`."""
+        right, down = (px - self.left) / self.scale, (py - self.top) / self.scale
+        return (self.x + down, self.y + right) if self.turned else (self.x + right, self.y - down)
+
     def angle(self, theta: float) -> float:
         """A heading on the field as an angle in the window: rad, 0 is right, pi/2 is up."""
         return theta - math.pi / 2 if self.turned else theta
 
-    def box(self, box: Box) -> tuple[float, float, float, float]:
+    def box(self, box: Bounds) -> tuple[float, float, float, float]:
         """A rectangle of the field as (left, top, width, height) in pixels."""
         ax, ay = self.point(box[0], box[1])
         bx, by = self.point(box[2], box[3])
         return min(ax, bx), min(ay, by), abs(bx - ax), abs(by - ay)
 
 
-def fit(box: Box, area: Area) -> View:
+def fit(box: Bounds, area: Area) -> View:
     """Show `box` as large as `area` allows, turned by 90 degrees where that shows it larger."""
     wide, tall = max(box[2] - box[0], 0.1), max(box[3] - box[1], 0.1)
     left, top, width, height = area
@@ -67,9 +72,10 @@ def fit(box: Box, area: Area) -> View:
     )
 
 
-def extent(scene: Scene) -> Box:
-    """The part of the world to show: the zones; without them the walls; without those the bodies."""
-    points = [p for z in scene.zones for p in ((z.x_min, z.y_min), (z.x_max, z.y_max))]
+def extent(scene: Scene) -> Bounds:
+    """The part of the world to show: the zones, without them the walls, and without those the bodies."""
+    bounds = [zone.region.bounds for zone in scene.zones]
+    points = [p for x_min, y_min, x_max, y_max in bounds for p in ((x_min, y_min), (x_max, y_max))]
     if not points:
         points = [p for x1, y1, x2, y2 in scene.segments for p in ((x1, y1), (x2, y2))]
         points += [p for x, y, r in scene.circles for p in ((x - r, y - r), (x + r, y + r))]

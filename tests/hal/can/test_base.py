@@ -7,11 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vrg.bus.messages import Pose
 from vrg.geometry import compose
 from vrg.hal.can.base import TURN, DriveBase, Estimate, WheelAxis
 from vrg.hal.models import robot_model
-from vrg.hal.robot import Wheels
+from vrg.types import Pose
 
 MODEL = robot_model("P2AT")
 RATIO = 50.0
@@ -28,14 +27,13 @@ def test_setpoints_and_wheels_are_inverse(left: float, right: float, a: int, b: 
         WheelAxis(0, True, a, ratio), WheelAxis(1, True, b, 2 * ratio),
         WheelAxis(2, False, b, ratio), WheelAxis(3, False, a, ratio / 2),
     )  # fmt: skip
-    back = four.wheels(dict(four.setpoints(Wheels(left, right))))
-    assert back.left == pytest.approx(left, abs=1e-9)
-    assert back.right == pytest.approx(right, abs=1e-9)
+    back = four.wheels(dict(four.setpoints(left, right)))
+    assert back == (pytest.approx(left, abs=1e-9), pytest.approx(right, abs=1e-9))
 
 
 def test_direction_and_ratio_have_the_meaning_they_are_said_to_have() -> None:
     two = base(WheelAxis(0, True, 1, RATIO), WheelAxis(1, False, -1, RATIO))
-    assert two.setpoints(Wheels(TURN, TURN)) == [(0, pytest.approx(50.0)), (1, pytest.approx(-50.0))]
+    assert two.setpoints(TURN, TURN) == [(0, pytest.approx(50.0)), (1, pytest.approx(-50.0))]
 
 
 class Run:
@@ -77,10 +75,10 @@ def test_odometry_follows_the_wheels(legs: list[tuple[float, float, int]], offse
     for left, right, count in legs:
         run.steps(left, right, count)
         for _ in range(count):
-            v, w = MODEL.velocity(left, right)
-            x += v * 0.01 * math.cos(theta + w * 0.005)
-            y += v * 0.01 * math.sin(theta + w * 0.005)
-            theta += w * 0.01
+            moved = MODEL.twist(left, right)
+            x += moved.v * 0.01 * math.cos(theta + moved.w * 0.005)
+            y += moved.v * 0.01 * math.sin(theta + moved.w * 0.005)
+            theta += moved.w * 0.01
     pose = run.base.pose
     # float32 steps by 1/32 turn of a motor at 250 000 turns: half a millimetre at the wheel, whatever the way.
     assert math.hypot(pose.x - x, pose.y - y) < 0.004 + 0.002 * math.hypot(x, y)

@@ -1,17 +1,17 @@
-"""The can backend keeps the robot's contract, whatever protocol its drives speak."""
+"""The driver of CAN robots keeps the contract of drivers, whatever protocol the drives speak."""
 
 from collections.abc import Iterator
 
 import pytest
 
 from tests.hal.can.bench import NODES, CanBench, Drives
-from tests.hal.contract import RobotContract
+from vrg.testing.driver import DriverContract
 
 pytestmark = pytest.mark.vcan
 
 
-class OverProtocol(RobotContract):
-    """Two axes, one a side."""
+class OverProtocol(DriverContract):
+    """Two axes, one on each side."""
 
     protocol: str
 
@@ -32,8 +32,8 @@ class TestCia402(OverProtocol):
     protocol = "cia402"
 
 
-class TestOdriveFourAxes(RobotContract):
-    """Four motors on one bus, two a side."""
+class TestOdriveFourAxes(DriverContract):
+    """Four motors on one bus, two on each side."""
 
     @pytest.fixture
     def bench(self) -> Iterator[CanBench]:

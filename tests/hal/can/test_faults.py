@@ -11,20 +11,22 @@ from contextlib import suppress
 
 import pytest
 
-from tests.hal.can.bench import KEYS, LINK, NODES, PATIENCE, CanBench, Drives
-from tests.hal.contract import STOPPED, armed
+from tests.hal.can.bench import KEYS, LINK, NODES, PATIENCE, START, DeviceBench, Drives
 from tests.vcan import INTERFACE
-from vrg.bus.messages import PlayerStatus, Pose, RefereeState, SpeedLimit, Stage
+from vrg.bus.messages import Body, MeasuredPose, PlayerStatus, Poses, RefereeState, SpeedLimit, Stage
 from vrg.errors import RobotError
-from vrg.hal.can import odrive
 from vrg.hal.can.bus import CanBus
 from vrg.hal.can.emulator.faults import FaultKind
 from vrg.hal.can.frame import Frame
+from vrg.hal.can.odrive import codec, messages
+from vrg.testing.driver import STOPPED
+from vrg.types import STILL, Pose, Twist
 
 pytestmark = pytest.mark.vcan
 
 BUS_OFF, ERROR_PASSIVE, NO_ACK, RESTARTED = (0x40, b""), (0x04, b"\0\x20"), (0x20, b""), (0x100, b"")
 _CAN_ERR_FLAG = 0x20000000
+AHEAD = Twist(0.33, 0.0)
 
 
 @pytest.fixture
@@ -34,8 +36,8 @@ def drives() -> Iterator[Drives]:
 
 
 @pytest.fixture
-def bench(drives: Drives) -> Iterator[CanBench]:
-    bench = CanBench("odrive", [0], [1])
+def bench(drives: Drives) -> Iterator[DeviceBench]:
+    bench = DeviceBench("odrive", [0], [1])
     yield bench
     bench.close()
 
@@ -45,7 +47,7 @@ def ip(*arguments: str) -> None:
     subprocess.run(["ip", *arguments], check=True, timeout=PATIENCE, capture_output=True)
 
 
-def wait(bench: CanBench, condition: Callable[[], object], what: str) -> None:
+def wait(bench: DeviceBench, condition: Callable[[], object], what: str) -> None:
     """Let time pass until the condition holds."""
     deadline = time.monotonic() + PATIENCE
     while not condition():
@@ -53,44 +55,52 @@ def wait(bench: CanBench, condition: Callable[[], object], what: str) -> None:
         bench.advance(0.05)
 
 
-def driving(bench: CanBench) -> None:
+def armed(bench: DeviceBench) -> None:
+    """Connected and armed, as a player does it."""
+    bench.device.start()
+    bench.advance(0.1)
+    bench.device.arm()
+    bench.advance(0.1)
+
+
+def driving(bench: DeviceBench) -> None:
     """Connected, armed and under way."""
     armed(bench)
     gets_going(bench)
 
 
-def gets_going(bench: CanBench) -> None:
+def gets_going(bench: DeviceBench) -> None:
     """Drive as a player does until it is under way."""
     deadline = time.monotonic() + PATIENCE
-    while not bench.robot.read().v > 0.3:
-        assert time.monotonic() < deadline, f"it does not drive: {bench.robot.read()}"
+    while not bench.speed > 0.3:
+        assert time.monotonic() < deadline, f"it does not drive: {bench.device.read()}"
         drive_on(bench)
 
 
-def drive_on(bench: CanBench) -> None:
+def drive_on(bench: DeviceBench) -> None:
     """What a player goes on doing: drive, or arm where it is not armed."""
     with suppress(RobotError):
-        if bench.robot.read().armed:
-            bench.robot.drive(3.0, 3.0)
+        if bench.device.read().armed:
+            bench.device.drive(AHEAD)
         else:
-            bench.robot.arm()
+            bench.device.arm()
     bench.advance(0.1)
 
 
-def assert_latched(bench: CanBench, drives: Drives, words: str) -> None:
+def assert_latched(bench: DeviceBench, drives: Drives, words: str) -> None:
     """The fault is told, every motor stands, and it stays so although the player goes on."""
-    wait(bench, lambda: bench.robot.read().fault, "a fault")
-    fault = bench.robot.read().fault
+    wait(bench, lambda: bench.device.read().fault, "a fault")
+    fault = bench.device.read().fault
     assert fault is not None
     assert words in fault
-    assert bench.robot.read().latched
+    assert bench.device.read().latched
     wait(bench, lambda: at_rest(drives), "the motors to stand")
     for _ in range(8):
         drive_on(bench)
     assert at_rest(drives)
-    assert bench.robot.read().fault == fault
+    assert bench.device.read().fault == fault
     with pytest.raises(RobotError):
-        bench.robot.drive(1.0, 1.0)
+        bench.device.drive(AHEAD)
 
 
 def at_rest(drives: Drives) -> bool:
@@ -98,15 +108,15 @@ def at_rest(drives: Drives) -> bool:
     return all(abs(drive.motor.velocity) < 0.5 for drive in drives.drives)
 
 
-def recovers(bench: CanBench) -> None:
+def recovers(bench: DeviceBench) -> None:
     """An official's word clears it, and the robot drives again once it is armed."""
     bench.recover()
-    wait(bench, lambda: bench.robot.read().fault is None, "the fault to be cleared")
+    wait(bench, lambda: bench.device.read().fault is None, "the fault to be cleared")
     bench.advance(0.6)
-    assert not bench.robot.read().armed, "recovering does not arm"
-    assert abs(bench.robot.read().v) < STOPPED
+    assert not bench.device.read().armed, "recovering does not arm"
+    assert abs(bench.speed) < STOPPED
     gets_going(bench)
-    assert bench.robot.read().fault is None
+    assert bench.device.read().fault is None
 
 
 def error_frame(error_class: int, data: bytes) -> None:
@@ -120,17 +130,17 @@ class TestDrives:
     """Something is wrong with one drive."""
 
     @pytest.mark.parametrize("node", [0, 1])
-    def test_heartbeat_loss(self, bench: CanBench, drives: Drives, node: int) -> None:
+    def test_heartbeat_loss(self, bench: DeviceBench, drives: Drives, node: int) -> None:
         driving(bench)
         bench.fault(node, FaultKind.SILENCE)
         assert_latched(bench, drives, f"node {node}: no heartbeat")
         bench.fault(node, FaultKind.END)
         for _ in range(8):
             drive_on(bench)
-        assert bench.robot.read().fault, "heartbeats that come back clear nothing"
+        assert bench.device.read().fault, "heartbeats that come back clear nothing"
         recovers(bench)
 
-    def test_a_frozen_drive(self, bench: CanBench, drives: Drives) -> None:
+    def test_a_frozen_drive(self, bench: DeviceBench, drives: Drives) -> None:
         driving(bench)
         bench.fault(0, FaultKind.FREEZE)
         assert_latched(bench, drives, "node 0: no heartbeat")
@@ -138,22 +148,22 @@ class TestDrives:
         bench.advance(0.3)
         recovers(bench)
 
-    def test_a_reboot(self, bench: CanBench, drives: Drives) -> None:
+    def test_a_reboot(self, bench: DeviceBench, drives: Drives) -> None:
         driving(bench)
-        before = bench.robot.read().odometry
+        before = bench.odometry.pose
         bench.fault(1, FaultKind.REBOOT)
         deadline = time.monotonic() + PATIENCE
-        while bench.robot.read().fault is None:
+        while bench.device.read().fault is None:
             assert time.monotonic() < deadline, "nobody notices"
             drive_on(bench)
         assert_latched(bench, drives, "node 1:")
-        after = bench.robot.read().odometry
+        after = bench.odometry.pose
         assert math.hypot(after.x - before.x, after.y - before.y) < 0.5, "the jump is no way that it went"
         recovers(bench)
 
-    def test_one_wheel_faults_and_the_other_idles_at_once(self, bench: CanBench, drives: Drives) -> None:
+    def test_one_wheel_faults_and_the_other_idles_at_once(self, bench: DeviceBench, drives: Drives) -> None:
         driving(bench)
-        bench.fault(0, FaultKind.ERROR, value=odrive.AxisError.MOTOR_OVER_TEMP)
+        bench.fault(0, FaultKind.ERROR, value=messages.AxisError.MOTOR_OVER_TEMP)
         # Nobody reads or drives meanwhile: it is the receive thread that switches the other one off.
         other = drives.drives[1]
         deadline = time.monotonic() + PATIENCE
@@ -168,7 +178,7 @@ class TestDrives:
         ("bits", "words"),
         [(0x200, "DC_BUS_UNDER_VOLTAGE"), (0x20 | 0x1000, "DRV_FAULT, CURRENT_LIMIT_VIOLATION"), (1 << 29, "0x2000")],
     )
-    def test_errors_are_told_in_words(self, bench: CanBench, drives: Drives, bits: int, words: str) -> None:
+    def test_errors_are_told_in_words(self, bench: DeviceBench, drives: Drives, bits: int, words: str) -> None:
         driving(bench)
         bench.fault(1, FaultKind.ERROR, value=bits)
         assert_latched(bench, drives, words)
@@ -182,12 +192,16 @@ class TestDrives:
             (FaultKind.GARBAGE, "node 0:"),
         ],
     )
-    def test_rubbish(self, bench: CanBench, drives: Drives, kind: FaultKind, words: str) -> None:
+    def test_rubbish(self, bench: DeviceBench, drives: Drives, kind: FaultKind, words: str) -> None:
         driving(bench)
         bench.fault(0, kind)
         assert_latched(bench, drives, words)
-        reading = bench.robot.read()
-        numbers = [reading.v, reading.w, *reading.encoders, reading.odometry.x, reading.odometry.y, reading.ins.theta]
+        reading = bench.device.read()
+        assert reading.encoders is not None
+        assert reading.ins is not None
+        odometry, where, turned = bench.odometry, reading.ins.value.pose, reading.encoders.value
+        numbers = [odometry.twist.v, odometry.twist.w, odometry.pose.x, odometry.pose.y, where.theta]
+        numbers += [turned.left, turned.right]
         assert all(math.isfinite(number) for number in numbers)
         bench.fault(0, FaultKind.END)
         bench.advance(0.2)
@@ -195,27 +209,27 @@ class TestDrives:
             bench.estop(False)  # among random bits there was one of an emergency stop
         recovers(bench)
 
-    def test_a_fault_that_is_still_there_comes_back(self, bench: CanBench, drives: Drives) -> None:
+    def test_a_fault_that_is_still_there_comes_back(self, bench: DeviceBench, drives: Drives) -> None:
         driving(bench)
         bench.fault(0, FaultKind.SILENCE)
         assert_latched(bench, drives, "no heartbeat")
         bench.recover()
-        bench.robot.read()
+        bench.device.read()
         bench.advance(1.5)
         assert_latched(bench, drives, "no heartbeat")
 
-    def test_a_drive_that_someone_else_idles(self, bench: CanBench, drives: Drives) -> None:
+    def test_a_drive_that_someone_else_idles(self, bench: DeviceBench, drives: Drives) -> None:
         driving(bench)
         for _ in range(12):
             drive_on(bench)
-        bench.inject(odrive.encode(1, odrive.SetAxisState(odrive.AxisState.IDLE)))
+        bench.inject(codec.encode(1, messages.SetAxisState(messages.AxisState.IDLE)))
         for _ in range(5):
             drive_on(bench)
         assert_latched(bench, drives, "node 1: expected closed-loop control")
 
-    def test_another_master(self, bench: CanBench, drives: Drives) -> None:
+    def test_another_master(self, bench: DeviceBench, drives: Drives) -> None:
         driving(bench)
-        bench.inject(odrive.encode(1, odrive.SetInputVel(5.0)))
+        bench.inject(codec.encode(1, messages.SetInputVel(5.0)))
         assert_latched(bench, drives, "node 1: another program commands it too")
         recovers(bench)
 
@@ -229,8 +243,8 @@ class TestCia402:
             yield drives
 
     @pytest.fixture
-    def bench(self, drives: Drives) -> Iterator[CanBench]:
-        bench = CanBench("cia402", [1], [2])
+    def bench(self, drives: Drives) -> Iterator[DeviceBench]:
+        bench = DeviceBench("cia402", [1], [2])
         yield bench
         bench.close()
 
@@ -247,32 +261,32 @@ class TestCia402:
         ],
     )
     def test_what_goes_wrong_latches_and_is_recovered_from(
-        self, bench: CanBench, drives: Drives, kind: FaultKind, words: str
+        self, bench: DeviceBench, drives: Drives, kind: FaultKind, words: str
     ) -> None:
         driving(bench)
         bench.fault(2, kind)
         deadline = time.monotonic() + PATIENCE
-        while bench.robot.read().fault is None:
+        while bench.device.read().fault is None:
             assert time.monotonic() < deadline, "nobody notices"
             drive_on(bench)
-        estop = bench.robot.read().estop
+        estop = bench.device.read().estop
         assert_latched(bench, drives, "node 2: " if estop else words)
         bench.fault(2, FaultKind.END)
         bench.advance(0.4)
-        if bench.robot.read().estop:
+        if bench.device.read().estop:
             bench.estop(False)  # among random bytes there was the code of a safe torque off
         recovers(bench)
 
-    def test_a_button_at_a_drive(self, bench: CanBench, drives: Drives) -> None:
+    def test_a_button_at_a_drive(self, bench: DeviceBench, drives: Drives) -> None:
         driving(bench)
         bench.fault(1, FaultKind.ESTOP)
-        wait(bench, lambda: bench.robot.read().estop, "the stop to be seen")
+        wait(bench, lambda: bench.device.read().estop, "the stop to be seen")
         assert_latched(bench, drives, "emergency stop")
         bench.estop(False)
-        wait(bench, lambda: not bench.robot.read().estop, "the release")
+        wait(bench, lambda: not bench.device.read().estop, "the release")
         gets_going(bench)
 
-    def test_the_match_s_emergency_stop_does_not_wait_for_a_tick(self, bench: CanBench, drives: Drives) -> None:
+    def test_the_match_s_emergency_stop_does_not_wait_for_a_tick(self, bench: DeviceBench, drives: Drives) -> None:
         driving(bench)
         bench.estop(True)
         deadline = time.monotonic() + PATIENCE
@@ -280,13 +294,13 @@ class TestCia402:
             assert time.monotonic() < deadline, "the drives go on"
             time.sleep(0.002)
 
-    def test_another_master(self, bench: CanBench, drives: Drives) -> None:
+    def test_another_master(self, bench: DeviceBench, drives: Drives) -> None:
         driving(bench)
         bench.inject(Frame(0x300 + 1, bytes(4)))
         assert_latched(bench, drives, "node 1: another program commands it too")
         recovers(bench)
 
-    def test_nothing_is_sent_while_nobody_drives(self, bench: CanBench, drives: Drives) -> None:
+    def test_nothing_is_sent_while_nobody_drives(self, bench: DeviceBench, drives: Drives) -> None:
         driving(bench)
         frames = heard(bench, 1.0)
         assert not [f for f in frames if f.id & ~0x7F == 0x300]
@@ -294,18 +308,18 @@ class TestCia402:
 
     def test_two_drives_with_one_id(self, drives: Drives) -> None:
         with Drives("cia402", [2], serial=0xABCDE):
-            bench = CanBench("cia402", [1], [2])
+            bench = DeviceBench("cia402", [1], [2])
             try:
                 with pytest.raises(RobotError, match=r"node 2: .*id"):
-                    bench.robot.connect()
+                    bench.device.start()
             finally:
                 bench.close()
 
     def test_another_protocol(self, drives: Drives) -> None:
-        bench = CanBench("odrive", [1], [2])
+        bench = DeviceBench("odrive", [1], [2])
         try:
             with pytest.raises(RobotError, match=r"odrive nodes 1, 2.*heard there: CANopen nodes 1, 2"):
-                bench.robot.connect()
+                bench.device.start()
         finally:
             bench.close()
 
@@ -315,13 +329,13 @@ def test_a_recovery_of_a_robot_that_is_well_harms_nothing(protocol: str) -> None
     """An official recovers all robots because of one; the player of another one ticks on meanwhile."""
     left, right = NODES[protocol]
     with Drives(protocol, [*left, *right]):
-        bench = CanBench(protocol, left, right)
+        bench = DeviceBench(protocol, left, right)
         try:
             driving(bench)
             bench.recover()
             for _ in range(15):
                 drive_on(bench)
-                assert bench.robot.read().fault is None
+                assert bench.device.read().fault is None
             gets_going(bench)
         finally:
             bench.close()
@@ -330,50 +344,50 @@ def test_a_recovery_of_a_robot_that_is_well_harms_nothing(protocol: str) -> None
 class TestEmergencyStop:
     """By the match's bus, by a frame, by a button at a drive."""
 
-    def test_a_button_at_a_drive_stops_all_and_needs_a_release(self, bench: CanBench, drives: Drives) -> None:
+    def test_a_button_at_a_drive_stops_all_and_needs_a_release(self, bench: DeviceBench, drives: Drives) -> None:
         driving(bench)
         bench.fault(1, FaultKind.ESTOP)
-        wait(bench, lambda: bench.robot.read().estop, "the stop to be seen")
+        wait(bench, lambda: bench.device.read().estop, "the stop to be seen")
         assert_latched(bench, drives, "emergency stop")
         bench.recover()
-        bench.robot.read()
+        bench.device.read()
         bench.advance(1.0)
-        assert bench.robot.read().estop, "a recovery is no release"
+        assert bench.device.read().estop, "a recovery is no release"
         bench.estop(False)
-        bench.robot.read()
+        bench.device.read()
         bench.advance(1.0)
-        assert not bench.robot.read().estop
-        assert not bench.robot.read().armed
+        assert not bench.device.read().estop
+        assert not bench.device.read().armed
         gets_going(bench)
 
-    def test_a_frame_of_another_master(self, bench: CanBench, drives: Drives) -> None:
+    def test_a_frame_of_another_master(self, bench: DeviceBench, drives: Drives) -> None:
         driving(bench)
-        bench.inject(odrive.encode(0, odrive.Estop()))
-        wait(bench, lambda: bench.robot.read().estop, "the stop to be seen")
+        bench.inject(codec.encode(0, messages.Estop()))
+        wait(bench, lambda: bench.device.read().estop, "the stop to be seen")
         assert_latched(bench, drives, "emergency stop")
 
-    def test_it_does_not_wait_for_a_tick(self, bench: CanBench, drives: Drives) -> None:
+    def test_it_does_not_wait_for_a_tick(self, bench: DeviceBench, drives: Drives) -> None:
         driving(bench)
         bench.estop(True)  # no call of the robot follows
         deadline = time.monotonic() + PATIENCE
-        while not all(drive._reason & odrive.AxisError.ESTOP_REQUESTED for drive in drives.drives):
+        while not all(drive._reason & messages.AxisError.ESTOP_REQUESTED for drive in drives.drives):
             assert time.monotonic() < deadline, "no Estop frame came"
             time.sleep(0.002)
         wait(bench, lambda: at_rest(drives), "the motors to stand")
 
     def test_a_drive_that_was_stopped_before_is_not_armed(self, drives: Drives) -> None:
-        first = CanBench("odrive", [0], [1])
+        first = DeviceBench("odrive", [0], [1])
         driving(first)
         first.estop(True)
         first.advance(0.3)
         first.close()
-        second = CanBench("odrive", [0], [1])
+        second = DeviceBench("odrive", [0], [1])
         try:
-            second.robot.connect()
+            second.device.start()
             second.advance(0.7)
-            assert second.robot.read().estop
+            assert second.device.read().estop
             with pytest.raises(RobotError, match="emergency"):
-                second.robot.arm()
+                second.device.arm()
         finally:
             second.close()
 
@@ -381,48 +395,61 @@ class TestEmergencyStop:
 class TestCommands:
     """What is sent, and what never is."""
 
-    def test_nothing_is_sent_while_nobody_drives(self, bench: CanBench, drives: Drives) -> None:
+    def test_nothing_is_sent_while_nobody_drives(self, bench: DeviceBench, drives: Drives) -> None:
         driving(bench)
         frames = heard(bench, 1.0)
-        setpoints = [f for f in frames if odrive.command_of(f.id) == odrive.Command.SET_INPUT_VEL]
+        setpoints = [f for f in frames if codec.command_of(f.id) == messages.Command.SET_INPUT_VEL]
         assert len(setpoints) <= 2
         wait(bench, lambda: at_rest(drives), "the drives' watchdogs to stop the motors")
-        assert all(drive._reason & odrive.AxisError.WATCHDOG_TIMER_EXPIRED for drive in drives.drives)
+        assert all(drive._reason & messages.AxisError.WATCHDOG_TIMER_EXPIRED for drive in drives.drives)
 
-    def test_a_player_that_was_late_may_arm_again(self, bench: CanBench, drives: Drives) -> None:
+    def test_a_player_that_was_late_may_arm_again(self, bench: DeviceBench, drives: Drives) -> None:
         driving(bench)
         bench.advance(1.0)
-        reading = bench.robot.read()
+        reading = bench.device.read()
         assert not reading.armed
         assert reading.fault is None
         with pytest.raises(RobotError, match="arm"):
-            bench.robot.drive(3.0, 3.0)
+            bench.device.drive(AHEAD)
         gets_going(bench)
 
-    def test_the_match_s_speed_limit_holds(self, bench: CanBench, drives: Drives) -> None:
+    def test_the_match_s_speed_limit_holds(self, bench: DeviceBench, drives: Drives) -> None:
         armed(bench)
-        radius = bench.robot.features.wheel_radius
         bench.hear(KEYS.speed_limit("r"), SpeedLimit(v_max=0.2))
         bench.advance(0.05)
-        sent = bench.robot.drive(100.0, 100.0)
-        assert sent.left == pytest.approx(0.2 / radius)
+        assert bench.device.drive(Twist(100.0, 0.0)).v == pytest.approx(0.2)
         for _ in range(20):
             with suppress(RobotError):
-                bench.robot.drive(100.0, 100.0)
+                bench.device.drive(Twist(100.0, 0.0))
             bench.advance(0.05)
-        assert bench.robot.read().v < 0.21
+        assert bench.speed < 0.21
 
-    def test_a_referee_that_halts_holds_it(self, bench: CanBench, drives: Drives) -> None:
+    def test_a_referee_that_halts_holds_it(self, bench: DeviceBench, drives: Drives) -> None:
         driving(bench)
         bench.hear(KEYS.referee_state, referee(halted="because"))
         bench.advance(0.05)
-        assert bench.robot.drive(3.0, 3.0).left == 0.0
+        assert bench.device.drive(AHEAD) == STILL
         bench.hear(KEYS.referee_state, referee(may_move=False))
         bench.advance(0.05)
-        assert bench.robot.drive(3.0, 3.0).left == 0.0
+        assert bench.device.drive(AHEAD) == STILL
         bench.hear(KEYS.referee_state, referee())
         bench.advance(0.05)
-        assert bench.robot.drive(3.0, 3.0).left == 3.0
+        assert bench.device.drive(AHEAD) == AHEAD
+
+    def test_it_tells_the_world_where_it_is(self, bench: DeviceBench, drives: Drives) -> None:
+        armed(bench)
+        bench.hear(KEYS.poses, Poses(bodies=[Body("r", START, 0.0, 0.0, True)]))
+        bench.advance(0.05)
+        for _ in range(20):
+            bench.device.drive(AHEAD)
+            bench.device.read()
+            bench.advance(0.05)
+        told = [body for key, body in bench.said if key == KEYS.robot_pose("r").key]
+        assert told
+        assert isinstance(told[-1], MeasuredPose)
+        way = math.hypot(told[-1].pose.x - START.x, told[-1].pose.y - START.y)
+        assert 0.1 < way < 0.5
+        assert told[-1].pose.theta == pytest.approx(START.theta, abs=0.05)
 
 
 class TestInterface:
@@ -437,34 +464,34 @@ class TestInterface:
             subprocess.run(["tc", "qdisc", "del", "dev", INTERFACE, "root"], check=False, capture_output=True)
         ip("link", "set", INTERFACE, "up")
 
-    def test_down_and_up(self, bench: CanBench, drives: Drives) -> None:
+    def test_down_and_up(self, bench: DeviceBench, drives: Drives) -> None:
         driving(bench)
         ip("link", "set", INTERFACE, "down")
         assert_latched(bench, drives, "the interface is down")
         ip("link", "set", INTERFACE, "up")
         for _ in range(8):
             drive_on(bench)
-        assert bench.robot.read().fault, "an interface that is back clears nothing"
+        assert bench.device.read().fault, "an interface that is back clears nothing"
         recovers(bench)
 
-    def test_deleted_and_made_again(self, bench: CanBench, drives: Drives) -> None:
+    def test_deleted_and_made_again(self, bench: DeviceBench, drives: Drives) -> None:
         driving(bench)
         ip("link", "del", INTERFACE)
         assert_latched(bench, drives, "the interface is ")
         bench.recover()
-        wait(bench, lambda: "no such CAN interface" in (bench.robot.read().fault or ""), "to be told what is missing")
+        wait(bench, lambda: "no such CAN interface" in (bench.device.read().fault or ""), "to be told what is missing")
         ip("link", "add", INTERFACE, "type", "vcan")
         ip("link", "set", INTERFACE, "up")
         wait(bench, lambda: all(d._now > time.monotonic() - 0.05 for d in drives.drives), "the drives to be back")
         bench.advance(0.5)
         recovers(bench)
 
-    def test_a_full_transmit_queue(self, bench: CanBench, drives: Drives) -> None:
+    def test_a_full_transmit_queue(self, bench: DeviceBench, drives: Drives) -> None:
         driving(bench)
         tc = ["tc", "qdisc", "add", "dev", INTERFACE, "root", "netem", "delay", "100s", "limit", "1"]
         subprocess.run(tc, check=True, timeout=PATIENCE)
         assert_latched(bench, drives, "")
-        fault = bench.robot.read().fault
+        fault = bench.device.read().fault
         assert fault is not None
         assert "transmit queue is full" in fault or "no heartbeat" in fault
         with pytest.raises(RobotError, match="queue is full"):
@@ -476,54 +503,53 @@ class TestInterface:
     @pytest.mark.parametrize(
         ("frame", "words"), [(BUS_OFF, "bus-off"), (ERROR_PASSIVE, "error-passive"), (NO_ACK, "acknowledges")]
     )
-    def test_error_frames(self, bench: CanBench, drives: Drives, frame: tuple[int, bytes], words: str) -> None:
+    def test_error_frames(self, bench: DeviceBench, drives: Drives, frame: tuple[int, bytes], words: str) -> None:
         driving(bench)
         error_frame(*frame)
         assert_latched(bench, drives, words)
         error_frame(*RESTARTED)
         for _ in range(5):
             drive_on(bench)
-        assert bench.robot.read().fault, "a controller that starts again clears nothing"
+        assert bench.device.read().fault, "a controller that starts again clears nothing"
         recovers(bench)
 
-    def test_a_harmless_error_frame(self, bench: CanBench, drives: Drives) -> None:
+    def test_a_harmless_error_frame(self, bench: DeviceBench, drives: Drives) -> None:
         driving(bench)
         error_frame(0x04, b"\0\x08")  # a warning
         for _ in range(5):
             drive_on(bench)
-        assert bench.robot.read().fault is None
+        assert bench.device.read().fault is None
 
-    def test_old_frames_in_the_queue_are_not_taken_for_new_ones(self, bench: CanBench, drives: Drives) -> None:
+    def test_old_frames_in_the_queue_are_not_taken_for_new_ones(self, bench: DeviceBench, drives: Drives) -> None:
         """A process that was frozen finds heartbeats of before, of a drive that has died meanwhile."""
         driving(bench)
-        with (
-            bench.robot._train._lock
-        ):  # the receive thread stands, as it would in a frozen process; the kernel's queue fills
+        # The receive thread stands, as it would in a frozen process; the kernel's queue fills.
+        with bench.driver._train._watch.lock:
             time.sleep(0.5)
             bench.cut()
             time.sleep(1.5)
-        wait(bench, lambda: bench.robot.read().fault, "a fault")
+        wait(bench, lambda: bench.device.read().fault, "a fault")
         assert_latched(bench, drives, "no heartbeat")
 
-    def test_frames_that_wait_to_be_read_are_not_missing(self, bench: CanBench, drives: Drives) -> None:
+    def test_frames_that_wait_to_be_read_are_not_missing(self, bench: DeviceBench, drives: Drives) -> None:
         """A process that was kept from running finds the heartbeats of a drive that is well, all of them."""
         driving(bench)
-        lock = bench.robot._train._lock
+        lock = bench.driver._train._watch.lock
         with lock:
             time.sleep(1.5)
             with pytest.raises(RobotError, match="nothing has been heard of the bus"):
-                bench.robot.drive(3.0, 3.0)
-            assert bench.robot.read().fault is None
+                bench.device.drive(AHEAD)
+            assert bench.device.read().fault is None
         bench.advance(0.3)
-        assert bench.robot.read().fault is None
-        assert not bench.robot.read().armed, "the drives' watchdogs have stopped the motors meanwhile"
+        assert bench.device.read().fault is None
+        assert not bench.device.read().armed, "the drives' watchdogs have stopped the motors meanwhile"
         gets_going(bench)
 
-    def test_receive_overflow(self, bench: CanBench, drives: Drives) -> None:
+    def test_receive_overflow(self, bench: DeviceBench, drives: Drives) -> None:
         """More than the queue holds: what is lost is the newest, and what is left is old."""
         driving(bench)
-        noise = odrive.encode(0, odrive.Torques(0.0, 0.0))
-        with bench.robot._train._lock:
+        noise = codec.encode(0, messages.Torques(0.0, 0.0))
+        with bench.driver._train._watch.lock:
             flooded = 0
             for _ in range(30_000):
                 with suppress(Exception):
@@ -539,58 +565,58 @@ class TestConnecting:
     """What is wrong before anything moves is said before anything is armed."""
 
     def test_a_wrong_node_id(self, drives: Drives) -> None:
-        bench = CanBench("odrive", [0], [7])
+        bench = DeviceBench("odrive", [0], [7])
         try:
             with pytest.raises(RobotError, match=rf"odrive node 7 on {INTERFACE}.*heard there: ODrive nodes 0, 1"):
-                bench.robot.connect()
+                bench.device.start()
         finally:
             bench.close()
 
     def test_a_missing_interface(self, drives: Drives) -> None:
-        bench = CanBench("odrive", [0], [1], channel="vcan77")
+        bench = DeviceBench("odrive", [0], [1], channel="vcan77")
         try:
             with pytest.raises(RobotError, match=r"vcan77: no such CAN interface on this machine.*ip link add vcan77"):
-                bench.robot.connect()
+                bench.device.start()
         finally:
             bench.close()
 
     def test_an_unknown_kind_of_interface(self, drives: Drives) -> None:
-        bench = CanBench("odrive", [0], [1], interface="tin-can")
+        bench = DeviceBench("odrive", [0], [1], interface="tin-can")
         try:
             with pytest.raises(RobotError, match="tin-can"):
-                bench.robot.connect()
+                bench.device.start()
         finally:
             bench.close()
 
     def test_two_drives_with_one_id(self, drives: Drives) -> None:
         with Drives("odrive", [1], serial=0xABCDE):
-            bench = CanBench("odrive", [0], [1])
+            bench = DeviceBench("odrive", [0], [1])
             try:
                 with pytest.raises(RobotError, match=r"node 1: 2 drives have this id: serial numbers 1001 and ABCDE"):
-                    bench.robot.connect()
+                    bench.device.start()
             finally:
                 bench.close()
 
     def test_another_protocol(self, drives: Drives) -> None:
-        bench = CanBench("cia402", [1], [2])
+        bench = DeviceBench("cia402", [1], [2])
         try:
             with pytest.raises(RobotError, match=r"cia402 nodes 1, 2.*heard there: ODrive nodes 0, 1"):
-                bench.robot.connect()
+                bench.device.start()
         finally:
             bench.close()
 
     def test_an_interface_that_is_down(self, drives: Drives) -> None:
-        bench = CanBench("odrive", [0], [1])
+        bench = DeviceBench("odrive", [0], [1])
         ip("link", "set", INTERFACE, "down")
         try:
             with pytest.raises(RobotError, match="down"):
-                bench.robot.connect()
+                bench.device.start()
         finally:
             ip("link", "set", INTERFACE, "up")
             bench.close()
 
 
-def heard(bench: CanBench, seconds: float) -> list[Frame]:
+def heard(bench: DeviceBench, seconds: float) -> list[Frame]:
     """What is on the bus while time passes."""
     frames: list[Frame] = []
     bus = CanBus(LINK, frames.append)
@@ -600,7 +626,7 @@ def heard(bench: CanBench, seconds: float) -> list[Frame]:
     return frames
 
 
-def fill(bench: CanBench) -> None:
+def fill(bench: DeviceBench) -> None:
     """Send until the queue is full."""
     bus = CanBus(LINK, lambda _: None)
     bus.start()
@@ -617,6 +643,6 @@ def referee(halted: str | None = None, may_move: bool = True) -> RefereeState:
         name="r", team="t", role="minnow", state="active", may_move=may_move, radius=0.4, pose=Pose(0.0, 0.0, 0.0)
     )
     return RefereeState(
-        game="g", stage=Stage.PLAY_ROUND, halted=halted, waiting=[], clock=0.0, total=0.0, round=1, rounds=1,
-        score={}, players=[me], zones=[],
+        game="g", stage=Stage.PLAY_ROUND, halted=halted, way_out=None, waiting=[], clock=0.0, total=0.0, round=1,
+        rounds=1, score={}, players=[me], zones=[],
     )  # fmt: skip

@@ -72,7 +72,6 @@ def test_a_robot_may_be_on_a_bus_of_its_own() -> None:
         ({"robots": {"sue": {**SUE, "bitrate": 125_000}, "bob": SUE}}, "robots.bob: node 0 on can0 is sue's already"),
         ({"robots": {"sue": SUE, "bob": {**BOB, "protocol": "cia402"}}}, "cia402 on can0, where others speak odrive"),
         ({"robots": {"sue": {**SUE, "ratio": 0}}}, "greater than 0"),
-        ({"robots": {"sue": {**SUE, "pose": "gps"}}}, "expected one of odometry, feed, got 'gps'"),
         ({"robots": {"sue": {**SUE, "supply": [25.0, 20.0]}}}, "supply: expected the voltage of an empty"),
         ({"robots": {"sue": {**SUE, "speed": 3}}}, "Extra inputs are not permitted"),
         ({"emulated": True}, "Extra inputs are not permitted"),

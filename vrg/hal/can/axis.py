@@ -4,24 +4,23 @@
                 ^________|____________|          idle(), or the drive's own watchdog
                 FAULT, ESTOP                      latched in the drive until clear()
 
-Angles are turns of the motor's shaft, before any gear. An axis neither waits nor reads a clock: it hears frames, and
-sends them through the function that it was given.
+Angles are turns of the motor's shaft, before any gear. An axis reads no clock: it hears frames, and sends them through
+the function that it was given. Only `identify` and `prepare` may wait for the drive's answers.
 """
 
 import enum
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import ClassVar
 
 from vrg.hal.can.frame import Frame
 
 NEVER = -math.inf
-"""Stamp of what has not been heard yet, s."""
+"""The stamp of what has not been heard yet, s."""
 
 
 class State(enum.Enum):
-    """What a drive says of its axis, and what it was asked for."""
+    """What a drive says of its axis, together with what it was asked for."""
 
     SILENT = "silent"
     IDLE = "idle"
@@ -32,24 +31,23 @@ class State(enum.Enum):
 
 
 class Axis(ABC):
-    """One axis.
+    """One axis. `receive` is called by the bus' receive thread, the other methods by the robot's.
 
     Args:
         node: the drive's id on the bus.
-        send: sends a frame.
+        send: sends a frame; raises RobotError where it cannot.
 
     Attributes:
-        heard: monotonic s of the newest heartbeat. state: by it.
+        heard: monotonic time of the newest heartbeat, s. state: the state that it told.
         fault: errors that the drive has latched, in words; None while it has none.
-        starved: the drive has stopped the motor because no setpoint came: its watchdog.
-        position, velocity: turn and turn/s of the shaft. measured: monotonic s of both.
-        wrap: turns after which `position` begins anew, 0 = never.
-        voltage: of its supply, V; None before it was told.
-        odd: what makes no sense in what was heard, in words: rubbish, a number that is none, another master.
-        serial, firmware: in words, empty before they are known.
+        starved: the drive's own watchdog has stopped the motor because no setpoint came.
+        position, velocity: of the shaft, in turns and turn/s. measured: monotonic time of both, s.
+        wrap: the number of turns after which `position` begins anew; 0 where it never does.
+        voltage: of the drive's supply, V; None before it was told. supplied: monotonic time of it, s.
+        odd: what makes no sense in the frames that were heard, in words: rubbish, a number that is not finite, another
+            master; None where everything makes sense.
+        serial, firmware: the serial number and the version in words; empty before they are known.
     """
-
-    protocol: ClassVar[str]
 
     def __init__(self, node: int, send: Callable[[Frame], None]) -> None:
         self.node = node
@@ -63,6 +61,7 @@ class Axis(ABC):
         self.measured = NEVER
         self.wrap = 0.0
         self.voltage: float | None = None
+        self.supplied = NEVER
         self.odd: str | None = None
         self.serial = ""
         self.firmware = ""
@@ -70,12 +69,12 @@ class Axis(ABC):
     @classmethod
     @abstractmethod
     def check_node(cls, node: int) -> str | None:
-        """Why a drive cannot have this id, or None."""
+        """Why a drive cannot have this id, in words, or None where it can."""
 
     @property
     @abstractmethod
     def filters(self) -> list[tuple[int, int]]:
-        """The identifiers (wanted, mask) that this axis must hear."""
+        """The 11-bit identifiers (wanted, mask) that this axis must hear once its drive is prepared."""
 
     @property
     @abstractmethod
@@ -85,15 +84,22 @@ class Axis(ABC):
     @property
     @abstractmethod
     def problem(self) -> str | None:
-        """Why this drive cannot be used as it is: a version, a second one of the same id; None if nothing is known."""
+        """Why this drive cannot be used, in words: its version, or a second drive of the same id; None where it can."""
 
     @abstractmethod
     def receive(self, frame: Frame) -> None:
         """Hear a frame, of whatever node."""
 
     @abstractmethod
-    def identify(self) -> None:
-        """Ask the drive who it is; the answers come to `receive`."""
+    def identify(self, patience: float) -> None:
+        """Ask the drive who it is. It may have to be asked again until `identified`.
+
+        Args:
+            patience: s that this call may wait for the drive's answers.
+
+        Raises:
+            RobotError: a question could not be sent.
+        """
 
     @abstractmethod
     def prepare(self) -> None:
@@ -105,11 +111,15 @@ class Axis(ABC):
 
     @abstractmethod
     def start(self) -> None:
-        """Ask for closed-loop velocity control, with a setpoint of zero."""
+        """Ask for closed-loop velocity control, with a setpoint of zero.
+
+        Raises:
+            RobotError: it could not be sent. This holds for all that follow.
+        """
 
     @abstractmethod
     def command(self, velocity: float) -> None:
-        """Send a setpoint, turn/s; it also goes on with a start that takes several steps."""
+        """Send a setpoint in turn/s. It also carries on a start that takes several steps."""
 
     @abstractmethod
     def idle(self) -> None:
@@ -117,22 +127,27 @@ class Axis(ABC):
 
     @abstractmethod
     def stop_now(self) -> None:
-        """The emergency stop: switch the motor off, by the shortest way that the protocol has."""
+        """Switch the motor off by the shortest way that the protocol has: the emergency stop."""
 
     @abstractmethod
     def clear(self) -> None:
-        """Forget latched errors; the motor stays off. Only ever by an explicit act of a person, or after `starved`."""
+        """Forget latched errors; the motor stays off. Called only where a person has said so, or after `starved`."""
 
     def forget_oddities(self) -> None:
         """Judge anew what is heard from now on."""
         self.odd = None
 
     def _estimate(self, position: float, velocity: float, at: float) -> None:
-        """Take in an encoder's estimate, unless it is no number."""
+        """Take in an encoder's estimate, unless it is not finite."""
         if math.isfinite(position) and math.isfinite(velocity):
             self.position, self.velocity, self.measured = position, velocity, at
         else:
             self._complain(f"its encoder says {position} turn, {velocity} turn/s")
+
+    def _supply(self, voltage: float, at: float) -> None:
+        """Take in the voltage of the supply, unless it is not finite: it moves no motor, so it is no reason to stop."""
+        if math.isfinite(voltage):
+            self.voltage, self.supplied = voltage, at
 
     def _complain(self, words: str) -> None:
         """Remember the first oddity."""

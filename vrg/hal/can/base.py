@@ -1,20 +1,19 @@
-"""A drive base: two or four motor axes as a robot's left and right wheels, and odometry by their encoders. Pure."""
+"""A drive base: two or four motor axes as a robot's left and right wheels, and odometry by their encoders."""
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from vrg.bus.messages import Pose
 from vrg.geometry import wrap
 from vrg.hal.models import RobotModel
-from vrg.hal.robot import Wheels
+from vrg.types import Pose
 
 TURN = math.tau
-"""rad."""
+"""One turn in rad."""
 _JUMP_MARGIN = 1.5
-"""An encoder may be this much faster than the top speed before it is disbelieved."""
+"""How many times faster than the top speed an encoder may be before it is disbelieved."""
 _JUMP_SLACK = 0.25
-"""s that a frame may be late: what it says is older than it looks, and the next one seems to come from far."""
+"""s that a frame may be late. What it says is then older than it looks, and the next one seems to come from far."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +21,7 @@ class WheelAxis:
     """How one motor drives one side.
 
     Args:
-        node: of its drive. left: it is on the left side.
+        node: the id of its drive. left: it is on the left side.
         direction: 1 where a positive motor speed drives ahead, -1 where it drives back.
         ratio: turns of the motor for one turn of the wheel.
     """
@@ -35,7 +34,7 @@ class WheelAxis:
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """What an encoder said: turn and turn/s of the motor at monotonic time `at`, s."""
+    """What an encoder said: position and velocity of the motor, in turns and turn/s, at monotonic time `at`, s."""
 
     position: float
     velocity: float
@@ -43,15 +42,15 @@ class Estimate:
 
 
 class DriveBase:
-    """See the module.
+    """See the module. It has no bus and no clock.
 
     Args:
-        axes: one or two a side.
-        model: wheel radius, effective track and top speed.
+        axes: one or two on each side.
+        model: its wheel radius, effective track and top speed are used.
 
     Attributes:
-        pose: by odometry, from (0, 0, 0) where the robot was when `restart` was called.
-        angles: that the left and the right wheels have turned since then, rad.
+        pose: the pose by odometry, which is (0, 0, 0) where the robot was when `restart` was called.
+        angles: the angles that the left and the right wheels have turned since then, rad.
     """
 
     def __init__(self, axes: Sequence[WheelAxis], model: RobotModel) -> None:
@@ -73,19 +72,19 @@ class DriveBase:
         self._last.clear()
         self._moved.clear()
 
-    def setpoints(self, wheels: Wheels) -> list[tuple[int, float]]:
-        """The motor speed of each node, turn/s, for wheel speeds in rad/s."""
-        return [
-            (axis.node, (wheels.left if axis.left else wheels.right) / TURN * axis.direction * axis.ratio)
-            for axis in self.axes
-        ]
+    def setpoints(self, left: float, right: float) -> list[tuple[int, float]]:
+        """The motor speed of each node in turn/s, for wheel speeds in rad/s."""
+        return [(axis.node, (left if axis.left else right) / TURN * axis.direction * axis.ratio) for axis in self.axes]
 
-    def wheels(self, velocities: Mapping[int, float]) -> Wheels:
-        """The wheel speeds, rad/s, for the motors' by node, turn/s: the mean of each side."""
+    def wheels(self, velocities: Mapping[int, float]) -> tuple[float, float]:
+        """The speeds of the left and the right wheels in rad/s, for motor speeds by node in turn/s.
+
+        The speed of a side is the mean of its motors.
+        """
         sides: tuple[list[float], list[float]] = ([], [])
         for axis in self.axes:
             sides[0 if axis.left else 1].append(velocities[axis.node] * TURN * axis.direction / axis.ratio)
-        return Wheels(_mean(sides[0]), _mean(sides[1]))
+        return _mean(sides[0]), _mean(sides[1])
 
     def update(self, node: int, estimate: Estimate, turns: float = 0.0) -> bool:
         """Take in one encoder's estimate; the pose moves on once all have one more.
@@ -94,7 +93,8 @@ class DriveBase:
         nothing, as what one difference is short of is in the next.
 
         Args:
-            turns: after which the position begins anew (0 = never).
+            node: whose encoder. estimate: what it said.
+            turns: the number of turns after which the position begins anew; 0 = never.
 
         Returns:
             False where no motor could have turned that far in that time: the drive was started again. The position is
@@ -122,7 +122,8 @@ class DriveBase:
         self._moved.clear()
         self.angles = (self.angles[0] + left, self.angles[1] + right)
         # Wheel angles in place of speeds give a way and a turn in place of velocities.
-        way, turn = self._model.velocity(left, right)
+        moved = self._model.twist(left, right)
+        way, turn = moved.v, moved.w
         middle = self.pose.theta + turn / 2
         self.pose = Pose(
             self.pose.x + way * math.cos(middle),

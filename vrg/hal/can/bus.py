@@ -1,4 +1,4 @@
-"""A CAN bus by python-can, with a receive thread of its own. Knows frames, not motors.
+"""A CAN bus by python-can, with a receive thread of its own. It knows frames, and nothing of motors.
 
 Met in practice, and worked around here: after an interface went down `recv` returns None for ever and the bus still
 calls itself active, so nobody judges health by the absence of errors; after an interface was deleted the socket stays
@@ -24,10 +24,9 @@ from vrg.hal.can.link import Link
 log = logging.getLogger(__name__)
 # python-can tells of every socket that it makes, and logs the errors that it raises as well.
 logging.getLogger("can").setLevel(logging.CRITICAL)
-logging.getLogger("canopen").setLevel(logging.WARNING)
 
 RECEIVE_BUFFER = 1 << 20
-"""bytes: some 4000 frames, where the default holds 278."""
+"""The size of the receive buffer in bytes: it holds some 4000 frames, where the default holds 278."""
 _POLL = 0.05
 """s between looks at the bus when nothing arrives."""
 _WALL_CLOCK = frozenset({"socketcan", "udp_multicast"})
@@ -49,14 +48,14 @@ _CONTROLLER = {
     0x10: "error-passive: too many receive errors",
     0x20: "error-passive: too many transmit errors",
 }
-"""What data[1] of a controller's error frame may say."""
+"""What the second byte of a controller's error frame may say, by its bits."""
 
 
 class CanBus:
     """One bus.
 
     Args:
-        link: how to reach it.
+        link: how to reach the bus.
         on_frame: called with every data and remote frame of others, on the receive thread.
         on_trouble: called with what is wrong with the bus, in words, on the receive thread.
         on_quiet: called on the receive thread when nothing has come for a moment.
@@ -99,9 +98,9 @@ class CanBus:
         self._thread.start()
 
     def listen_to(self, wanted: Iterable[tuple[int, int]] | None) -> None:
-        """Let the kernel drop everything but 11-bit identifiers with `identifier & mask == id & mask` (id, mask).
+        """Let the kernel drop all but 11-bit identifiers with `identifier & mask == id & mask`, of pairs (id, mask).
 
-        Error frames still arrive. Holds across a restart; None hears everything again.
+        Error frames still arrive. This holds when the bus is started again; None hears everything again.
         """
         self._filters = None
         if wanted is not None:
@@ -129,7 +128,7 @@ class CanBus:
             raise RobotError(f"{self.link}: {describe_error(error)}") from None
 
     def stop(self) -> None:
-        """Close. Idempotent. Waits for the receive thread: hold no lock that its callbacks want."""
+        """Close the bus. Idempotent. Waits for the receive thread, so hold no lock that its callbacks want."""
         self._stopping.set()
         thread, self._thread = self._thread, None
         if thread is not None:
@@ -186,7 +185,7 @@ class CanBus:
 
 
 def open_bus(link: Link) -> can.BusABC:
-    """python-can's bus.
+    """Open a bus by python-can.
 
     Raises:
         RobotError: there is no such interface or channel; says what to do.

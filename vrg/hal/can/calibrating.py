@@ -11,32 +11,31 @@ from vrg.hal.can.base import WheelAxis
 from vrg.hal.can.calibration import AxisCalibration, Calibration, corrected_ratio, corrected_track
 from vrg.hal.can.train import DriveTrain, TrainState
 from vrg.hal.models import RobotModel
-from vrg.hal.robot import Wheels
 
 _PERIOD = 0.05
 """s between commands."""
 _ARMING = 2.0
-"""s to wait for the motors to be armed."""
+"""s that the motors may take to be armed."""
 _SETTLE = 0.5
-"""s to come to rest before the odometry is read."""
+"""s that the robot is given to come to rest before the odometry is read."""
 _LONGEST = 120.0
 """s after which a run is given up."""
 
 
 class Person(Protocol):
-    """Who stands beside the robot."""
+    """The person who stands beside the robot."""
 
     def ready(self, words: str) -> None:
-        """Return once they have done what the words ask for."""
+        """Ask them to do something, and return once it is done."""
 
     def agrees(self, question: str) -> bool:
-        """Yes or no."""
+        """Ask a question that is answered by yes or no."""
 
     def measures(self, question: str, expected: float) -> float:
-        """A number, `expected` where they have nothing better."""
+        """Ask for a number, which is `expected` where they have nothing better."""
 
     def told(self, words: str) -> None:
-        """Let them know."""
+        """Tell them something."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +43,7 @@ class Plan:
     """How far and how fast.
 
     Args:
-        speed: m/s. way: m straight ahead. turn: rad on the spot.
+        speed: of the wheels over the ground, m/s. way: straight ahead, m. turn: on the spot, rad.
     """
 
     speed: float = 0.2
@@ -55,8 +54,11 @@ class Plan:
 def calibrate(train: DriveTrain, model: RobotModel, person: Person, plan: Plan) -> Calibration:
     """Find directions, ratios and effective track of a connected robot. Leaves its motors off.
 
+    Args:
+        train: connected. model: of the robot. person: measures. plan: how far and how fast.
+
     Raises:
-        RobotError: it faulted. ValueError: a measurement that cannot be.
+        RobotError: a fault has latched, or the robot does not move. ValueError: a measurement that cannot be.
     """
     runner = _Runner(train, model)
     try:
@@ -107,7 +109,7 @@ class _Runner:
         self._model = model
 
     def spin(self, axis: WheelAxis, velocity: float, seconds: float) -> None:
-        """Turn one motor, turn/s, for a while."""
+        """Turn one motor at `velocity` turn/s for a while."""
         self._arm()
         end = time.monotonic() + seconds
         while time.monotonic() < end:
@@ -124,7 +126,7 @@ class _Runner:
         while not done(self._state()):
             if time.monotonic() > deadline:
                 raise RobotError(f"{self._train.name}: the odometry did not get there within {_LONGEST:g} s")
-            self._train.drive(Wheels(left * rate, right * rate))
+            self._train.drive(left * rate, right * rate)
             time.sleep(_PERIOD)
         return self._rest()
 

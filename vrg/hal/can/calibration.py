@@ -15,7 +15,7 @@ from pathlib import Path
 from pydantic import Field, ValidationError, field_validator
 
 from vrg.errors import ConfigError
-from vrg.tables import Table
+from vrg.tables import Table, problems_of
 
 
 class AxisCalibration(Table):
@@ -41,7 +41,7 @@ class Calibration(Table):
     """One robot.
 
     Args:
-        robot: its name, for people. track: effective track, m. axes: by node id.
+        robot: the robot's name, for people. track: its effective track, m. axes: its motors by node id.
     """
 
     robot: str
@@ -50,10 +50,10 @@ class Calibration(Table):
 
 
 def load_calibration(path: Path, nodes: list[int]) -> Calibration:
-    """Read a calibration file of a robot with these nodes.
+    """Read the calibration file of a robot that has these nodes.
 
     Raises:
-        ConfigError: it cannot be read, or does not fit; every problem.
+        ConfigError: it cannot be read, or does not fit; tells every problem.
     """
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8"))
@@ -62,8 +62,7 @@ def load_calibration(path: Path, nodes: list[int]) -> Calibration:
     try:
         found = Calibration.model_validate(data)
     except ValidationError as error:
-        where = [(".".join(map(str, d["loc"])), d["msg"].removeprefix("Value error, ")) for d in error.errors()]
-        raise ConfigError([f"{path}: {field}: {words}" for field, words in where]) from None
+        raise ConfigError([f"{path}: {problem}" for problem in problems_of(error)]) from None
     if sorted(found.axes) != sorted(nodes):
         raise ConfigError([f"{path}: axes: expected nodes {sorted(nodes)}, as wired, got {sorted(found.axes)}"])
     return found

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 STANDARD_MASK = 0x7FF
-"""Of an 11-bit identifier."""
+"""The bits of an 11-bit identifier."""
 
 
 class FrameError(Exception):
@@ -15,10 +15,10 @@ class Frame:
     """One frame.
 
     Args:
-        id: identifier, 11 bits; 29 if `extended`.
+        id: the identifier, 11 bits, or 29 bits if `extended`.
         data: 0 to 8 bytes.
-        remote: asks for the frame of this id instead of carrying it.
-        at: s of monotonic time at which it was on the bus; of a frame to send, 0.
+        remote: it asks for the frame of this identifier instead of carrying it.
+        at: monotonic time at which it was on the bus, s; 0 for a frame that is to be sent.
     """
 
     id: int

@@ -1,4 +1,4 @@
-"""When the motors of a robot must be off: every reason of the CAN backend's, in one place. Pure.
+"""When the motors of a robot must be off: every reason that a CAN robot has, in one place. It has no bus and no clock.
 
 A reason latches: it stays, whatever the drives say later, until a person clears it. The one exception is a drive's
 watchdog: it tells of a commander that was late, not of a robot that is broken, so arming again is enough.
@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from vrg.hal.can.axis import Axis, State
 
 HEARTBEAT_TIMEOUT = 0.5
-"""s without a heartbeat after which a drive is taken for dead; it sends one every 0.1 s."""
+"""s without a heartbeat after which a drive is taken for dead. It sends one every 0.1 s."""
 START_TIMEOUT = 1.0
 """s from arming until every axis must be in closed loop."""
 GRACE = 0.5
@@ -24,11 +24,11 @@ class Guard:
     that was kept from running finds heartbeats that wait to be read, and a drive is not dead for that.
 
     Args:
-        axes: of the robot.
+        axes: all axes of the robot.
 
     Attributes:
-        fault: what has latched, in words.
-        estop: the emergency stop is latched, by the bus of the match or by a drive.
+        fault: what has latched, in words; None where nothing has.
+        estop: the emergency stop is latched, by the match or by a drive.
         at_drive: a drive has latched it, so somebody pressed a button there.
         wanted: the player has armed the robot, and nothing has disarmed it since.
     """
@@ -61,7 +61,7 @@ class Guard:
         self.wanted = False
 
     def latch(self, words: str) -> None:
-        """The first reason is kept: the others mostly follow from it."""
+        """Keep a reason, unless there is one: the first is kept, as the others mostly follow from it."""
         self.fault = self.fault or words
 
     def arm(self, now: float) -> None:

@@ -8,8 +8,9 @@ class Link:
     """How to reach a bus.
 
     Args:
-        interface: python-can's name: `socketcan`, `udp_multicast`, `slcan`, `pcan`, ...
-        channel: such as `can0`. bitrate: bit/s, where the interface sets it itself; None leaves it alone.
+        interface: python-can's name of it, such as `socketcan`, `udp_multicast`, `slcan` or `pcan`.
+        channel: the bus, such as `can0`.
+        bitrate: bit/s, where the interface sets it itself; None leaves it as it is.
     """
 
     interface: str = "socketcan"

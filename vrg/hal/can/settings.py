@@ -1,18 +1,19 @@
 """What a match file says of CAN robots: the table [backends.can]."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, ValidationError, field_validator, model_validator
 
 from vrg.errors import ConfigError
-from vrg.hal.can.axis import Axis
 from vrg.hal.can.base import WheelAxis
 from vrg.hal.can.calibration import Calibration, load_calibration
 from vrg.hal.can.link import Link
-from vrg.hal.can.protocols import PROTOCOLS, axis_type
-from vrg.hal.settings import BackendSettings, Companion
-from vrg.tables import Table, one_of
+from vrg.hal.can.protocols import PROTOCOLS, Protocol
+from vrg.hal.companions import Companion
+from vrg.hal.settings import BackendSettings
+from vrg.tables import Table, known_in, problems_of
 
 EMULATING = "emulating"
 """The first word of what `vrg can node` says once it is on the bus."""
@@ -25,31 +26,24 @@ class RobotWiring(Table):
         left, right: node ids of the motors on each side, one or two.
         ratio: turns of a motor for one turn of its wheel; a calibration file stands above it.
         calibration: file written by `vrg can calibrate`, relative to the match file.
-        pose: `odometry`: the robot says where it is; `feed`: somebody else publishes it, a motion-capture system say.
-        supply: V of an empty and of a full battery.
-        interface, channel, bitrate, protocol: in place of the table's, for a robot on a bus of its own.
+        supply: the voltage of an empty and of a full battery, V.
+        interface, channel, bitrate, protocol: for a robot on a bus of its own, in place of those of [backends.can].
     """
 
     left: list[int] = Field(min_length=1, max_length=2)
     right: list[int] = Field(min_length=1, max_length=2)
     ratio: float = Field(1.0, gt=0, le=10_000)
     calibration: str | None = None
-    pose: str = "odometry"
     supply: tuple[float, float] = (20.0, 25.2)
     interface: str | None = None
     channel: str | None = None
     bitrate: int | None = Field(None, ge=10_000, le=1_000_000)
     protocol: str | None = None
 
-    @field_validator("pose")
-    @classmethod
-    def _pose(cls, value: str) -> str:
-        return one_of(value, ["odometry", "feed"])
-
     @field_validator("protocol")
     @classmethod
     def _protocol(cls, value: str | None) -> str | None:
-        return value if value is None else one_of(value, sorted(PROTOCOLS))
+        return value if value is None else known_in(value, PROTOCOLS)
 
     @model_validator(mode="after")
     def _sides(self) -> "RobotWiring":
@@ -63,7 +57,7 @@ class RobotWiring(Table):
 
     @property
     def nodes(self) -> list[int]:
-        """Of all motors."""
+        """The node ids of all motors."""
         return [*self.left, *self.right]
 
     def wheel_axes(self, calibration: Calibration | None) -> list[WheelAxis]:
@@ -81,9 +75,10 @@ class CanSettings(BackendSettings):
     """The table [backends.can].
 
     Args:
-        interface, channel, bitrate: of the bus, as python-can calls them. protocol: of the drives.
-        emulate: start emulated drives for these robots; without it they are expected on the bus.
-        robots: by name. Those of players whose backend is another one are left alone.
+        interface, channel, bitrate: the bus, in python-can's words; see `Link`.
+        protocol: the protocol that the drives speak, by its name in PROTOCOLS.
+        emulate: start emulated drives for these robots; without it the drives are expected on the bus.
+        robots: the wiring by the robot's name. Robots whose backend is another one are left alone.
     """
 
     interface: str = "socketcan"
@@ -96,19 +91,19 @@ class CanSettings(BackendSettings):
     @field_validator("protocol")
     @classmethod
     def _protocol(cls, value: str) -> str:
-        return one_of(value, sorted(PROTOCOLS))
+        return known_in(value, PROTOCOLS)
 
     @model_validator(mode="after")
     def _nodes(self) -> "CanSettings":
         owner: dict[tuple[str, int], str] = {}
         spoken: dict[str, str] = {}
         for name in self.robots:
-            bus, protocol = str(self.link(name)), self.protocol_of(name)
+            bus, protocol = str(self.link(name)), self.protocol_name(name)
             if spoken.setdefault(bus, protocol) != protocol:
                 # Their identifiers overlap: a setpoint of one is a controlword of the other.
                 raise ValueError(f"robots.{name}: {protocol} on {bus}, where others speak {spoken[bus]}: one bus each")
             for node in self.robots[name].nodes:
-                problem = self.axis_type(name).check_node(node)
+                problem = self.protocol_of(name).axis_type.check_node(node)
                 if problem:
                     raise ValueError(f"robots.{name}: node id of {protocol}: {problem}")
                 other = owner.setdefault((bus, node), name)
@@ -125,13 +120,17 @@ class CanSettings(BackendSettings):
             bitrate=own.bitrate or self.bitrate,
         )
 
-    def protocol_of(self, robot: str) -> str:
-        """What a robot's drives speak."""
+    def protocol_name(self, robot: str) -> str:
+        """The name of the protocol that a robot's drives speak."""
         return self.robots[robot].protocol or self.protocol
 
-    def axis_type(self, robot: str) -> type[Axis]:
-        """The class of a robot's axes."""
-        return axis_type(self.protocol_of(robot))
+    def protocol_of(self, robot: str) -> Protocol:
+        """The protocol that a robot's drives speak.
+
+        Raises:
+            ConfigError: it cannot be imported.
+        """
+        return PROTOCOLS.get(self.protocol_name(robot))
 
     def problems(self, robots: Sequence[str], base: Path) -> list[str]:
         """Robots without wiring, and calibration files that do not fit."""
@@ -144,7 +143,7 @@ class CanSettings(BackendSettings):
                 try:
                     load_calibration(base / wiring.calibration, wiring.nodes)
                 except ConfigError as error:
-                    found += error.problems
+                    found += map(str, error.problems)
         return found
 
     def companions(self, robots: Sequence[str]) -> list[Companion]:
@@ -156,7 +155,7 @@ class CanSettings(BackendSettings):
             buses.setdefault(str(self.link(name)), []).append(name)
         companions = []
         for number, members in enumerate(buses.values(), 1):
-            link, protocol = self.link(members[0]), self.protocol_of(members[0])
+            link, protocol = self.link(members[0]), self.protocol_name(members[0])
             ids = [node for name in members for node in self.robots[name].nodes]
             arguments = ["can", "node", "--interface", link.interface, "--channel", link.channel]
             if link.bitrate is not None:
@@ -166,3 +165,15 @@ class CanSettings(BackendSettings):
                 arguments += ["--id", str(node)]
             companions.append(Companion("drives" if number == 1 else f"drives-{number}", tuple(arguments), EMULATING))
         return companions
+
+
+def can_settings(table: Mapping[str, Any]) -> CanSettings:
+    """The settings in a table [backends.can].
+
+    Raises:
+        ConfigError: with every problem of the table.
+    """
+    try:
+        return CanSettings.model_validate(dict(table))
+    except ValidationError as error:
+        raise ConfigError(problems_of(error, ("backends", "can"))) from None

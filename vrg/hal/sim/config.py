@@ -1,20 +1,17 @@
 """What a world is made of, and whether it can be."""
 
 import hashlib
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations
-from typing import TypeVar
+from typing import TYPE_CHECKING
 
-from vrg.bus.messages import Pose
 from vrg.bus.topics import check_name
-from vrg.errors import ConfigError
+from vrg.errors import ConfigError, Path, Problem
 from vrg.hal.models import RobotModel, robot_model
-from vrg.hal.sim.engine import ENGINES
-from vrg.hal.sim.map import Map, load_map
-from vrg.hal.sim.shapes import body_box, boxes_touch
+from vrg.types import Pose
 
-T = TypeVar("T")
+if TYPE_CHECKING:
+    from vrg.hal.sim.map import Map
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,8 +19,8 @@ class RobotSetup:
     """A robot at the start.
 
     Args:
-        model: a name in vrg.hal.models.MODELS.
-        physical: it is a robot of flesh and steel: the world shows it where it is measured, and moves it nowhere.
+        model: the name of a robot model.
+        physical: it is a physical robot: the world shows it where it is measured, and moves it nowhere.
     """
 
     name: str
@@ -37,9 +34,9 @@ class WorldConfig:
     """A world.
 
     Args:
-        map: a map's name, or the path of its file. engine: `pybullet` or `planar`.
+        map: a map's name, or the path of its file. engine: the name of a physics engine.
         tick: s of match time between steps. seed: of all noise.
-        rate: match seconds per real second; 0 = as fast as it can.
+        rate: match seconds per real second; 0 = as fast as it can, which only a match in one process can be.
         lasers: False saves the scans where no player looks at them. noise: False = perfect sensors.
         robots: those that are there from the start.
     """
@@ -60,57 +57,72 @@ def fingerprint(config: WorldConfig) -> str:
     return hashlib.sha256(repr(setup).encode()).hexdigest()[:16]
 
 
-def check_setup(config: WorldConfig) -> list[str]:
-    """What keeps this world from being built, one line each; empty if nothing does. Builds nothing."""
+def check_setup(config: WorldConfig) -> list[Problem]:
+    """What keeps this world from being built; empty if nothing does. Builds nothing.
+
+    The path of a problem with a robot is `("players", name)`, as each robot is a player's.
+    """
+    from vrg.hal.sim.engines import ENGINES  # noqa: PLC0415 - whoever only carries a set-up around needs no numpy
+
     problems = []
     if not 0.001 <= config.tick <= 0.1:
-        problems.append(f"tick: expected 0.001 to 0.1 s, got {config.tick}")
+        problems.append(Problem(f"expected 0.001 to 0.1 s, got {config.tick}", ("tick",)))
     if not 0.0 <= config.rate <= 1e4:
-        problems.append(f"rate: expected 0 to 10000, got {config.rate}")
+        problems.append(Problem(f"expected 0 to 10000, got {config.rate}", ("rate",)))
     if config.seed < 0:
-        problems.append(f"seed: expected 0 or more, got {config.seed}")
+        problems.append(Problem(f"expected 0 or more, got {config.seed}", ("seed",)))
     if config.engine not in ENGINES:
-        problems.append(f"engine: expected one of {', '.join(ENGINES)}, got {config.engine!r}")
-    map_ = _attempt(problems, load_map, config.map)
+        problems.append(Problem(ENGINES.unknown(config.engine).partition(": ")[2], ("engine",)))
+    map_ = _map(config.map, problems)
     placed: list[tuple[RobotSetup, RobotModel]] = []
     names: set[str] = set()
     for robot in config.robots:
-        _attempt(problems, check_name, robot.name, "robot")
+        where: Path = ("players", robot.name)
+        try:
+            check_name(robot.name, "robot")
+            model = robot_model(robot.model)
+        except ConfigError as error:
+            problems += [Problem(problem.text, where) for problem in error.problems]
+            continue
         if robot.name in names:
-            problems.append(f"robot {robot.name}: expected a name of its own, got one that is taken")
+            problems.append(Problem("expected a name of its own, got one that is taken", where))
         names.add(robot.name)
-        model = _attempt(problems, robot_model, robot.model)
-        if model is not None:
-            placed.append((robot, model))
-            if map_ is not None:
-                problems += place_problems(map_, robot.name, model, robot.pose)
+        placed.append((robot, model))
+        why = None if map_ is None else place_problems(map_, robot.name, model, robot.pose)
+        if why is not None:
+            problems.append(Problem(why, where))
     for (a, model_a), (b, model_b) in combinations(placed, 2):
         if overlap(model_a, a.pose, model_b, b.pose):
-            problems.append(f"robots {a.name} and {b.name}: expected room between them, but they overlap")
+            problems.append(
+                Problem(f"expected room between {a.name} and {b.name}, but they overlap", ("players", a.name))
+            )
     return problems
 
 
-def place_problems(map_: Map, name: str, model: RobotModel, pose: Pose) -> list[str]:
-    """Why the map has no room for a robot at a pose, at most one line."""
+def _map(name: str, problems: list[Problem]) -> "Map | None":
+    from vrg.hal.sim.map import load_map  # noqa: PLC0415 - as above
+
+    try:
+        return load_map(name)
+    except ConfigError as error:
+        problems += [p if p.file else Problem(p.text.removeprefix("map: "), ("map",)) for p in error.problems]
+        return None
+
+
+def place_problems(map_: "Map", name: str, model: RobotModel, pose: Pose) -> str | None:
+    """Why the map has no room for a robot at a pose, or None."""
     if map_.footprint_clear(pose, model.length, model.width):
-        return []
-    b = map_.bounds
+        return None
     at = f"({pose.x:g}, {pose.y:g})"
-    if not (b.x_min <= pose.x <= b.x_max and b.y_min <= pose.y <= b.y_max):
-        area = f"x {b.x_min:g}..{b.x_max:g}, y {b.y_min:g}..{b.y_max:g}"
-        return [f"robot {name}: expected a pose inside map {map_.name} ({area}), got {at}"]
-    return [f"robot {name}: expected a free place, but {at} is in a wall or obstacle of map {map_.name}"]
+    if not map_.bounds.contains(pose.x, pose.y):
+        x_min, y_min, x_max, y_max = map_.bounds.bounds
+        area = f"x {x_min:g}..{x_max:g}, y {y_min:g}..{y_max:g}"
+        return f"expected a pose inside map {map_.name} ({area}), got {at}"
+    return f"expected a free place, but {at} is in a wall or obstacle of map {map_.name}"
 
 
 def overlap(model_a: RobotModel, a: Pose, model_b: RobotModel, b: Pose) -> bool:
     """Whether two robots' footprints overlap."""
+    from vrg.hal.sim.shapes import body_box, boxes_touch  # noqa: PLC0415 - as above
+
     return boxes_touch(body_box(a, model_a.length, model_a.width), body_box(b, model_b.length, model_b.width))
-
-
-def _attempt(problems: list[str], action: Callable[..., T], *args: str) -> T | None:
-    """The action's result, or None with its problems added to the list."""
-    try:
-        return action(*args)
-    except ConfigError as error:
-        problems += error.problems
-        return None

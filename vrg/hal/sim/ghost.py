@@ -5,9 +5,9 @@ Measurements come at 10 Hz or so, the world ticks at 50 Hz: in between the body 
 
 import math
 
-from vrg.bus.messages import Pose
 from vrg.bus.node import CLOCK_SKEW
 from vrg.errors import WorldError
+from vrg.types import Pose
 
 EXTRAPOLATE = 0.2
 """s of match time past a measurement for which the body goes on at the measured velocity; then it stays."""

@@ -3,7 +3,8 @@
 Nothing here drives a robot; each rule can only hold it.
 """
 
-from vrg.hal.robot import COMMAND_TIMEOUT
+from vrg.hal.driver import COMMAND_TIMEOUT
+from vrg.types import STILL, Twist
 
 _EPS = 1e-9
 
@@ -18,19 +19,18 @@ class Interlock:
     def __init__(self) -> None:
         self.armed = False
         self.locked = False
-        self.left = 0.0
-        self.right = 0.0
+        self.twist: Twist = STILL
         self._heard = 0.0
 
-    def drive(self, now: float, left: float, right: float, armed: bool, estop: bool) -> None:
-        """A command arrived (rad/s), at match time `now`."""
+    def drive(self, now: float, twist: Twist, armed: bool, estop: bool) -> None:
+        """A command arrived at match time `now`."""
         if not armed:
             self.armed = self.locked = False
         elif estop:
             self.locked = True
         elif not self.locked:
             self.armed = True
-        self.left, self.right = left, right
+        self.twist = twist
         self._heard = now
 
     def stop(self) -> None:

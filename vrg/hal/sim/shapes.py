@@ -1,4 +1,4 @@
-"""Oriented boxes and circles in the plane: outlines, overlap and how far apart they are. Pure."""
+"""Oriented boxes in the plane: outlines, overlap with each other and with circles, and how far apart they are. Pure."""
 
 import math
 from dataclasses import dataclass
@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vrg.bus.messages import Pose
+from vrg.regions import Circle
+from vrg.types import Pose, Vector
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,15 +19,6 @@ class Box:
     heading: float
     length: float
     width: float
-
-
-@dataclass(frozen=True, slots=True)
-class Circle:
-    """Centre and radius, m."""
-
-    x: float
-    y: float
-    radius: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +63,14 @@ def box_edges(boxes: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
 
 _CORNERS = np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)])
 _NEXT = np.array([1, 2, 3, 0])
+
+
+def box_corners(box: Box) -> list[Vector]:
+    """The four corners, counter-clockwise from front left, m."""
+    along, across = box.length / 2, box.width / 2
+    c, s = math.cos(box.heading), math.sin(box.heading)
+    corners = ((along, across), (-along, across), (-along, -across), (along, -across))
+    return [(box.x + c * u - s * v, box.y + s * u + c * v) for u, v in corners]
 
 
 def box_gap(a: Box, b: Box) -> Gap:

@@ -1,12 +1,14 @@
-"""What is kept of a world so that a restarted one goes on. Noise needs nothing: see vrg.hal.sim.sensors."""
+"""What is kept of a world so that a restarted one goes on. Noise needs nothing: see vrg.hal.sim.sensors.noise."""
+
+from typing import Any
 
 import msgspec
 from msgspec import Struct
 
-from vrg.bus.messages import Count, Name, Pose
 from vrg.errors import WorldError
+from vrg.types import Count, Name, Pose
 
-_VERSION = 2
+_VERSION = 3
 
 
 class GhostSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -26,7 +28,8 @@ class RobotSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
     Args:
         start: where a reset puts it. pose: where it is. wheels: angles turned, rad.
-        energy_used: J since its battery was full. wheel_limit: rad/s.
+        sensors: what its sensors must remember, by their simulation.
+        energy_used: J since its battery was full. v_max: its top speed in this match, m/s.
         locked: it was stopped by the emergency stop and has not been disarmed since.
     """
 
@@ -35,9 +38,9 @@ class RobotSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     start: Pose
     pose: Pose
     wheels: tuple[float, float]
-    odometry: Pose
+    sensors: dict[str, Any]
     energy_used: float
-    wheel_limit: float
+    v_max: float
     locked: bool
 
 

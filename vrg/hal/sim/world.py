@@ -4,45 +4,27 @@ A physical robot has all of these itself. In the world it is a ghost: a body tha
 the virtual robots see and run into, and from whose place the range sensors are synthesised that the robot lacks.
 """
 
-from dataclasses import dataclass, field
-
 import numpy as np
-import numpy.typing as npt
 
-from vrg.bus.messages import Body, Laser, Pose, Poses, RefereeState, RequestKind, RobotState, WorldRequest
+from vrg.bus.messages import Body, Poses, RefereeState, RobotState
 from vrg.errors import ConfigError, WorldError
 from vrg.hal.gate import RefereeGate
 from vrg.hal.models import RobotModel, robot_model
-from vrg.hal.robot import limit_wheels
-from vrg.hal.sim.battery import Batteries
-from vrg.hal.sim.config import WorldConfig, check_setup, fingerprint, overlap, place_problems
-from vrg.hal.sim.engine import Floats, make_engine
+from vrg.hal.sim.config import WorldConfig, check_setup, fingerprint
+from vrg.hal.sim.engines import ENGINES
+from vrg.hal.sim.fleet import Fleet, Member
 from vrg.hal.sim.ghost import Ghost
-from vrg.hal.sim.lidar import Lidar
 from vrg.hal.sim.map import load_map
-from vrg.hal.sim.safety import Interlock
-from vrg.hal.sim.sensors import Sensors
+from vrg.hal.sim.sensors.base import Instant, Said, Surroundings
+from vrg.hal.sim.sensors.suite import SensorSuite
 from vrg.hal.sim.snapshot import GhostSnapshot, RobotSnapshot, WorldSnapshot
+from vrg.types import Pose, Twist
 
 _BATTERY_TICKS = 10
 """Ticks between energy balances."""
-_EMPTY = "battery empty: motors are off"
-_SILENT = "no drive command in time: braked"
-_LOCKED = "stopped by the emergency stop: disarm it, then arm it"
-_BRAKE = (0.0, 0.0, True)
-
-
-@dataclass(slots=True)
-class _Member:
-    """One virtual robot, in the order of the engine's rows."""
-
-    name: str
-    model: RobotModel
-    start: Pose
-    interlock: Interlock = field(default_factory=Interlock)
-    wheel_limit: float = 0.0
-    command: tuple[float, float, bool] = _BRAKE
-    empty: bool = False
+STATE_PERIOD = 0.1
+"""s of match time between the states of a robot of which nothing has changed."""
+_LASERS = frozenset({"laser"})
 
 
 class World:
@@ -59,26 +41,25 @@ class World:
         if problems := check_setup(config):
             raise ConfigError(problems)
         self.config = config
-        self._setup = fingerprint(config)
         self.map = load_map(config.map)
         self.tick = 0
         self.epoch = 0
         self.estop = False
-        self._engine = make_engine(config.engine, self.map)
-        self._members: list[_Member] = []
+        self._setup = fingerprint(config)
+        self._engine = ENGINES.get(config.engine)(self.map)
+        self._fleet = Fleet(self._engine)
         self._ghosts: dict[str, Ghost] = {}
-        self._rows: slice | npt.NDArray[np.intp] = slice(None)
-        """The engine's rows of `_members`."""
-        self._limits: dict[str, float] = {}
         self._gate = RefereeGate()
-        self._sensors = Sensors(config.seed, config.noise)
-        self._lidar = Lidar(self.map, config.seed, config.noise)
+        self._sensors = SensorSuite(Surroundings(self.map, config.seed, config.noise))
+        self._spared = frozenset() if config.lasers else _LASERS
+        self._state_ticks = max(1, round(STATE_PERIOD / config.tick))
+        self._said: dict[str, RobotState] = {}
         for robot in config.robots:
             if robot.physical:
                 self._add_ghost(robot.name, robot_model(robot.model), robot.pose)
             else:
-                self._add(robot.name, robot_model(robot.model), robot.pose)
-        self._resize(np.zeros((len(self._members), 3)), np.zeros(len(self._members)))
+                self._fleet.add(robot.name, robot_model(robot.model), robot.pose)
+        self._resize()
 
     @property
     def time(self) -> float:
@@ -93,7 +74,19 @@ class World:
     @property
     def virtual(self) -> list[str]:
         """The virtual robots, in the same order."""
-        return [member.name for member in self._members]
+        return self._fleet.names
+
+    def member(self, name: str) -> Member:
+        """A virtual robot.
+
+        Raises:
+            WorldError: there is no such robot, or it is physical.
+        """
+        self._engine.row(name)
+        member = self._fleet.find(name)
+        if member is None:
+            raise WorldError(f"{name} is physical: carry it, or let it drive there")
+        return member
 
     def model(self, name: str) -> RobotModel:
         """A robot's model.
@@ -111,11 +104,9 @@ class World:
         """
         return Pose(*self._engine.poses[self._engine.row(name)].tolist())
 
-    def drive(self, name: str, left: float, right: float, armed: bool) -> None:
-        """A drive command (rad/s) arrived. One for a robot that is not in the world is ignored: it may come yet."""
-        for member in self._members:
-            if member.name == name:
-                member.interlock.drive(self.time, left, right, armed, self.estop)
+    def drive(self, name: str, twist: Twist, armed: bool) -> None:
+        """A drive command arrived. One for a robot that is not in the world is ignored: it may come yet."""
+        self._fleet.drive(self.time, name, twist, armed, self.estop)
 
     def measure(self, name: str, pose: Pose, v: float, w: float, stamp: float) -> None:
         """A physical robot was measured to be somewhere. What is older than the newest changes nothing.
@@ -137,86 +128,73 @@ class World:
 
     def limit(self, name: str, v_max: float) -> None:
         """The referee caps a robot's speed, m/s; also one that comes later."""
-        self._limits[name] = v_max
-        for member in self._members:
-            if member.name == name:
-                member.wheel_limit = min(v_max, member.model.v_max) / member.model.wheel_radius
+        self._fleet.limit(name, v_max)
 
     def engage(self, engaged: bool) -> None:
         """Latch or release the emergency stop. Nothing moves after a release until armed again."""
         self.estop = engaged
         if engaged:
-            for member in self._members:
-                member.interlock.stop()
+            self._fleet.stop()
 
     def referee(self, state: RefereeState) -> None:
         """The referee spoke."""
         self._gate.hear(self.time, state)
 
-    def request(self, request: WorldRequest) -> None:
-        """Spawn, remove, reset or place. Only people can put a physical robot anywhere.
+    def add(self, name: str, model: RobotModel, pose: Pose) -> None:
+        """Put a virtual robot into the world, where there must be room for it.
 
         Raises:
-            WorldError: it cannot be done; nothing has changed.
+            WorldError: the name is taken.
         """
-        match request.kind:
-            case RequestKind.SPAWN:
-                self._spawn(request)
-            case RequestKind.REMOVE:
-                self._remove(_named(request))
-            case RequestKind.PLACE:
-                if not request.places:
-                    raise WorldError("place: expected places, got none")
-                self._move(request.places)
-            case RequestKind.RESET:
-                chosen = self._members if request.robot is None else [self._member(request.robot)]
-                self._move({member.name: member.start for member in chosen})
+        self._fleet.add(name, model, pose)
+        self._resize()
+
+    def remove(self, name: str) -> None:
+        """Take a robot out of the world.
+
+        Raises:
+            WorldError: there is none of that name.
+        """
+        if self._ghosts.pop(name, None) is not None:
+            self._engine.remove(name)
+        else:
+            self._engine.row(name)
+            self._fleet.remove(name)
+        self._resize()
+
+    def place(self, name: str, pose: Pose) -> None:
+        """Put a virtual robot somewhere else, at rest, where there must be room for it.
+
+        Raises:
+            WorldError: there is none of that name, or it is physical.
+        """
+        self.member(name)
+        self._engine.place(name, pose)
+        self._sensors.placed(name)
+        self._fleet.rest(name)
 
     def step(self) -> None:
         """Advance by one tick."""
         self.tick += 1
-        self._apply_commands()
+        self._fleet.command(self.time, self._gate, self.estop)
         for name, ghost in self._ghosts.items():
             self._engine.move(name, *ghost.at(self.time))
         self._engine.step(self.config.tick)
         if self.tick % _BATTERY_TICKS == 0:
-            self._drain()
+            self._fleet.drain(_BATTERY_TICKS * self.config.tick)
 
-    def states(self) -> list[RobotState]:
-        """What each virtual robot knows of itself, in the order of `virtual`. Reads the sensors: once a tick."""
-        engine, rows = self._engine, self._rows
-        reading = self._sensors.read(self.tick, self.config.tick, engine.poses[rows], engine.wheels[rows])
-        numbers = np.concatenate((reading.ins, reading.odometry, reading.velocity), axis=1).tolist()
-        charges = self._batteries.charge.tolist()
-        now = self.time
-        states = []
-        touches = [touch for touch, ghost in zip(engine.touch, engine.kinematic.tolist(), strict=True) if not ghost]
-        for member, row, (left, right), touch, charge in zip(
-            self._members, numbers, reading.encoders.tolist(), touches, charges, strict=True
-        ):
-            interlock = member.interlock
-            fault = None
-            if member.empty:
-                fault = _EMPTY
-            elif interlock.locked:
-                fault = _LOCKED
-            elif interlock.silent(now):
-                fault = _SILENT
-            states.append(
-                RobotState(
-                    ins=Pose(row[0], row[1], row[2]),
-                    odometry=Pose(row[3], row[4], row[5]),
-                    v=row[6],
-                    w=row[7],
-                    encoders=(left, right),
-                    touch=_pressed(touch, member.model.bumpers),
-                    battery=charge,
-                    armed=interlock.armed,
-                    estop=self.estop,
-                    fault=fault,
-                )
-            )
-        return states
+    def sense(self) -> list[Said]:
+        """What every sensor says that is due at this tick. To be called once a tick."""
+        return self._sensors.sense(self._instant(), without=self._spared)
+
+    def states(self) -> list[tuple[str, RobotState]]:
+        """How each virtual robot is: those that have changed, and all of them every STATE_PERIOD."""
+        now, estop = self.time, self.estop
+        regular = self.tick % self._state_ticks == 0
+        states = [(member.name, member.state(now, estop)) for member in self._fleet.members]
+        news = [(name, state) for name, state in states if regular or self._said.get(name) != state]
+        self._said |= dict(news)
+        return news
 
     def poses(self) -> Poses:
         """Where every body truly is; a physical one, where it is taken to be."""
@@ -229,14 +207,9 @@ class World:
         ]
         return Poses(bodies=bodies)
 
-    def scans(self) -> list[tuple[str, Laser]]:
-        """A scan of each robot whose range finder is due at this tick."""
-        engine = self._engine
-        return self._lidar.scans(self.tick, self.config.tick, engine.names, engine.models, engine.poses)
-
     def snapshot(self) -> WorldSnapshot:
         """All that a restarted world needs to go on."""
-        engine = self._engine
+        fleet = self._fleet
         robots = [
             RobotSnapshot(
                 name=member.name,
@@ -244,13 +217,13 @@ class World:
                 start=member.start,
                 pose=Pose(*pose),
                 wheels=(left, right),
-                odometry=Pose(*self._sensors.odometry[row].tolist()),
-                energy_used=float(self._batteries.used[row]),
-                wheel_limit=member.wheel_limit,
+                sensors=self._sensors.remember(member.name),
+                energy_used=fleet.used(member.name),
+                v_max=member.v_max,
                 locked=member.interlock.locked,
             )
-            for row, (member, pose, (left, right)) in enumerate(
-                zip(self._members, engine.poses[self._rows].tolist(), engine.wheels[self._rows].tolist(), strict=True)
+            for member, pose, (left, right) in zip(
+                fleet.members, fleet.poses.tolist(), fleet.wheels.tolist(), strict=True
             )
         ]
         physical = [GhostSnapshot(name=n, model=self.model(n).name, pose=self.pose(n)) for n in self._ghosts]
@@ -282,129 +255,47 @@ class World:
         models |= {ghost.name: robot_model(ghost.model) for ghost in snapshot.physical}
         for name in self.names:
             self._engine.remove(name)
-        self._members.clear()
         self._ghosts.clear()
+        self._said.clear()
+        self._fleet = Fleet(self._engine)
+        self._fleet.set_used({robot.name: robot.energy_used for robot in snapshot.robots})
         self.tick, self.epoch, self.estop = snapshot.tick, snapshot.epoch + 1, snapshot.estop
         self._gate = RefereeGate(refereed=snapshot.refereed)
         for ghost in snapshot.physical:
             self._add_ghost(ghost.name, models[ghost.name], ghost.pose)
         for robot in snapshot.robots:
-            member = self._add(robot.name, models[robot.name], robot.pose)
-            member.start, member.wheel_limit = robot.start, robot.wheel_limit
+            member = self._fleet.add(robot.name, models[robot.name], robot.pose)
+            member.start, member.v_max = robot.start, robot.v_max
             member.interlock.locked = robot.locked
             self._engine.restore(robot.name, robot.pose, robot.wheels)
-        odometry = [(r.odometry.x, r.odometry.y, r.odometry.theta) for r in snapshot.robots]
-        self._resize(np.array(odometry).reshape(-1, 3), np.array([r.energy_used for r in snapshot.robots]))
+        self._resize()
+        for robot in snapshot.robots:
+            self._sensors.recall(robot.name, robot.sensors)
 
     def close(self) -> None:
         """Let go of the engine. Idempotent."""
         self._engine.close()
 
-    def _apply_commands(self) -> None:
-        now = self.time
-        closed = self._gate.closed(now)
-        for member in self._members:
-            interlock = member.interlock
-            command = _BRAKE
-            if not (
-                closed
-                or self.estop
-                or not interlock.armed
-                or member.empty
-                or interlock.silent(now)
-                or self._gate.holds(member.name)
-            ):
-                wheels = limit_wheels(interlock.left, interlock.right, member.wheel_limit)
-                command = (wheels.left, wheels.right, False)
-            if command != member.command:
-                member.command = command
-                self._engine.command(member.name, *command)
-
-    def _drain(self) -> None:
-        engine, rows = self._engine, self._rows
-        self._batteries.draw(_BATTERY_TICKS * self.config.tick, engine.wheels[rows], engine.velocities[rows, 0])
-        for member, charge in zip(self._members, self._batteries.charge.tolist(), strict=True):
-            member.empty = charge <= 0.0
-
-    def _add(self, name: str, model: RobotModel, pose: Pose) -> _Member:
-        self._engine.add(name, model, pose)
-        v_max = min(self._limits.get(name, model.v_max), model.v_max)
-        member = _Member(name, model, pose, wheel_limit=v_max / model.wheel_radius)
-        self._members.append(member)
-        return member
-
     def _add_ghost(self, name: str, model: RobotModel, pose: Pose) -> None:
         self._engine.add(name, model, pose, kinematic=True)
         self._ghosts[name] = Ghost(pose, self.time)
 
-    def _member(self, name: str) -> _Member:
-        """A virtual robot.
-
-        Raises:
-            WorldError: there is no such robot, or it is physical.
-        """
-        self._engine.row(name)
-        if name in self._ghosts:
-            raise WorldError(f"{name} is physical: carry it, or let it drive there")
-        return self._members[self.virtual.index(name)]
-
-    def _resize(self, odometry: Floats, used: Floats) -> None:
-        """The list of virtual robots has changed, or their rows: `odometry` and `used` are theirs."""
+    def _resize(self) -> None:
+        """The list of robots has changed, or their rows in the engine."""
         engine = self._engine
-        self._rows = (~engine.kinematic).nonzero()[0] if self._ghosts else slice(None)
-        models = [member.model for member in self._members]
-        self._sensors.resize(self.virtual, models, engine.wheels[self._rows], odometry)
-        self._batteries = Batteries(models, used, engine.wheels[self._rows], engine.velocities[self._rows, 0])
+        self._fleet.resize()
+        ghosts = np.asarray(engine.kinematic).tolist()
+        self._sensors.resize(engine.names, engine.models, ghosts, self._instant())
 
-    def _spawn(self, request: WorldRequest) -> None:
-        name = _named(request)
-        if request.model is None or request.pose is None:
-            raise WorldError(f"spawn {name}: expected a model and a pose")
-        if name in self.names:
-            raise WorldError(f"spawn {name}: expected a name that is not in the world")
-        try:
-            model = robot_model(request.model)
-        except ConfigError as error:
-            raise WorldError(f"spawn {name}: {error}") from None
-        self._require_room(name, model, request.pose, set())
-        self._add(name, model, request.pose)
-        self._resize(np.vstack((self._sensors.odometry, np.zeros(3))), np.append(self._batteries.used, 0.0))
-
-    def _remove(self, name: str) -> None:
-        self._engine.remove(name)
-        if self._ghosts.pop(name, None) is not None:
-            self._resize(self._sensors.odometry, self._batteries.used)
-            return
-        row = self.virtual.index(name)
-        del self._members[row]
-        self._resize(np.delete(self._sensors.odometry, row, axis=0), np.delete(self._batteries.used, row))
-
-    def _move(self, places: dict[str, Pose]) -> None:
-        for name, pose in places.items():
-            self._require_room(name, self._member(name).model, pose, set(places))
-            for other, other_pose in places.items():
-                if other < name and overlap(self.model(name), pose, self.model(other), other_pose):
-                    raise WorldError(f"place {name}: expected room, but it would overlap {other}")
-        for name, pose in places.items():
-            self._engine.place(name, pose)
-            row = self.virtual.index(name)
-            self._sensors.odometry[row] = 0.0
-            self._batteries.place(row)
-
-    def _require_room(self, name: str, model: RobotModel, pose: Pose, leaving: set[str]) -> None:
-        """Raise WorldError unless the pose is free of walls and of robots other than `name` and those leaving."""
-        if problems := place_problems(self.map, name, model, pose):
-            raise WorldError(problems[0])
-        for other in self.names:
-            if other != name and other not in leaving and overlap(model, pose, self.model(other), self.pose(other)):
-                raise WorldError(f"place {name}: expected room, but it would overlap {other}")
-
-
-def _named(request: WorldRequest) -> str:
-    if request.robot is None:
-        raise WorldError(f"{request.kind}: expected a robot, got none")
-    return request.robot
-
-
-def _pressed(touch: int, bumpers: int) -> list[bool]:
-    return [bool(touch >> n & 1) for n in range(bumpers)] if touch else [False] * bumpers
+    def _instant(self) -> Instant:
+        engine = self._engine
+        return Instant(
+            self.tick,
+            self.config.tick,
+            engine.models,
+            engine.poses,
+            engine.velocities,
+            engine.wheels,
+            engine.touch,
+            self._fleet.charge,
+        )

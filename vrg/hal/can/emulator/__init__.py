@@ -1,1 +1,1 @@
-"""Drives that are not there: motors, protocols and faults of motor controllers, spoken on a real or virtual CAN bus."""
+"""What all emulated drives share: a motor, faults on request, the base class, and the shell that runs them on a bus."""

@@ -1,6 +1,6 @@
-"""What all emulated drives have in common: a motor, time, a watchdog, and faults on request. Pure.
+"""What all emulated drives have in common: a motor, time, a watchdog, and faults on request.
 
-A drive is called with the monotonic time; it answers with the frames that it sends.
+A drive has no bus and no clock: it is called with the monotonic time, and answers with the frames that it sends.
 """
 
 import math
@@ -17,19 +17,20 @@ from vrg.hal.can.frame import Frame, FrameError
 BOOT = 0.3
 """s of silence while a drive starts."""
 _JUMP = 1000
-"""turns."""
+"""turns by which an encoder jumps."""
 _LASTING = frozenset({FaultKind.SILENCE, FaultKind.FREEZE, FaultKind.NAN, FaultKind.GARBAGE, FaultKind.LENGTH})
 
 
 @dataclass(frozen=True, kw_only=True)
 class DriveOptions:
-    """Of one emulated drive.
+    """The options of one emulated drive.
 
     Args:
-        serial: number, unique among drives.
+        serial: the serial number, which no other drive should have.
+        motor: the motor and its load.
         watchdog: s without a setpoint after which the motor is switched off; 0 = never.
-        voltage: of the supply, V.
-        heartbeat, encoder, supply: periods of those frames, s.
+        voltage: voltage of the supply, V.
+        heartbeat, encoder, supply: the periods of these three kinds of frames, s.
     """
 
     serial: int
@@ -49,7 +50,7 @@ class Cycle:
         self.next = now + phase * period if period else math.inf
 
     def due(self, now: float) -> bool:
-        """Whether it is; a drive that was late does not make up for what it missed."""
+        """Whether it is due; a drive that was late does not make up for what it missed."""
         if now < self.next:
             return False
         self.next = max(self.next + self.period, now + self.period / 2)
@@ -60,11 +61,15 @@ class EmulatedDrive(ABC):
     """See the module.
 
     Args:
-        node: its id. now: monotonic s.
-        rng: what garbage is made from.
+        node: its id on the bus. options: what it is like.
+        now: monotonic time at which it is switched on, s.
+        rng: garbage on request is made from it.
+
+    Attributes:
+        supports: the kinds of faults that can be asked of it.
+        motor: its motor, as it truly is.
     """
 
-    protocol: ClassVar[str]
     supports: ClassVar[frozenset[FaultKind]] = frozenset(FaultKind)
 
     def __init__(self, node: int, options: DriveOptions, now: float, rng: random.Random) -> None:
@@ -82,11 +87,11 @@ class EmulatedDrive(ABC):
 
     @property
     def due(self) -> float:
-        """Monotonic s at which `step` has something to do."""
+        """Monotonic time at which `step` next has something to do, s."""
         return min([self._booted] if self._now < self._booted else [cycle.next for cycle in self._cycles()])
 
     def receive(self, frame: Frame, now: float) -> list[Frame]:
-        """Hear a frame of somebody else's."""
+        """Hear a frame that somebody else has sent, and answer it."""
         self._advance(now)
         if is_fault_request(frame, self.node):
             try:
@@ -106,19 +111,19 @@ class EmulatedDrive(ABC):
 
     @abstractmethod
     def _boot(self, now: float) -> None:
-        """Begin from the start: idle, no errors."""
+        """Begin from the start: idle and without errors. The constructor calls it too."""
 
     @abstractmethod
     def _cycles(self) -> Sequence[Cycle]:
-        """What is due again and again."""
+        """Everything that is due again and again."""
 
     @abstractmethod
     def _hear(self, frame: Frame, now: float) -> list[Frame]:
-        """Do what a frame asks for."""
+        """Do what a frame asks for, and answer it."""
 
     @abstractmethod
     def _cyclic(self, now: float) -> list[Frame]:
-        """What is due now."""
+        """The frames that are due now."""
 
     @property
     @abstractmethod
@@ -131,22 +136,22 @@ class EmulatedDrive(ABC):
 
     @abstractmethod
     def _starve(self) -> list[Frame]:
-        """The watchdog has expired; what is to be said of it goes out with the next frames."""
+        """The watchdog has expired: switch off. What this returns goes out with the next frames."""
 
     @abstractmethod
     def _press_estop(self) -> list[Frame]:
-        """A button at the drive is pressed."""
+        """An emergency stop button at the drive is pressed: switch off, until errors are cleared."""
 
     @abstractmethod
     def _latch(self, bits: int) -> list[Frame]:
-        """An error has come up; 0 = whatever is typical."""
+        """An error has come up: switch off until it is cleared. `bits` is the error in the protocol's code; 0 = any."""
 
     def _feed(self, now: float) -> None:
-        """A setpoint has come."""
+        """A setpoint has come: the watchdog begins anew."""
         self._fed = now
 
     def _estimates(self) -> tuple[float, float]:
-        """What the encoder says, turn and turn/s."""
+        """What the encoder says: position in turns, velocity in turn/s."""
         if self._has(FaultKind.NAN):
             return math.nan, math.nan
         return self.motor.position, self.motor.velocity
@@ -192,7 +197,7 @@ class EmulatedDrive(ABC):
         self._boot(self._booted)
 
     def _shown(self, frames: list[Frame]) -> list[Frame]:
-        """What really goes out, after faults."""
+        """The frames that really go out, after faults."""
         frames, self._late = [*self._late, *frames], ()
         if self._has(FaultKind.SILENCE):
             return []

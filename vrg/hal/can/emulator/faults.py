@@ -1,4 +1,4 @@
-"""What can be asked of an emulated drive to go wrong, and how it is asked: by a frame that no real drive listens to."""
+"""What can be asked of an emulated drive to go wrong, and the frame that asks for it: no real drive listens to it."""
 
 import enum
 import struct
@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from vrg.hal.can.frame import Frame, FrameError
 
 _REQUEST = 0x1E5640_00
-"""29-bit identifier; the low byte is the node's id."""
+"""The 29-bit identifier of a request; its low byte is the id of the node."""
 _PACKING = struct.Struct("<BHi")
 _TICK = 0.01
-"""s; unit of a duration on the wire."""
+"""The unit of a duration on the wire, s."""
 
 
 class FaultKind(enum.IntEnum):
@@ -47,7 +47,9 @@ class FaultRequest:
     """One request.
 
     Args:
-        duration: s for which it lasts, 0.01 to 655; 0 = until END. value: error bits or turns, 0 = the default.
+        kind: what is to go wrong.
+        duration: s for which it lasts, 0.01 to 655; 0 = until END.
+        value: error bits or turns; 0 = the default.
     """
 
     kind: FaultKind
@@ -75,7 +77,7 @@ def is_fault_request(frame: Frame, node: int) -> bool:
 
 
 def decode_fault(frame: Frame) -> FaultRequest:
-    """What a frame asks for.
+    """The request that a frame carries.
 
     Raises:
         FrameError: it is of another length, or asks for an unknown fault.

@@ -1,25 +1,25 @@
-"""A motor with its load, under a drive's current control. Pure."""
+"""A motor with its load, under a drive's current control, as a pure model of numbers."""
 
 import math
 from dataclasses import dataclass
 
 _STEP = 0.002
-"""s; the longest step of integration."""
+"""The longest step of integration, s."""
 _LONGEST = 1.0
-"""s of simulated time that one call makes up for at most."""
+"""The most simulated time that one call makes up for, s."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class MotorModel:
-    """A motor and what hangs on it. The defaults drive one side of a 20 kg robot through a 50:1 gear.
+    """A motor and its load. The defaults drive one side of a 20 kg robot through a 50:1 gear.
 
     Args:
-        inertia: of rotor and load, at the shaft, kg m^2.
-        torque_constant: Nm/A. current_limit: A.
+        inertia: moment of inertia of rotor and load at the shaft, kg m^2.
+        torque_constant: torque for each ampere, Nm/A. current_limit: highest current, A.
         friction: Coulomb friction at the shaft, Nm.
         response: time constant of the velocity loop, s.
         braking: time constant with the drive off and the phases shorted, s.
-        velocity_limit: turn/s.
+        velocity_limit: highest velocity, turn/s.
     """
 
     inertia: float = 9e-4
@@ -35,7 +35,8 @@ class Motor:
     """See the module.
 
     Attributes:
-        position, velocity: turn, turn/s. current: A.
+        position, velocity: of the shaft, in turns and turn/s. current: A.
+        current_limit, velocity_limit: as in the model, until a master changes them.
     """
 
     def __init__(self, model: MotorModel) -> None:
@@ -48,7 +49,7 @@ class Motor:
 
     @property
     def torque(self) -> float:
-        """Of the motor, Nm."""
+        """The torque of the motor, Nm."""
         return self.current * self.model.torque_constant
 
     def coast(self, dt: float) -> None:
@@ -59,7 +60,7 @@ class Motor:
         self.velocity *= decay
 
     def turn(self, dt: float, velocity: float) -> None:
-        """Let `dt` seconds pass while the drive aims for a velocity, turn/s."""
+        """Let `dt` seconds pass while the drive aims for a velocity in turn/s."""
         target = max(-self.velocity_limit, min(self.velocity_limit, velocity))
         gain = self.model.inertia * math.tau / (self.model.response * self.model.torque_constant)
         for step in _steps(dt):
@@ -67,7 +68,7 @@ class Motor:
             self._push(gain * (target - self.velocity) + drag, step)
 
     def pull(self, dt: float, torque: float) -> None:
-        """Let `dt` seconds pass while the drive holds a torque, Nm."""
+        """Let `dt` seconds pass while the drive holds a torque in Nm."""
         for step in _steps(dt):
             self._push(torque / self.model.torque_constant, step)
 

@@ -17,7 +17,7 @@ from vrg.hal.can.link import Link
 log = logging.getLogger(__name__)
 
 _REOPEN = 0.1
-"""s between tries to open an interface that has gone: a real drive stays on its wires too."""
+"""s between tries to open an interface that has gone; a real drive stays on its wires too."""
 _LONGEST = 0.1
 """s between looks at `stop`."""
 
@@ -25,10 +25,11 @@ _LONGEST = 0.1
 def run_drives(
     link: Link, drives: Sequence[EmulatedDrive], stop: StopSignal, *, ready: Callable[[], None] = lambda: None
 ) -> None:
-    """Be these drives until `stop` is set. An interface that goes down or away is waited for.
+    """Be these drives until `stop` is set. If the interface goes down or away, wait until it is back.
 
     Args:
-        ready: called once they are on the bus.
+        link: how to reach the bus. drives: all of them are on it.
+        stop: ends this. ready: called once they are on the bus.
 
     Raises:
         RobotError: there is no such interface to begin with.

@@ -1,0 +1,430 @@
+"""The rules of Sharks and Minnows, sentence by sentence."""
+
+import math
+from collections.abc import Mapping
+
+import msgspec
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from vrg.bus.messages import OfficialAction, Stage
+from vrg.coordinator.rulebook import Contestant, Field, Verdict
+from vrg.errors import ConfigError
+from vrg.games.sharks_and_minnows.rules import SharksAndMinnows
+from vrg.games.sharks_and_minnows.settings import Settings
+from vrg.games.sharks_and_minnows.state import State
+from vrg.types import Pose
+
+SIZE = (0.5, 0.5)
+SETTINGS = Settings(x=(0, 10), y=(0, 20), zone_depth=3)
+TWO_PASSES = SETTINGS.model_copy(update={"passes": 2})
+
+
+def contestants(sharks: int = 1, minnows: int = 4) -> list[Contestant]:
+    """Sharks s0... in a row at the low end, minnows m0... at the high end."""
+    made = []
+    for role, number, y in (("shark", sharks, 1.5), ("minnow", minnows, 18.5)):
+        for i in range(number):
+            start = Pose(1.0 + 1.5 * i, y, 0.0)
+            made.append(Contestant(name=f"{role[0]}{i}", role=role, start=start, size=SIZE, v_max=0.7))
+    return made
+
+
+def book(settings: Settings = SETTINGS, **numbers: int) -> SharksAndMinnows:
+    return SharksAndMinnows(settings, contestants(**numbers))
+
+
+def field(rules: SharksAndMinnows, moved: Mapping[str, tuple[float, float]] = {}) -> Field:
+    """Everybody at the start, but for those who have moved."""
+    poses = {c.name: c.start for c in rules.contestants.values()}
+    return Field({**poses, **{n: Pose(x, y, 0.0) for n, (x, y) in moved.items()}})
+
+
+def judge(rules: SharksAndMinnows, before: Field, now: Field, state: State | None = None) -> Verdict[State]:
+    return rules.judge(state or rules.initial(), before, now, 1.0)
+
+
+def still(
+    rules: SharksAndMinnows, moved: Mapping[str, tuple[float, float]], state: State | None = None
+) -> Verdict[State]:
+    now = field(rules, moved)
+    return judge(rules, now, now, state)
+
+
+@pytest.mark.parametrize(("sharks", "minnows", "passes"), [(1, 6, 2), (1, 3, 1), (1, 5, 2), (2, 6, 2), (2, 7, 2)])
+def test_passes_are_half_the_difference_rounded_down(sharks: int, minnows: int, passes: int) -> None:
+    assert book(sharks=sharks, minnows=minnows).rounds == passes
+
+
+@pytest.mark.parametrize(("sharks", "minnows"), [(1, 2), (2, 3), (3, 3), (4, 1)])
+def test_less_than_one_pass_is_refused(sharks: int, minnows: int) -> None:
+    with pytest.raises(ConfigError, match="at least 1 is needed"):
+        book(sharks=sharks, minnows=minnows)
+
+
+def test_a_match_without_sharks_is_refused() -> None:
+    with pytest.raises(ConfigError, match="at least one shark"):
+        book(sharks=0, minnows=4)
+
+
+def test_every_reason_is_given_at_once() -> None:
+    bad = [
+        Contestant(name="s0", role="shark", start=Pose(1, 10, 0), size=SIZE, v_max=1),
+        Contestant(name="m0", role="minnow", start=Pose(1, 25, 0), size=SIZE, v_max=1),
+    ]
+    with pytest.raises(ConfigError) as error:
+        SharksAndMinnows(SETTINGS, bad)
+    text = str(error.value)
+    assert "at least 1 is needed" in text
+    assert "s0 is a shark and starts in the zone" in text
+    assert "m0 starts at (1, 25), out of bounds" in text
+
+
+@pytest.mark.parametrize(
+    ("changed", "told"),
+    [
+        ({"x": (10, 0)}, "low border first"),
+        ({"zone_depth": 10}, "do not fit"),
+        ({"zone_depth": 0}, "greater than 0"),
+        ({"tag_distance": math.nan}, "finite"),
+        ({"passes": 0}, "greater than or equal to 1"),
+        ({"depth": 3}, "Extra inputs"),
+    ],
+)
+def test_settings_that_make_no_sense_are_refused(changed: dict[str, object], told: str) -> None:
+    with pytest.raises(ValidationError, match=told):
+        Settings.model_validate({"x": (0, 10), "y": (0, 20), "zone_depth": 3} | changed)
+
+
+def test_a_minnow_within_reach_of_a_shark_becomes_inactive() -> None:
+    rules = book()
+    verdict = still(rules, {"s0": (5, 10), "m0": (5.79, 10)})
+    assert verdict.state.states["m0"] == "inactive"
+    assert verdict.state.roles["m0"] == "minnow", "it becomes a shark only when the pass is over"
+    assert [f.rule for f in verdict.calls] == ["tag"]
+    assert verdict.calls[0].players == ("m0", "s0")
+
+
+def test_a_minnow_just_out_of_reach_plays_on() -> None:
+    verdict = still(book(), {"s0": (5, 10), "m0": (5.81, 10)})
+    assert verdict.calls == []
+
+
+def test_a_minnow_in_the_end_zone_is_safe() -> None:
+    verdict = still(book(), {"s0": (5, 2.5), "m0": (5, 2.0)})
+    assert verdict.state.states["m0"] == "active"
+
+
+def test_the_zone_that_minnows_come_from_is_not_safe() -> None:
+    verdict = still(book(), {"s0": (1, 18.0)})
+    assert verdict.state.states["m0"] == "inactive"
+
+
+def test_the_border_of_the_end_zone_belongs_to_it() -> None:
+    verdict = still(book(), {"s0": (5, 3.5), "m0": (5, 3.0)})
+    assert verdict.state.states["m0"] == "active"
+
+
+def test_an_inactive_shark_tags_nobody() -> None:
+    rules = book()
+    state = rules.initial().with_state(["s0"], "inactive")
+    verdict = still(rules, {"s0": (5, 10), "m0": (5.5, 10)}, state)
+    assert verdict.state.states["m0"] == "active"
+
+
+def test_an_inactive_minnow_is_not_tagged_again() -> None:
+    rules = book()
+    state = rules.initial().with_state(["m0"], "inactive")
+    assert still(rules, {"s0": (5, 10), "m0": (5.5, 10)}, state).calls == []
+
+
+def test_one_shark_tags_two_minnows_at_once() -> None:
+    verdict = still(book(), {"s0": (5, 10), "m0": (5.6, 10), "m1": (4.4, 10)})
+    assert [f.players[0] for f in verdict.calls] == ["m0", "m1"]
+    assert verdict.state.caught == 2
+
+
+def test_two_sharks_that_tag_at_the_same_instant_are_both_named() -> None:
+    verdict = still(book(sharks=2, minnows=4), {"s0": (5, 10), "s1": (6.2, 10), "m0": (5.6, 10)})
+    assert verdict.calls[0].players == ("m0", "s0", "s1")
+
+
+def test_a_fast_minnow_does_not_tunnel_past_a_shark() -> None:
+    rules = book()
+    before = field(rules, {"s0": (5, 10), "m0": (5.7, 12)})
+    now = field(rules, {"s0": (5, 10), "m0": (5.7, 8)})
+    verdict = judge(rules, before, now)
+    assert verdict.state.states["m0"] == "inactive"
+    assert 10 < verdict.calls[0].poses[0].y < 11, "the call tells where it happened"
+
+
+def test_teammates_do_not_tag_each_other() -> None:
+    assert still(book(), {"m0": (5, 10), "m1": (5.5, 10)}).calls == []
+
+
+def test_a_minnow_out_of_bounds_becomes_inactive() -> None:
+    rules = book()
+    verdict = judge(rules, field(rules, {"m0": (9.9, 10)}), field(rules, {"m0": (10.1, 10)}))
+    assert verdict.state.states["m0"] == "inactive"
+    assert verdict.calls[0].rule == "out_of_bounds"
+    assert verdict.calls[0].foul
+    assert verdict.calls[0].poses[0].x == pytest.approx(10.0)
+
+
+def test_a_shark_out_of_bounds_becomes_inactive_and_stays_a_shark() -> None:
+    rules = book()
+    verdict = still(rules, {"s0": (-0.1, 10)})
+    assert verdict.state.states["s0"] == "inactive"
+    assert verdict.state.roles["s0"] == "shark"
+    assert verdict.state.caught == 0
+
+
+def test_the_centre_counts_and_the_border_belongs_to_the_field() -> None:
+    assert still(book(), {"m0": (10.0, 10)}).calls == []
+
+
+def test_who_leaves_and_comes_back_between_two_ticks_is_judged_by_where_it_was_seen() -> None:
+    rules = book()
+    assert judge(rules, field(rules, {"m0": (9.9, 10)}), field(rules, {"m0": (9.9, 9)})).calls == []
+
+
+def test_a_shark_that_left_before_it_came_near_tags_nobody() -> None:
+    rules = book()
+    before = field(rules, {"s0": (9.9, 10), "m0": (9.4, 11.2)})
+    now = field(rules, {"s0": (10.3, 11.2), "m0": (9.4, 11.2)})
+    verdict = judge(rules, before, now)
+    assert verdict.state.states == {**dict.fromkeys(rules.contestants, "active"), "s0": "inactive"}
+
+
+def test_a_shark_that_tags_and_then_leaves_has_tagged() -> None:
+    rules = book()
+    before = field(rules, {"s0": (9.5, 10), "m0": (9.5, 10.75)})
+    now = field(rules, {"s0": (10.2, 10), "m0": (9.5, 10.75)})
+    states = judge(rules, before, now).state.states
+    assert states["m0"] == states["s0"] == "inactive"
+
+
+HOME = {"m0": (1.0, 2.0), "m1": (3.0, 2.0), "m2": (5.0, 2.0), "m3": (7.0, 2.0)}
+
+
+def test_a_pass_ends_when_every_remaining_minnow_is_home() -> None:
+    rules = book()
+    verdict = still(rules, {**HOME, "s0": (9, 15)})
+    assert verdict.round_over
+    assert verdict.state.crossed == 4
+    assert [f.rule for f in verdict.calls] == ["pass_over"]
+
+
+def test_a_pass_goes_on_while_one_minnow_is_on_its_way() -> None:
+    assert not still(book(), {**HOME, "m3": (7.0, 3.1), "s0": (9, 15)}).round_over
+
+
+def test_inactive_minnows_are_not_waited_for() -> None:
+    rules = book()
+    state = rules.initial().with_state(["m3"], "inactive")
+    verdict = still(rules, {**HOME, "m3": (7.0, 10), "s0": (9, 15)}, state)
+    assert verdict.round_over
+    assert verdict.state.crossed == 3
+
+
+def test_minnows_win_when_the_passes_are_used_up_and_one_is_left() -> None:
+    rules = book(minnows=3)
+    home = {k: HOME[k] for k in ("m0", "m1", "m2")} | {"s0": (9, 15)}
+    verdict = still(rules, home)
+    assert verdict.round_over
+    assert rules.next_round(verdict.state, field(rules, home)).winner == "minnows"
+
+
+def test_sharks_win_when_no_minnow_is_left_also_in_the_first_pass() -> None:
+    rules = book()
+    state = rules.initial().with_state(["m0", "m1", "m2"], "inactive")
+    verdict = still(rules, {"s0": (5, 10), "m3": (5.5, 10)}, state)
+    assert verdict.round_over
+    assert rules.next_round(verdict.state, field(rules)).winner == "sharks"
+
+
+def test_an_official_who_saves_the_last_minnow_changes_the_end() -> None:
+    rules = book(TWO_PASSES)
+    state = rules.initial().with_state(["m0", "m1", "m2", "m3"], "inactive")
+    assert rules.next_round(state, field(rules)).winner == "sharks"
+    saved = rules.overrule(state, OfficialAction.SET_STATE, "m3", "active")
+    assert rules.next_round(saved, field(rules)).winner is None
+
+
+def test_a_tag_in_the_tick_that_ends_the_pass_counts() -> None:
+    rules = book()
+    verdict = still(rules, {**HOME, "m3": (7.0, 10), "s0": (7.5, 10)})
+    assert verdict.round_over
+    assert (verdict.state.caught, verdict.state.crossed) == (1, 3)
+
+
+def test_between_passes_inactive_players_become_sharks_and_the_ends_swap() -> None:
+    rules = book(TWO_PASSES)
+    state = rules.initial().with_state(["m3", "s0"], "inactive")
+    now = field(rules, {**HOME, "m3": (7, 10), "s0": (9, 15)})
+    after = rules.next_round(state, now)
+    assert after.state.roles == {"s0": "shark", "m0": "minnow", "m1": "minnow", "m2": "minnow", "m3": "shark"}
+    assert set(after.state.states.values()) == {"active"}
+    assert after.state.round == 2
+    assert after.state.goal == "high"
+    safe = next(z for z in rules.zones(after.state) if z.kind == "safe")
+    assert safe.region.bounds[1::2] == (17, 20)
+
+
+def test_after_a_pass_everybody_lines_up_at_its_own_end_in_bounds_and_apart() -> None:
+    rules = book(minnows=6)
+    now = field(rules, {f"m{i}": (1.2 * i + 1, 2.0) for i in range(6)} | {"m5": (5, 11), "s0": (9, 15)})
+    state = rules.initial().with_state(["m5"], "inactive")
+    marks = rules.next_round(state, now).state.marks
+    assert all(marks[f"m{i}"].y < 3 for i in range(5))
+    assert all(marks[n].y > 17 for n in ("s0", "m5"))
+    assert all(0 < mark.x < 10 for mark in marks.values())
+    places = [(mark.x, mark.y) for mark in marks.values()]
+    assert all(math.dist(a, b) > 0.8 for i, a in enumerate(places) for b in places[:i])
+    assert all(mark.theta > 0 for n, mark in marks.items() if n in ("m0", "m1")), "facing the middle"
+
+
+def test_in_the_second_pass_minnows_are_safe_at_the_other_end() -> None:
+    rules = book(TWO_PASSES)
+    state = rules.next_round(rules.initial(), field(rules)).state
+    verdict = still(rules, {"m0": (5, 18), "m1": (5, 2.0), "s0": (5, 2.4)}, state)
+    assert verdict.state.states["m0"] == "active"
+    assert verdict.state.states["m1"] == "inactive"
+
+
+def test_a_round_starts_when_everybody_stands_on_its_mark() -> None:
+    rules = book()
+    assert rules.obstacles_to_start(rules.initial(), field(rules)) == {}
+
+
+def test_what_keeps_a_round_from_starting_is_said_in_words() -> None:
+    rules = book()
+    poses = dict(field(rules, {"m1": (5, 10)}).poses)
+    del poses["m2"]
+    reasons = rules.obstacles_to_start(rules.initial(), Field(poses, frozenset({"s0"})))
+    assert reasons == {"s0": "is moving", "m1": "is 8.9 m from its mark", "m2": "is not in the world"}
+
+
+def test_positions_and_roles_are_public() -> None:
+    rules = book()
+    statuses = rules.statuses(rules.initial(), Stage.PLAY_ROUND, field(rules))
+    assert all(s.pose is not None for s in statuses)
+    assert [s.role for s in statuses] == ["shark", "minnow", "minnow", "minnow", "minnow"]
+
+
+def test_only_active_players_may_move_and_only_in_play() -> None:
+    rules = book()
+    state = rules.initial().with_state(["m0"], "inactive")
+
+    def may_move(stage: Stage) -> dict[str, bool]:
+        return {s.name: s.may_move for s in rules.statuses(state, stage, field(rules))}
+
+    assert may_move(Stage.PLAY_ROUND) == {"s0": True, "m0": False, "m1": True, "m2": True, "m3": True}
+    assert not any(may_move(Stage.ROUND_OVER).values())
+    assert not any(may_move(Stage.GAME_OVER).values())
+
+
+def test_before_a_round_players_drive_to_their_marks_and_are_held_there() -> None:
+    rules = book()
+    on_the_way = field(rules, {"m0": (5, 10), "m1": (2.5, 18.0)})
+    statuses = rules.statuses(rules.initial(), Stage.INITIALIZE, on_the_way)
+    assert {s.name: s.may_move for s in statuses} == {"s0": False, "m0": True, "m1": True, "m2": False, "m3": False}
+
+
+def test_teams_stay_what_they_were_at_the_start() -> None:
+    rules = book(TWO_PASSES)
+    state = rules.next_round(rules.initial().with_state(["m0"], "inactive"), field(rules)).state
+    statuses = {s.name: s for s in rules.statuses(state, Stage.PLAY_ROUND, field(rules))}
+    assert (statuses["m0"].role, statuses["m0"].team) == ("shark", "minnows")
+
+
+def test_speeds_are_seeded_and_within_their_bounds() -> None:
+    rules = book()
+    limits = rules.speed_limits(3)
+    assert limits == rules.speed_limits(3)
+    assert limits != rules.speed_limits(4)
+    assert all(0.6 * 0.7 <= v <= 0.7 for v in limits.values())
+    assert len(set(limits.values())) == len(limits)
+
+
+def test_speeds_do_not_depend_on_the_order_of_the_file() -> None:
+    turned = SharksAndMinnows(SETTINGS, contestants()[::-1])
+    assert turned.speed_limits(3) == book().speed_limits(3)
+
+
+def test_the_pass_limit_is_an_extension_that_is_off_by_default() -> None:
+    rules = book()
+    now = field(rules)
+    assert rules.judge(rules.initial(), now, now, 1e6).calls == []
+
+
+def test_with_a_pass_limit_late_minnows_are_out() -> None:
+    rules = book(SETTINGS.model_copy(update={"pass_limit": 60.0}))
+    now = field(rules, {**HOME, "m3": (7, 10)})
+    assert rules.judge(rules.initial(), now, now, 59.9).calls == []
+    verdict = rules.judge(rules.initial(), now, now, 60.0)
+    assert [f.rule for f in verdict.calls] == ["pass_limit", "pass_over"]
+    assert verdict.state.states["m3"] == "inactive"
+
+
+def test_an_official_overrules_a_call() -> None:
+    rules = book()
+    state = rules.initial().with_state(["m0"], "inactive")
+    assert rules.overrule(state, OfficialAction.SET_STATE, "m0", "active").states["m0"] == "active"
+    assert rules.overrule(state, OfficialAction.SET_ROLE, "m0", "shark").roles["m0"] == "shark"
+    assert rules.score(rules.overrule(state, OfficialAction.SET_SCORE, "sharks", "5")) == {"sharks": 5, "minnows": 0}
+
+
+@pytest.mark.parametrize(
+    ("action", "subject", "value"),
+    [
+        (OfficialAction.SET_STATE, "m0", "asleep"),
+        (OfficialAction.SET_ROLE, "m0", "whale"),
+        (OfficialAction.SET_ROLE, "nobody", "shark"),
+        (OfficialAction.SET_SCORE, "sharks", "-1"),
+        (OfficialAction.SET_SCORE, "whales", "1"),
+    ],
+)
+def test_an_impossible_decision_is_refused_with_what_is_possible(
+    action: OfficialAction, subject: str, value: str
+) -> None:
+    rules = book()
+    with pytest.raises(ConfigError, match="expected"):
+        rules.overrule(rules.initial(), action, subject, value)
+
+
+places = st.tuples(st.floats(-1, 11), st.floats(-1, 21))
+layouts = st.fixed_dictionaries(dict.fromkeys(("s0", "s1", "m0", "m1", "m2", "m3"), places))
+
+
+@given(layouts, layouts, st.permutations(range(6)))
+def test_the_order_of_players_decides_nothing(
+    before: dict[str, tuple[float, float]], now: dict[str, tuple[float, float]], order: list[int]
+) -> None:
+    one = book(sharks=2, minnows=4)
+    people = contestants(sharks=2, minnows=4)
+    other = SharksAndMinnows(SETTINGS, [people[i] for i in order])
+    verdicts = [judge(r, field(r, before), field(r, now)) for r in (one, other)]
+    assert verdicts[0].state.states == verdicts[1].state.states
+    assert {(f.rule, f.players) for f in verdicts[0].calls} == {(f.rule, f.players) for f in verdicts[1].calls}
+
+
+@given(layouts, layouts)
+def test_a_state_survives_the_journal(
+    before: dict[str, tuple[float, float]], now: dict[str, tuple[float, float]]
+) -> None:
+    rules = book(sharks=2, minnows=4)
+    state = judge(rules, field(rules, before), field(rules, now)).state
+    assert msgspec.convert(msgspec.to_builtins(state), State) == state
+
+
+@given(layouts, layouts)
+def test_judging_never_makes_anybody_active(
+    before: dict[str, tuple[float, float]], now: dict[str, tuple[float, float]]
+) -> None:
+    rules = book(sharks=2, minnows=4)
+    state = rules.initial().with_state(["m0", "s1"], "inactive")
+    after = judge(rules, field(rules, before), field(rules, now), state).state
+    assert after.states["m0"] == after.states["s1"] == "inactive"

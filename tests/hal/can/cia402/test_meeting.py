@@ -1,0 +1,136 @@
+"""A CiA 402 drive is asked who it is, and set up."""
+
+import random
+
+import pytest
+
+from tests.hal.can.cia402.wire import NODE, Wire
+from vrg.errors import RobotError
+from vrg.hal.can.axis import State
+from vrg.hal.can.cia402 import set_up
+from vrg.hal.can.cia402.axis import Cia402Axis
+from vrg.hal.can.cia402.drive import Cia402Drive
+from vrg.hal.can.cia402.network import Function, NmtCommand
+from vrg.hal.can.cia402.objects import EVENT_TIMER, Object
+from vrg.hal.can.cia402.set_up import DEADLINE
+from vrg.hal.can.emulator.drive import DriveOptions
+from vrg.hal.can.emulator.faults import FaultKind
+from vrg.hal.can.frame import Frame
+from vrg.testing.protocol import SERIAL
+
+
+class TestMeeting:
+    def test_a_drive_says_who_it_is(self) -> None:
+        wire = Wire().prepare()
+        assert wire.axis.serial == f"{SERIAL:X}"
+        assert wire.axis.firmware == "1.0.0"
+        wire.until(lambda: wire.axis.voltage is not None)
+        assert wire.axis.voltage == 24.0
+
+    def test_a_drive_that_was_never_told_to_send_a_heartbeat_is_told(self) -> None:
+        wire = Wire()
+        wire.drives[:] = [Cia402Drive(NODE, DriveOptions(serial=1, heartbeat=0.0), wire.now, random.Random(1))]
+        wire.meet()
+        beats = sum(f.id == Function.HEARTBEAT | NODE for f in wire.heard)
+        wire.advance(1.0)
+        assert sum(f.id == Function.HEARTBEAT | NODE for f in wire.heard) - beats == pytest.approx(10, abs=1)
+
+    def test_one_that_was_stopped_is_woken(self) -> None:
+        wire = Wire()
+        wire.advance(0.01)
+        wire.inject(Frame(0, bytes([NmtCommand.STOP, NODE])))
+        wire.until(lambda: wire.axis.heard > 0)
+        wire.advance(0.2)
+        wire.axis.identify(1.0)
+        assert wire.axis.identified
+
+    @pytest.mark.parametrize("serials", [(1, 2), (7, 7), (0, 0)])
+    def test_two_drives_with_one_id_are_noticed(self, serials: tuple[int, int]) -> None:
+        wire = Wire(*serials).meet()
+        if serials[0] == serials[1] != 0:
+            assert wire.axis.problem is None, "one that answers two requests has one serial number too"
+        else:
+            assert wire.axis.problem is not None
+            assert "two drives" in wire.axis.problem
+
+    @pytest.mark.parametrize(
+        ("key", "value", "words"),
+        [
+            ((Object.DEVICE_TYPE, 0), 0x0191, "401"),
+            ((Object.SUPPORTED_MODES, 0), 0x1, "profile velocity"),
+            ((Object.ENCODER_RESOLUTION, 2), 0, "0x608F"),
+            ((Object.VELOCITY_UNIT, 0), 0x00010300, "0x60A9"),
+        ],
+    )
+    def test_one_that_cannot_do_it_is_refused_in_words(self, key: tuple[int, int], value: int, words: str) -> None:
+        wire = Wire()
+        wire.advance(0.01)
+        wire.drive.objects[key] = value
+        wire.meet()
+        assert wire.axis.problem is not None
+        assert words in wire.axis.problem
+
+    def test_ids_are_1_to_127(self) -> None:
+        assert [node for node in range(-1, 130) if Cia402Axis.check_node(node) is None] == list(range(1, 128))
+
+    def test_setting_up_works_whatever_state_the_drive_was_left_in(self) -> None:
+        wire = Wire().running()
+        second = Cia402Axis(NODE, wire.send)
+        wire.axis = second
+        wire.advance(0.2)
+        wire.prepare()
+        assert wire.axis.state is State.IDLE
+        wire.until(lambda: abs(wire.drive.motor.velocity) < 0.1)
+
+    def test_it_energises_nothing(self) -> None:
+        wire = Wire().prepare()
+        wire.advance(1.0)
+        assert wire.axis.state is State.IDLE
+        assert not wire.drive._energised
+        assert not wire.setpoints
+
+    def test_the_drive_has_the_deadline_that_it_was_given(self) -> None:
+        assert Wire().prepare().ask(Object.RPDO + 1, EVENT_TIMER).unsigned == DEADLINE * 1000
+        assert Wire().prepare().ask(Object.RPDO, EVENT_TIMER).unsigned == 0
+
+    def test_a_drive_without_a_deadline_is_refused(self) -> None:
+        wire = Wire().meet()
+        del wire.drive.objects.object_dictionary[Object.RPDO + 1].subindices[EVENT_TIMER]
+        with pytest.raises(RobotError, match=r"node 5: .*Subindex"):
+            wire.axis.prepare()
+
+    def test_a_drive_that_forgets_its_deadline_is_refused(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        wire = Wire().meet()
+        objects = wire.drive.objects
+        monkeypatch.setattr(wire.drive, "_wrote", lambda *_: None)
+        real = objects.__class__.__setitem__
+
+        def forgetful(self: object, key: tuple[int, int], value: int) -> None:
+            real(objects, key, 0 if key == (Object.RPDO + 1, EVENT_TIMER) else value)
+
+        monkeypatch.setattr(objects.__class__, "__setitem__", forgetful)
+        with pytest.raises(RobotError, match="0x1401:05"):
+            wire.axis.prepare()
+
+    def test_a_drive_without_a_voltmeter_is_taken(self) -> None:
+        wire = Wire().meet()
+        del wire.drive.objects.object_dictionary[Object.VOLTAGE]
+        wire.axis.prepare()
+        wire.advance(2.0)
+        assert wire.axis.voltage is None
+        assert wire.axis.odd is None
+
+    def test_one_that_falls_silent_is_an_error_and_no_endless_wait(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(set_up, "SDO_TIMEOUT", 0.01)
+        wire = Wire().meet()
+        wire.fault(FaultKind.SILENCE)
+        with pytest.raises(RobotError, match="node 5: expected the drive's answers"):
+            wire.axis.prepare()
+
+    @pytest.mark.parametrize("kind", [FaultKind.GARBAGE, FaultKind.LENGTH])
+    def test_rubbish_while_it_is_set_up_is_an_error(self, kind: FaultKind, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(set_up, "SDO_TIMEOUT", 0.01)
+        wire = Wire().meet()
+        wire.fault(kind)
+        with pytest.raises(RobotError, match="node 5"):
+            wire.axis.prepare()

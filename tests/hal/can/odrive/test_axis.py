@@ -1,0 +1,148 @@
+"""One ODrive axis, by frames and times."""
+
+import math
+
+import pytest
+
+from tests.hal.can.odrive.wire import CLOSED, IDLE, Wire
+from vrg.errors import RobotError
+from vrg.hal.can.axis import State
+from vrg.hal.can.frame import Frame
+from vrg.hal.can.odrive import codec, messages
+from vrg.hal.can.odrive.axis import OdriveAxis
+from vrg.hal.can.odrive.messages import AxisError, AxisState, Command
+
+
+@pytest.fixture
+def wire() -> Wire:
+    return Wire()
+
+
+class TestAxis:
+    def test_it_is_silent_until_it_has_been_heard(self, wire: Wire) -> None:
+        assert wire.axis.state is State.SILENT
+        assert wire.axis.heard == -math.inf
+        wire.beat(at=3.5)
+        assert (wire.axis.state, wire.axis.heard) == (State.IDLE, 3.5)
+
+    def test_a_start_sends_mode_zero_and_closed_loop_in_this_order(self, wire: Wire) -> None:
+        wire.beat()
+        wire.axis.start()
+        assert wire.said() == [
+            messages.SetControllerMode(messages.ControlMode.VELOCITY, messages.PASSTHROUGH),
+            messages.SetInputVel(0.0),
+            messages.SetAxisState(CLOSED),
+        ]
+        assert wire.axis.state is State.STARTING
+        wire.beat(IDLE)  # sent before the drive had started
+        assert wire.axis.state is State.STARTING
+        wire.beat(CLOSED)
+        assert wire.axis.state is State.CLOSED_LOOP
+
+    def test_closed_loop_that_ends_is_idle(self, wire: Wire) -> None:
+        wire.beat()
+        wire.axis.start()
+        wire.beat(CLOSED)
+        wire.beat(IDLE)
+        assert wire.axis.state is State.IDLE
+
+    def test_a_position_far_from_zero_is_set_back_before_a_start(self, wire: Wire) -> None:
+        wire.hear(messages.EncoderEstimates(1e6, 0.0))
+        wire.axis.start()
+        assert wire.said()[0] == messages.SetAbsolutePosition(0.0)
+
+    @pytest.mark.parametrize(
+        ("error", "state", "fault", "starved"),
+        [
+            (AxisError.WATCHDOG_TIMER_EXPIRED, State.IDLE, None, True),
+            (AxisError.ESTOP_REQUESTED, State.ESTOP, None, False),
+            (AxisError.DRV_FAULT, State.FAULT, "DRV_FAULT", False),
+            (AxisError.DRV_FAULT | AxisError.ESTOP_REQUESTED, State.ESTOP, "DRV_FAULT", False),
+            (AxisError.WATCHDOG_TIMER_EXPIRED | AxisError.MISSING_ESTIMATE, State.FAULT, "MISSING_ESTIMATE", True),
+        ],
+    )
+    def test_errors(self, wire: Wire, error: int, state: State, fault: str | None, starved: bool) -> None:
+        wire.beat(IDLE, error)
+        assert (wire.axis.state, wire.axis.fault, wire.axis.starved) == (state, fault, starved)
+
+    def test_a_drive_that_calibrates_is_no_idle_one(self, wire: Wire) -> None:
+        wire.beat(AxisState.MOTOR_CALIBRATION)
+        assert wire.axis.state is State.FAULT
+        assert wire.axis.fault is not None
+        assert "MOTOR_CALIBRATION" in wire.axis.fault
+
+    @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+    def test_numbers_that_are_none_are_odd_and_change_nothing(self, wire: Wire, bad: float) -> None:
+        wire.hear(messages.EncoderEstimates(2.0, 1.0), at=5.0)
+        for estimate in (messages.EncoderEstimates(bad, 1.0), messages.EncoderEstimates(1.0, bad)):
+            wire.hear(estimate, at=6.0)
+        assert (wire.axis.position, wire.axis.velocity, wire.axis.measured) == (2.0, 1.0, 5.0)
+        assert wire.axis.odd is not None
+
+    def test_a_short_frame_is_odd(self, wire: Wire) -> None:
+        wire.axis.receive(Frame(codec.frame_id(4, Command.HEARTBEAT), b"\0\0\0"))
+        assert wire.axis.odd == "a malformed frame: Heartbeat: expected 8 bytes, got 3"
+        wire.axis.forget_oddities()
+        assert wire.axis.odd is None
+
+    @pytest.mark.parametrize(
+        "message",
+        [
+            messages.SetInputVel(1.0),
+            messages.SetInputPos(1.0),
+            messages.SetInputTorque(1.0),
+            messages.SetControllerMode(1, 1),
+        ],
+    )
+    def test_another_master_is_odd(self, wire: Wire, message: messages.Message) -> None:
+        wire.hear(message)
+        assert wire.axis.odd == "another program commands it too"
+
+    def test_somebody_elses_estop_frame_counts_at_once(self, wire: Wire) -> None:
+        wire.beat(CLOSED)
+        wire.hear(messages.Estop())
+        assert wire.axis.state is State.ESTOP
+
+    def test_other_nodes_and_extended_and_remote_frames_are_not_its_business(self, wire: Wire) -> None:
+        wire.hear(messages.Heartbeat(0xFF, 1), node=5)
+        wire.axis.receive(Frame(codec.frame_id(4, 1), bytes(8), extended=True))
+        wire.axis.receive(Frame(codec.frame_id(4, 1), remote=True))
+        assert wire.axis.state is State.SILENT
+        assert wire.axis.odd is None
+
+    def test_two_serial_numbers_are_a_problem(self, wire: Wire) -> None:
+        wire.hear(messages.Version(2, 4, 4, 58, 0, 6, 11, 0))
+        wire.hear(messages.Address(4, 0xAAA))
+        assert wire.axis.identified
+        assert (wire.axis.problem, wire.axis.serial, wire.axis.firmware) == (None, "AAA", "0.6.11")
+        wire.hear(messages.Address(4, 0xBBB))
+        assert wire.axis.problem is not None
+        assert "AAA and BBB" in wire.axis.problem
+
+    def test_another_protocol_version_is_a_problem(self, wire: Wire) -> None:
+        wire.hear(messages.Version(3, 4, 4, 58, 0, 7, 0, 0))
+        assert wire.axis.problem == "expected CANSimple protocol version 2, got 3"
+
+    def test_short_ways(self, wire: Wire) -> None:
+        wire.axis.stop_now()
+        wire.axis.clear()
+        wire.axis.idle()
+        wire.axis.command(2.5)
+        assert wire.said() == [
+            messages.Estop(),
+            messages.ClearErrors(),
+            messages.SetAxisState(IDLE),
+            messages.SetInputVel(2.5),
+        ]
+
+    @pytest.mark.parametrize(("node", "good"), [(0, True), (62, True), (63, False), (-1, False), (100, False)])
+    def test_ids(self, node: int, good: bool) -> None:
+        assert (OdriveAxis.check_node(node) is None) == good
+
+
+def test_robot_errors_of_the_sender_go_on_to_the_caller() -> None:
+    def full(_: Frame) -> None:
+        raise RobotError("full")
+
+    with pytest.raises(RobotError, match="full"):
+        OdriveAxis(0, full).command(1.0)

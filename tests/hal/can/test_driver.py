@@ -1,0 +1,107 @@
+"""What the driver of CAN robots tells beyond the contract of drivers, on a bus within this process."""
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from tests.hal.can.bench import PATIENCE, Drives, settings
+from vrg.errors import ConfigError, StaleDataError
+from vrg.hal.can.driver import CanDriver
+from vrg.hal.can.link import Link
+from vrg.hal.driver import DriverContext
+from vrg.hal.models import robot_model
+from vrg.hal.models.description import RobotModel
+from vrg.hal.sensors.encoders import EncodersSpec
+
+LINK = Link(interface="virtual", channel="driver")
+P2AT = robot_model("P2AT")
+NOW = 1000.0
+
+
+@pytest.fixture(autouse=True)
+def drives() -> Iterator[Drives]:
+    with Drives("odrive", [0, 1], link=LINK) as drives:
+        yield drives
+
+
+def driver(model: RobotModel = P2AT, **wiring: object) -> CanDriver:
+    options = settings("odrive", [0], [1], LINK, **wiring)
+    return CanDriver(DriverContext(name="r", model=model, options=options, now=lambda: NOW))
+
+
+def until(condition: Callable[[], object]) -> None:
+    deadline = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < deadline, "it has not come about"
+        time.sleep(0.02)
+
+
+def test_the_battery_is_unknown_until_a_drive_has_told_its_voltage() -> None:
+    with driver(supply=(20.0, 25.0)) as robot:
+        assert robot.read().battery is None
+        until(lambda: robot.read().battery)
+        sample = robot.read().battery
+        assert sample is not None
+        assert sample.value.charge == pytest.approx(0.8)
+        assert sample.stamp == pytest.approx(NOW - sample.age)
+        assert 0.0 <= sample.age < 2.0
+
+
+def test_every_sample_has_its_own_age() -> None:
+    with driver() as robot:
+        until(lambda: robot.read().battery)
+        time.sleep(0.3)
+        readings = robot.read()
+        assert readings.battery is not None
+        assert readings.odometry is not None
+        assert readings.battery.age > 0.2 > readings.odometry.age
+        assert readings.stamp == pytest.approx(NOW - readings.age)
+
+
+def test_bumpers_that_nobody_reads_are_unknown() -> None:
+    with driver() as robot:
+        assert robot.features.bumpers
+        assert robot.read().touch is None
+
+
+def test_a_model_without_encoders_has_no_sample_of_them() -> None:
+    bare = replace(P2AT, sensors=tuple(spec for spec in P2AT.sensors if not isinstance(spec, EncodersSpec)))
+    with driver(bare) as robot:
+        assert robot.read().encoders is None
+        assert robot.read().odometry is not None
+
+
+def test_one_that_was_closed_has_no_readings() -> None:
+    robot = driver()
+    robot.connect()
+    assert robot.read().odometry
+    robot.close()
+    with pytest.raises(StaleDataError, match="r: expected a connected robot"):
+        robot.read()
+
+
+def test_a_calibration_gives_the_track(tmp_path: Path) -> None:
+    (tmp_path / "r.toml").write_text(
+        'robot = "r"\ntrack = 0.75\n[axes.0]\ndirection = 1\nratio = 50\n[axes.1]\ndirection = -1\nratio = 50\n'
+    )
+    options = settings("odrive", [0], [1], LINK, calibration="r.toml")
+    robot = CanDriver(DriverContext(name="r", model=P2AT, options=options, base=tmp_path))
+    assert robot.features.effective_track == 0.75
+
+
+def test_a_robot_without_wiring_cannot_be_made() -> None:
+    options = settings("odrive", [0], [1])
+    with pytest.raises(ConfigError, match=r"ann: expected its wiring in \[backends.can.robots.ann\]"):
+        CanDriver(DriverContext(name="ann", model=P2AT, options=options))
+
+
+def test_a_bad_table_is_said_field_by_field() -> None:
+    with pytest.raises(ConfigError) as error:
+        driver(ratio=0, speed=3)
+    assert [problem.path for problem in error.value.problems] == [
+        ("backends", "can", "robots", "r", "ratio"),
+        ("backends", "can", "robots", "r", "speed"),
+    ]

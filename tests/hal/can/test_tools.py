@@ -1,0 +1,82 @@
+"""What `vrg can scan` and `vrg can monitor` look at, on a bus within this process."""
+
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from tests.hal.can.bench import Drives
+from vrg.bus.stopping import Stop
+from vrg.commands.can_tools import Heard, _listening
+from vrg.hal.can.bus import CanBus
+from vrg.hal.can.cia402.network import Function
+from vrg.hal.can.frame import Frame
+from vrg.hal.can.link import Link
+from vrg.hal.can.listener import Found
+
+LINK = Link(interface="virtual", channel="tools")
+MUTE = 9
+
+
+@contextmanager
+def mute_node() -> Iterator[None]:
+    """A CANopen node that sends heartbeats and answers nothing."""
+    bus = CanBus(LINK, lambda _: None)
+    bus.start()
+    done = threading.Event()
+
+    def beat() -> None:
+        while not done.wait(0.1):
+            bus.send(Frame(Function.HEARTBEAT | MUTE, b"\x05"))
+
+    thread = threading.Thread(target=beat)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        thread.join()
+        bus.stop()
+
+
+def looks(seconds: float) -> tuple[Heard, float]:
+    """Look again and again; what was heard at last, and how long the longest look took, s."""
+    stop, longest = Stop(), 0.0
+    with _listening(LINK) as look:
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            began = time.monotonic()
+            heard = look(stop)
+            longest = max(longest, time.monotonic() - began)
+            time.sleep(0.1)
+    return heard, longest
+
+
+def node(heard: Heard, number: int) -> Found:
+    """The node of this id."""
+    (found,) = (found for found in heard.nodes if found.node == number)
+    return found
+
+
+def test_a_drive_is_told_of_in_full() -> None:
+    with Drives("cia402", [5], link=LINK, serial=0xABC):
+        heard, _ = looks(1.0)
+    (found,) = heard.nodes
+    assert (found.protocol, found.node, found.serials, found.firmware) == ("canopen", 5, ("ABC",), "1.0.0")
+    assert (found.state, found.voltage, found.position) == ("pre-operational, switch on disabled", 24.0, 0.0)
+    assert not heard.troubles
+
+
+def test_two_drives_with_one_id_show_both_serial_numbers() -> None:
+    with Drives("cia402", [5], link=LINK, serial=0xA), Drives("cia402", [5], link=LINK, serial=0xB):
+        heard, _ = looks(1.5)
+    assert node(heard, 5).serials == ("A", "B")
+
+
+def test_a_node_that_answers_nothing_holds_up_nobody() -> None:
+    with mute_node(), Drives("cia402", [5], link=LINK, serial=0xABC), Drives("odrive", [20], link=LINK):
+        heard, longest = looks(2.0)
+    assert node(heard, MUTE).state == "operational"
+    assert not node(heard, MUTE).serials
+    assert node(heard, 5).serials == ("ABC",)
+    assert longest < 0.5

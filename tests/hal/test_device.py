@@ -1,0 +1,302 @@
+"""The match's side of a robot: whatever driver it has, the match is obeyed."""
+
+from collections.abc import Iterator
+from threading import Event
+
+import pytest
+from msgspec.structs import astuple
+
+from tests.hal.fake_driver import MODEL, FakeDriver, PhysicalFake
+from vrg.bus import messages as m
+from vrg.bus.codec import Received
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.topics import Keys, Topic
+from vrg.errors import RobotError, StaleDataError
+from vrg.hal.device import Device
+from vrg.hal.sensors.ins import Ins
+from vrg.hal.sensors.laser import Laser
+from vrg.hal.sensors.spec import Sample
+from vrg.types import Pose, Twist
+
+KEYS = Keys("m")
+AHEAD = Twist(0.5, 0.0)
+
+
+class Bench:
+    """A device among the messages of a match that the test plays."""
+
+    def __init__(self, driver: FakeDriver, **options: object) -> None:
+        self.driver = driver
+        self.mailbox = Mailbox()
+        self.device = Device(driver, KEYS, self.mailbox, **options)  # type: ignore[arg-type]
+        self.time = 0.0
+        self._sequence = 0
+
+    def say(self, topic: Topic[m.Message], body: m.Message, stamp: float | None = None) -> None:
+        self._sequence += 1
+        for inlet in self.mailbox.inlets:
+            if inlet.topic.key == topic.key:
+                inlet.offer(Received(topic.key, self.time if stamp is None else stamp, self._sequence, body))
+
+    def referee(self, *, estop: bool = False, halted: str | None = None, may_move: bool = True) -> None:
+        status = m.PlayerStatus(name="a", team="t", role="r", state="s", may_move=may_move, radius=0.3)
+        state = m.RefereeState(
+            game="g", stage=m.Stage.PLAY_ROUND, halted=halted, way_out=None, waiting=[], clock=0.0, total=0.0, round=1,
+            rounds=1, score={}, players=[status], zones=[], estop=estop,
+        )  # fmt: skip
+        self.say(KEYS.referee_state, state)
+
+    def tick(self, advance: float = 0.1) -> None:
+        self.time += advance
+        self.driver.told.clear()
+        self.mailbox.handover(self.time)
+        self.device.hear()
+
+    def published(self) -> list[tuple[float, m.MeasuredPose]]:
+        """The poses that the world was told, each with its stamp."""
+        out = [o.message for o in self.mailbox.collect()]
+        return [(o.stamp, o.body) for o in out if isinstance(o.body, m.MeasuredPose)]
+
+    def world_sees(self, pose: Pose) -> None:
+        body = m.Body(name="a", pose=pose, v=0.0, w=0.0, physical=True)
+        self.say(KEYS.poses, m.Poses(bodies=[body]))
+
+
+@pytest.fixture
+def bench() -> Bench:
+    """An armed robot whose referee lets it move."""
+    bench = Bench(FakeDriver())
+    bench.device.start()
+    bench.referee()
+    bench.tick()
+    bench.device.arm()
+    return bench
+
+
+def test_a_robot_is_reached_when_the_device_is_started_and_begins_disarmed() -> None:
+    bench = Bench(FakeDriver())
+    assert bench.driver.told == []
+    bench.device.start()
+    assert bench.driver.told == ["connect", "disarm"]
+
+
+class TestGateAndLimit:
+    def test_a_free_robot_drives(self, bench: Bench) -> None:
+        assert bench.device.drive(AHEAD) == AHEAD
+
+    @pytest.mark.parametrize("held", [{"halted": "rain"}, {"may_move": False}])
+    def test_what_the_referee_holds_stands(self, bench: Bench, held: dict[str, object]) -> None:
+        bench.referee(**held)  # type: ignore[arg-type]
+        bench.tick()
+        assert bench.device.drive(AHEAD) == Twist(0.0, 0.0)
+        assert bench.driver.told == ["drive 0.00 0.00"], "the command goes on, so that the watchdog is fed"
+
+    def test_a_referee_that_falls_silent_holds_everybody(self, bench: Bench) -> None:
+        bench.tick(0.4)
+        assert bench.device.drive(AHEAD) == AHEAD
+        bench.tick(0.2)
+        assert bench.device.drive(AHEAD) == Twist(0.0, 0.0)
+
+    def test_the_referees_limit_keeps_the_curve(self, bench: Bench) -> None:
+        bench.say(KEYS.speed_limit("a"), m.SpeedLimit(v_max=0.25))
+        bench.tick()
+        sent = bench.device.drive(Twist(0.5, 0.5))
+        assert max(MODEL.wheels(sent)) == pytest.approx(0.25 / MODEL.wheel_radius)
+        assert sent.v == pytest.approx(sent.w)
+
+    def test_a_motion_that_is_no_number_is_refused(self, bench: Bench) -> None:
+        with pytest.raises(RobotError, match="finite"):
+            bench.device.drive(Twist(float("nan"), 0.0))
+
+
+class TestEmergencyStop:
+    def test_it_reaches_the_robot_between_two_ticks(self, bench: Bench) -> None:
+        bench.say(KEYS.estop, m.Estop(engaged=True, by="x"))
+        bench.driver.told.clear()
+        bench.mailbox.sound()
+        assert bench.driver.told == ["emergency stop"]
+        for act in (bench.device.arm, lambda: bench.device.drive(AHEAD)):
+            with pytest.raises(RobotError, match="emergency stop is engaged"):
+                act()
+
+    def test_the_driver_is_told_once_and_told_of_the_release(self, bench: Bench) -> None:
+        bench.say(KEYS.estop, m.Estop(engaged=True, by="x"))
+        bench.tick()
+        assert bench.driver.told == ["emergency stop"]
+        bench.tick()
+        assert bench.driver.told == []
+        bench.say(KEYS.estop, m.Estop(engaged=False, by="x"))
+        bench.tick()
+        assert bench.driver.told == ["release"]
+        assert not bench.device.estop
+
+    def test_a_stop_that_was_missed_is_taken_from_the_referee(self, bench: Bench) -> None:
+        bench.referee(estop=True)
+        bench.tick()
+        assert bench.driver.told == ["emergency stop"]
+
+    def test_a_release_that_was_missed_is_taken_from_the_referee(self, bench: Bench) -> None:
+        bench.say(KEYS.estop, m.Estop(engaged=True, by="x"))
+        bench.tick()
+        bench.referee(estop=True)
+        bench.tick()
+        bench.referee(estop=False)
+        bench.tick()
+        assert not bench.device.estop
+
+    def test_a_state_of_before_the_stop_does_not_end_it(self, bench: Bench) -> None:
+        bench.say(KEYS.estop, m.Estop(engaged=True, by="x"))
+        bench.tick()
+        bench.referee(estop=False)
+        bench.tick()
+        assert bench.device.estop
+
+    def test_a_state_of_before_the_release_does_not_engage_it_again(self, bench: Bench) -> None:
+        bench.say(KEYS.estop, m.Estop(engaged=True, by="x"))
+        bench.tick()
+        bench.referee(estop=True)
+        bench.tick()
+        bench.say(KEYS.estop, m.Estop(engaged=False, by="x"))
+        bench.tick()
+        bench.referee(estop=True)
+        bench.tick()
+        assert not bench.device.estop
+        for _ in range(6):
+            bench.referee(estop=True)
+            bench.tick()
+        assert bench.device.estop, "a referee who goes on saying so means it"
+
+
+class TestRecovery:
+    @pytest.fixture
+    def slow(self) -> Iterator[tuple[Bench, Event, Event]]:
+        """A robot whose recovery takes until the second event is set."""
+        begun, done = Event(), Event()
+
+        class Slow(FakeDriver):
+            def recover(self) -> None:
+                begun.set()
+                assert done.wait(20.0)
+
+        bench = Bench(Slow())
+        bench.device.start()
+        yield bench, begun, done
+        done.set()
+
+    def test_the_driver_recovers_when_an_official_asks_for_it_beside_the_ticks(
+        self, slow: tuple[Bench, Event, Event]
+    ) -> None:
+        bench, begun, done = slow
+        bench.say(KEYS.recover("a"), m.Recover(by="ann"))
+        bench.tick()
+        assert begun.wait(20.0)
+        bench.tick()
+        with pytest.raises(RobotError, match="it is being recovered"):
+            bench.device.arm()
+        done.set()
+        bench.device.close()
+        bench.device.arm()
+
+    def test_somebody_elses_recovery_is_not_its_own(self, slow: tuple[Bench, Event, Event]) -> None:
+        bench, begun, _ = slow
+        bench.say(KEYS.recover("b"), m.Recover(by="ann"))
+        bench.tick()
+        assert not begun.is_set()
+
+
+class TestLease:
+    def test_a_human_holds_it_for_its_time(self, bench: Bench) -> None:
+        assert bench.device.lease(bench.time) is None
+        bench.say(KEYS.manual("a"), m.Manual(forward=0.5, turn=-1.0, lease=0.3))
+        bench.tick()
+        assert bench.device.lease(bench.time) == Twist(0.5 * MODEL.v_max, -MODEL.w_max)
+        bench.tick(0.3)
+        assert bench.device.lease(bench.time) is None
+
+
+class TestPhysicalRobots:
+    @pytest.fixture
+    def physical(self) -> Bench:
+        bench = Bench(PhysicalFake(), start=Pose(10.0, 5.0, 0.0))
+        bench.device.start()
+        return bench
+
+    @staticmethod
+    def at(bench: Bench, pose: Pose, age: float = 0.0) -> Pose:
+        """Where the robot is when its odometry says so."""
+        assert isinstance(bench.driver, PhysicalFake)
+        bench.driver.at(pose, bench.time - age, age)
+        ins = bench.device.read().ins
+        assert ins is not None
+        return ins.value.pose
+
+    def test_it_begins_where_the_match_file_says(self, physical: Bench) -> None:
+        physical.tick()
+        assert self.at(physical, Pose(0.0, 0.0, 0.0)) == Pose(10.0, 5.0, 0.0)
+        assert self.at(physical, Pose(1.0, 0.5, 0.0)) == Pose(11.0, 5.5, 0.0)
+        assert physical.published() == [], "before the world has shown it, its place is only believed"
+
+    def test_a_player_that_was_restarted_goes_on_from_where_the_world_saw_its_robot(self, physical: Bench) -> None:
+        physical.world_sees(Pose(12.0, 6.0, 0.0))
+        physical.tick()
+        # The drives have counted on while nobody asked them.
+        assert self.at(physical, Pose(7.0, 0.0, 0.0)) == Pose(12.0, 6.0, 0.0)
+        assert self.at(physical, Pose(8.0, 0.0, 0.0)) == Pose(13.0, 6.0, 0.0)
+
+    def test_a_pose_is_stamped_with_the_time_of_its_measurement(self, physical: Bench) -> None:
+        physical.world_sees(Pose(10.0, 5.0, 0.0))
+        physical.tick()
+        physical.tick(1.0)
+        self.at(physical, Pose(0.0, 0.0, 0.0), age=0.4)
+        ((stamp, measured),) = physical.published()
+        assert stamp == pytest.approx(physical.time - 0.4)
+        assert measured.pose == Pose(10.0, 5.0, 0.0)
+        assert physical.device.read().age == pytest.approx(0.4)
+
+    def test_a_pose_that_is_too_old_is_not_told_to_the_world(self, physical: Bench) -> None:
+        physical.world_sees(Pose(10.0, 5.0, 0.0))
+        physical.tick(2.0)
+        self.at(physical, Pose(0.0, 0.0, 0.0), age=0.6)
+        assert physical.published() == []
+
+    def test_a_robot_that_was_carried_is_told_where_it_stands(self, physical: Bench) -> None:
+        physical.world_sees(Pose(10.0, 5.0, 0.0))
+        physical.tick()
+        self.at(physical, Pose(3.0, 0.0, 1.0))
+        physical.say(KEYS.placed("a"), m.Placed(pose=Pose(20.0, 8.0, 0.0), by="ann"))
+        physical.tick()
+        assert astuple(self.at(physical, Pose(3.0, 0.0, 1.0))) == pytest.approx((20.0, 8.0, 0.0))
+        here = self.at(physical, Pose(3.0, 2.0, 1.0))
+        assert (here.x - 20.0) ** 2 + (here.y - 8.0) ** 2 == pytest.approx(4.0), "it counts on from there"
+
+    def test_a_feed_stands_above_the_odometry_and_is_not_told_twice(self) -> None:
+        bench = Bench(PhysicalFake(), localisation="feed")
+        bench.device.start()
+        bench.tick()
+        with pytest.raises(StaleDataError, match="expected its pose on vrg/m/robot/a/pose"):
+            bench.device.read()
+        bench.say(KEYS.robot_pose("a"), m.MeasuredPose(pose=Pose(4.0, 4.0, 0.0), v=0.0, w=0.0))
+        bench.tick(0.2)
+        assert self.at(bench, Pose(9.0, 9.0, 0.0)) == Pose(4.0, 4.0, 0.0)
+        assert bench.device.read().age == pytest.approx(0.2)
+        assert bench.published() == []
+
+    def test_a_robot_that_measures_its_pose_itself_is_believed(self, physical: Bench) -> None:
+        physical.tick()
+        physical.driver.samples.append(Sample(physical.time, 0.0, Ins(pose=Pose(1.0, 1.0, 0.0))))
+        readings = physical.device.read()
+        assert readings.ins is not None
+        assert readings.ins.value.pose == Pose(1.0, 1.0, 0.0)
+        assert [pose.pose for _, pose in physical.published()] == [Pose(1.0, 1.0, 0.0)]
+
+    def test_what_it_lacks_the_world_synthesises_and_the_rest_is_unknown(self, physical: Bench) -> None:
+        scan = Laser(angle_min=0.0, angle_step=0.1, range_max=8.0, data=b"\0\0\0\0")
+        physical.say(KEYS.sensor(Laser, "a", "front"), scan)
+        physical.tick(0.2)
+        self.at(physical, Pose(0.0, 0.0, 0.0))
+        readings = physical.device.read()
+        assert readings.laser is not None
+        assert readings.laser.value == scan
+        assert readings.laser.age == pytest.approx(0.2)
+        assert readings.touch is None
+        assert readings.battery is None

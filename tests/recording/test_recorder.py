@@ -1,0 +1,321 @@
+"""What the recorder writes, and what it does when it cannot."""
+
+import contextlib
+import errno
+import io
+import json
+import logging
+import signal
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from mcap.exceptions import EndOfFile
+from mcap.reader import NonSeekingReader, make_reader
+
+from tests.recording.recordings import KEYS, messages_of, record
+from tests.ui import synthetic
+from vrg.bus import messages as m
+from vrg.bus.codec import Received
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.node import Tick
+from vrg.colours import SKY_BLUE, VERMILLION
+from vrg.games import game_of
+from vrg.hal.models.pioneer import P2AT
+from vrg.hal.sensors.battery import Battery
+from vrg.hal.sensors.laser import Laser
+from vrg.hal.sensors.touch import Touch
+from vrg.recording.reader import read_setting, read_tracks
+from vrg.recording.recorder import Recorder
+from vrg.types import Pose
+
+
+def test_a_viewer_finds_schemas_it_knows(file):
+    with file.open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    schemas = {channel.topic: summary.schemas[channel.schema_id] for channel in summary.channels.values()}
+    names = {topic: schema.name for topic, schema in schemas.items()}
+    assert names["/scene"] == "foxglove.SceneUpdate"
+    assert names["/robot/nemo/pose"] == "foxglove.PoseInFrame"
+    assert names["/referee/calls"] == "foxglove.Log"
+    assert names["/referee/state"] == "vrg.RefereeState"
+    assert names["/player/nemo/report"] == "vrg.Report"
+    assert {schema.encoding for schema in schemas.values()} == {"jsonschema"}
+    assert {channel.message_encoding for channel in summary.channels.values()} == {"json"}
+    assert summary.statistics.channel_message_counts[1] == 400
+
+
+def test_times_are_match_time_in_nanoseconds(file):
+    poses = messages_of(file, topics="/robot/nemo/pose")
+    assert [message.log_time for _, _, message in poses[:3]] == [0, 100_000_000, 200_000_000]
+    assert poses[11][2].publish_time == 1_100_000_000
+    assert json.loads(poses[11][2].data)["timestamp"] == {"sec": 1, "nsec": 100_000_000}
+
+
+def test_the_scene_shows_robots_and_zones_at_every_instant(file):
+    for _, _, message in messages_of(file, topics="/scene")[::50]:
+        entities = {entity["id"]: entity for entity in json.loads(message.data)["entities"]}
+        assert set(entities) == {*synthetic.NAMES, "zone:field", "zone:safe zone", "zone:start"}
+        place = entities["nemo"]["cubes"][0]["pose"]["position"]
+        assert place["x"] == synthetic.pose_at("nemo", message.log_time / 1e9).x
+    colours = {name: json.dumps(entities[name]["cubes"][0]["color"]) for name in synthetic.NAMES}
+    assert colours["bruce"] == colours["gill"], "in the second pass gill is a shark"
+    assert colours["nemo"] != colours["bruce"]
+
+
+def test_the_colours_of_the_scene_are_the_games(file):
+    _, _, message = messages_of(file, topics="/scene")[0]
+    entities = {entity["id"]: entity for entity in json.loads(message.data)["entities"]}
+    for name, colour in (("bruce", VERMILLION), ("nemo", SKY_BLUE)):
+        drawn = entities[name]["cubes"][0]["color"]
+        assert [round(255 * drawn[part]) for part in "rgb"] == list(colour)
+
+
+def test_a_zone_of_any_shape_is_outlined_in_the_scene_and_read_back(tmp_path):
+    path = tmp_path / "match.mcap"
+    recorder = Recorder("recorder", Mailbox(), KEYS, path)
+    synthetic.Match(KEYS).step(recorder, 0.0, 0, zones=synthetic.four_shapes())
+    recorder.stop()
+    [(_, _, message)] = messages_of(path, topics="/scene")
+    entities = {entity["id"]: entity for entity in json.loads(message.data)["entities"]}
+    for zone in synthetic.four_shapes():
+        [line] = entities[f"zone:{zone.name}"]["lines"]
+        assert [(point["x"], point["y"]) for point in line["points"]] == zone.region.outline()
+    assert read_setting(path).zones == {1: synthetic.four_shapes()}
+
+
+def test_a_halt_is_recorded_with_its_way_out(tmp_path):
+    path = tmp_path / "match.mcap"
+    recorder = Recorder("recorder", Mailbox(), KEYS, path)
+    synthetic.Match(KEYS).step(recorder, 0.0, 0, halted="a cable", way_out="plug it in")
+    recorder.stop()
+    [(_, _, message)] = messages_of(path, topics="/referee/state")
+    state = json.loads(message.data)
+    assert (state["halted"], state["way_out"]) == ("a cable", "plug it in")
+
+
+@pytest.mark.parametrize("game", ["", "a-game-from-elsewhere"])
+def test_a_game_that_is_not_installed_here_is_recorded_too(tmp_path, game):
+    path = tmp_path / "match.mcap"
+    recorder = Recorder("recorder", Mailbox(), KEYS, path)
+    synthetic.Match(KEYS).step(recorder, 0.0, 0, game=game)
+    recorder.stop()
+    assert read_setting(path).game == game
+    _, _, message = messages_of(path, topics="/scene")[0]
+    entities = {entity["id"]: entity for entity in json.loads(message.data)["entities"]}
+    assert entities["bruce"]["cubes"][0]["color"]["r"] == game_of(game).style("shark", "active").colour[0] / 255
+
+
+def test_a_report_is_written_when_it_changes(tmp_path):
+    path = tmp_path / "match.mcap"
+    recorder = record(path, 5.0)
+    match = synthetic.Match(KEYS)
+    fault = m.Report(mode="Minnow/Stopped", armed=False, fault="no laser", latched=True)
+    match.say(recorder.mailbox, KEYS.report("nemo"), fault, 5.0, 99)
+    recorder.mailbox.handover(5.0)
+    recorder.tick(Tick(5.0))
+    recorder.stop()
+    reports = [json.loads(message.data) for _, _, message in messages_of(path, topics="/player/nemo/report")]
+    assert [(r["mode"], r["fault"], r["latched"]) for r in reports] == [
+        ("Minnow/Cross", "", False),
+        ("Minnow/Stopped", "no laser", True),
+    ]
+
+
+def test_a_measured_pose_is_kept_as_it_came_beside_where_the_world_shows_the_robot(tmp_path):
+    path = tmp_path / "match.mcap"
+    recorder = record(path, 1.0)
+    pose = m.MeasuredPose(pose=Pose(1.0, 2.0, np.pi / 2), v=0.5, w=0.0)
+    synthetic.Match(KEYS).say(recorder.mailbox, KEYS.robot_pose("nemo"), pose, 0.95, 7)
+    recorder.mailbox.handover(1.0)
+    recorder.tick(Tick(1.0))
+    recorder.stop()
+    [(schema, _, message)] = messages_of(path, topics="/robot/nemo/measured")
+    place = json.loads(message.data)["pose"]["position"]
+    assert (schema.name, message.log_time) == ("foxglove.PoseInFrame", 950_000_000)
+    assert (place["x"], place["y"]) == (1.0, 2.0)
+    assert len(read_tracks(path)["nemo"].times) == 10, "a track is where the world showed it"
+
+
+def test_physical_robots_have_a_rim_in_the_scene(file):
+    _, _, message = messages_of(file, topics="/scene")[0]
+    entities = {entity["id"]: entity for entity in json.loads(message.data)["entities"]}
+    assert {name for name in synthetic.NAMES if entities[name]["lines"]} == {"bruce", "nemo"}
+
+
+SCAN = Laser(angle_min=-0.5, angle_step=0.5, range_max=8.0, data=np.array([1.0, 2.0, 8.0], dtype="<f4").tobytes())
+
+
+def recorded_readings(path, said, **options):
+    """What a recorder that is asked for sensors writes of what is said at one instant, as (schema, topic, JSON)."""
+    recorder = Recorder("recorder", Mailbox(), KEYS, path, **options)
+    body = m.Body(name="nemo", pose=Pose(1.0, 2.0, np.pi / 2), v=0.0, w=0.0, physical=False)
+    match = synthetic.Match(KEYS)
+    match.say(recorder.mailbox, KEYS.poses, m.Poses(bodies=[body]), 0.0, 0)
+    for topic, reading in said:
+        match.say(recorder.mailbox, topic, reading, 0.0, 7)
+    recorder.mailbox.handover(0.0)
+    recorder.tick(Tick(0.0))
+    recorder.stop()
+    assert recorder.fault is None
+    own = ("/scene", "/robot/nemo/pose")
+    return [
+        (schema.name, channel.topic, json.loads(message.data))
+        for schema, channel, message in messages_of(path)
+        if channel.topic not in own
+    ]
+
+
+def test_lasers_are_recorded_where_they_are_on_the_robot(tmp_path):
+    [(schema, topic, data)] = recorded_readings(
+        tmp_path / "match.mcap",
+        [(KEYS.sensor(Laser, robot, P2AT.laser.name), SCAN) for robot in ("dory", "nemo")],
+        sensors=[Laser],
+        models={"nemo": P2AT},
+    )
+    assert (schema, topic) == ("foxglove.LaserScan", "/robot/nemo/laser/front")
+    assert data["ranges"] == [1.0, 2.0, 8.0]
+    assert (data["start_angle"], data["end_angle"]) == (-0.5, 0.5)
+    assert P2AT.laser.x > 0.0
+    assert data["pose"]["position"]["y"] == pytest.approx(2.0 + P2AT.laser.x)
+
+
+def test_a_second_laser_of_a_robot_has_a_topic_of_its_own(tmp_path):
+    said = [(KEYS.sensor(Laser, "nemo", name), SCAN) for name in ("main", "rear")]
+    found = recorded_readings(tmp_path / "match.mcap", said, sensors=[Laser])
+    assert {topic for _, topic, _ in found} == {"/robot/nemo/laser/main", "/robot/nemo/laser/rear"}
+
+
+def test_any_other_sensor_is_recorded_as_it_said_it(tmp_path):
+    path = tmp_path / "match.mcap"
+    said = [
+        (KEYS.sensor(Battery, "nemo", "main"), Battery(charge=0.5)),
+        (KEYS.sensor(Touch, "dory", "pose"), Touch(pressed=(True, False))),
+    ]
+    assert recorded_readings(path, said, sensors=[Battery, Touch]) == [
+        ("vrg.Battery", "/robot/nemo/battery/main", {"charge": 0.5}),
+        ("vrg.Touch", "/robot/dory/touch/pose", {"pressed": [True, False]}),
+    ]
+    assert list(read_tracks(path)) == ["nemo"], "a sensor that is called pose is no pose"
+
+
+def test_sensors_are_not_even_heard_unless_they_are_wanted():
+    recorder = Recorder("recorder", Mailbox(), KEYS, io.BytesIO())
+    assert not any(issubclass(inlet.topic.type, m.SensorMessage) for inlet in recorder.mailbox.inlets)
+
+
+def test_messages_keep_the_numbers_of_their_publishers(tmp_path):
+    path = tmp_path / "match.mcap"
+    recorder = Recorder("recorder", Mailbox(), KEYS, path)
+    synthetic.Match(KEYS).step(recorder, 1.0, 41)
+    recorder.stop()
+    [(_, _, message)] = messages_of(path, topics="/referee/state")
+    assert (message.sequence, message.log_time, message.publish_time) == (41, 1_000_000_000, 1_000_000_000)
+
+
+def test_what_a_killed_process_wrote_is_readable_to_its_last_second(tmp_path):
+    """Killed by SIGKILL in the middle of a second, in a process of its own."""
+    path = tmp_path / "match.mcap"
+    program = (
+        "import os, signal, sys\n"
+        "from pathlib import Path\n"
+        "from tests.recording.recordings import record\n"
+        "record(Path(sys.argv[1]), 12.5)\n"
+        "os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    ended = subprocess.run([sys.executable, "-c", program, str(path)], check=False, timeout=60)
+    assert ended.returncode == -signal.SIGKILL
+    assert read_tracks(path)["nemo"].times[-1] >= 12.5 - 1.2
+    with path.open("rb") as stream, contextlib.suppress(EndOfFile):
+        list(NonSeekingReader(stream).iter_messages(log_time_order=False))
+
+
+class FullDisk(io.BytesIO):
+    """A file on a disk with little room left."""
+
+    room = 40_000
+
+    def write(self, data):
+        if self.tell() + len(data) > self.room:
+            part = bytes(data)[: max(0, self.room - self.tell())]
+            super().write(part)
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return super().write(data)
+
+
+def test_a_full_disk_ends_the_recording_and_nothing_else(tmp_path, caplog):
+    disk = FullDisk()
+    with caplog.at_level(logging.ERROR):
+        recorder = record(disk, 30.0)
+        recorder.stop()
+    assert "No space left on device" in recorder.fault
+    assert not recorder.recording
+    assert len(caplog.records) == 1, "logged once"
+    path = tmp_path / "part.mcap"
+    path.write_bytes(disk.getvalue())
+    times = read_tracks(path)["nemo"].times
+    assert times[0] == 0.0
+    assert times[-1] > 2.0
+
+
+def test_a_folder_that_is_not_there_ends_the_recording_and_nothing_else(tmp_path, caplog):
+    recorder = record(tmp_path / "nowhere" / "match.mcap", 1.0)
+    recorder.stop()
+    assert "No such file or directory" in recorder.fault
+    assert len(caplog.records) == 1
+
+
+def test_a_restarted_recorder_does_not_overwrite_the_first_part(tmp_path):
+    path = tmp_path / "match.mcap"
+    first = record(path, 3.0)
+    second = record(path, 5.0)
+    second.stop()
+    assert (first.path, second.path) == (path, tmp_path / "match-2.mcap")
+    assert len(read_tracks(tmp_path / "match-2.mcap")["nemo"].times) == 50
+    assert len(read_tracks(path)["nemo"].times) >= 20
+
+
+def test_what_waits_is_written_out_when_the_clock_stops(tmp_path):
+    path = tmp_path / "match.mcap"
+    recorder = record(path, 0.5)
+    before = path.stat().st_size
+    recorder.tick(Tick(0.5, live=False))
+    assert path.stat().st_size > before
+    assert len(read_tracks(path)["nemo"].times) == 5
+
+
+def test_a_recorder_needs_neither_pydantic_nor_numpy_nor_the_world():
+    """It is one of many processes that start at the same time."""
+    program = (
+        "import sys\n"
+        "import vrg.recording.recorder\n"
+        "from vrg.games import game_of\n"
+        "assert game_of('sharks-and-minnows').name\n"
+        "heavy = ('pydantic', 'numpy', 'pygame', 'matplotlib', 'pybullet', 'zenoh', 'vrg.hal.sim', 'vrg.coordinator',\n"
+        "         'vrg.agents', 'vrg.games.sharks_and_minnows.rules', 'vrg.games.sharks_and_minnows.player')\n"
+        "found = [name for name in heavy if name in sys.modules]\n"
+        "assert not found, found\n"
+    )
+    subprocess.run([sys.executable, "-c", program], check=True, timeout=60)
+
+
+def test_stopping_twice_or_before_the_first_tick_is_harmless(tmp_path):
+    path = tmp_path / "match.mcap"
+    Recorder("recorder", Mailbox(), KEYS, path).stop()
+    assert not path.exists()
+    recorder = record(path, 1.0)
+    recorder.stop()
+    recorder.stop()
+    assert recorder.fault is None
+
+
+def test_a_stamp_just_below_a_whole_second_is_a_valid_time(tmp_path):
+    path = tmp_path / "match.mcap"
+    recorder = Recorder("recorder", Mailbox(), KEYS, path)
+    [inlet] = [i for i in recorder.mailbox.inlets if i.topic.type is m.Poses]
+    inlet.offer(Received(KEYS.poses.key, 0.9999999999, 0, synthetic.poses(1.0)))
+    recorder.mailbox.handover(1.0)
+    recorder.tick(Tick(1.0))
+    recorder.stop()
+    assert json.loads(messages_of(path)[0][2].data)["timestamp"] == {"sec": 1, "nsec": 0}

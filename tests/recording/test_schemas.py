@@ -1,0 +1,112 @@
+"""The JSON schemas of a recording, judged as viewers judge them."""
+
+import enum
+import json
+from typing import Literal
+
+import pytest
+from msgspec import Struct
+
+from vrg.bus.messages import Zone
+from vrg.hal.sensors import SENSORS
+from vrg.recording import foxglove, records
+from vrg.recording.schemas import json_schema, schema_name
+from vrg.regions import Circle, Polygon, Rectangle, Sector
+from vrg.types import Pose
+
+RECORDS = [
+    foxglove.SceneUpdate,
+    foxglove.PoseInFrame,
+    foxglove.LaserScan,
+    foxglove.Log,
+    records.StateRecord,
+    records.ReportRecord,
+    records.CallRecord,
+]
+READINGS = [SENSORS.get(name).message for name in SENSORS.names()]
+
+
+def refuse(schema, path="it"):
+    """Raise where the readers of schemas in Lichtblick and in Foxglove raise (their parseJsonSchema.ts)."""
+    assert schema.get("type") == "object", f"{path}: expected an object"
+    for name, field in schema["properties"].items():
+        here = f"{path}.{name}"
+        match field.get("type"):
+            case "boolean" | "number" | "integer":
+                pass
+            case "string":
+                assert field.get("contentEncoding") in (None, "base64"), here
+            case "object":
+                refuse(field, here)
+            case "array":
+                items = field["items"]
+                assert items.get("type") in ("boolean", "number", "integer", "string", "object"), here
+                assert "contentEncoding" not in items, here
+                if items["type"] == "object":
+                    refuse(items, here)
+            case other:
+                pytest.fail(f"{here}: unsupported type {other}")
+
+
+@pytest.mark.parametrize("record", [*RECORDS, *READINGS])
+def test_viewers_accept_the_schema_of_every_record_and_of_every_sensor(record):
+    refuse(json.loads(json_schema(record)))
+
+
+@pytest.mark.parametrize("record", RECORDS)
+def test_schemas_are_plain_objects_without_references_and_unions(record):
+    text = json_schema(record).decode()
+    assert json.loads(text)["type"] == "object"
+    assert "$ref" not in text
+    assert "anyOf" not in text
+    assert '"null"' not in text
+
+
+def test_schemas_have_the_names_that_viewers_know():
+    assert schema_name(foxglove.PoseInFrame) == "foxglove.PoseInFrame"
+    assert schema_name(records.StateRecord) == "vrg.RefereeState"
+    assert schema_name(SENSORS.get("battery").message) == "vrg.Battery"
+
+
+def test_a_zone_is_described_with_the_fields_of_every_shape():
+    region = json.loads(json_schema(Zone))["properties"]["region"]["properties"]
+    for shape in (Rectangle, Circle, Sector):
+        assert set(shape.__struct_fields__) <= set(region)
+    assert region["shape"] == {"type": "string"}
+    assert not set(Polygon.__struct_fields__) & set(region), "viewers know no arrays of arrays"
+
+
+class Colour(enum.IntEnum):
+    """Made up."""
+
+    RED = 1
+
+
+class Odd(Struct):
+    """A sensor of another package may say anything."""
+
+    maybe: float | None
+    either: int | str
+    nested: list[list[int]]
+    words: Literal["a", "b"]
+    colour: Colour
+    data: bytes
+    several: list[bytes]
+    table: dict[str, list[int]]
+    pair: tuple[float, float]
+    place: Pose | None
+    more: "list[Odd]"
+
+
+def test_what_viewers_cannot_describe_is_left_out():
+    schema = json.loads(json_schema(Odd))
+    refuse(schema)
+    assert {name: field["type"] for name, field in schema["properties"].items()} == {
+        "maybe": "number",
+        "words": "string",
+        "colour": "integer",
+        "data": "string",
+        "table": "object",
+        "pair": "array",
+        "place": "object",
+    }

@@ -1,0 +1,153 @@
+"""Regions: the same object judges a field and is drawn."""
+
+import math
+
+import msgspec
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vrg.regions import CHORD, Circle, Polygon, Rectangle, Region, Sector, touch
+
+FIELD = Rectangle(0.0, 0.0, 10.0, 6.0)
+DISC = Circle(5.0, 3.0, 2.0)
+CORNER = Sector(0.0, 0.0, 3.0, 0.0, math.pi / 2)
+AREA = Polygon(((1.0, 0.5), (8.0, 1.0), (9.0, 4.0), (4.0, 5.5)))
+REGIONS = [FIELD, DISC, CORNER, AREA]
+
+near = st.tuples(st.floats(-4.0, 14.0), st.floats(-4.0, 10.0))
+any_region = st.sampled_from(REGIONS)
+fractions = st.floats(0.0, 1.0)
+
+
+def between(a: tuple[float, float], b: tuple[float, float], share: float) -> tuple[float, float]:
+    return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
+
+
+def is_near_the_border(region: Region, point: tuple[float, float]) -> bool:
+    around = [(point[0] + dx, point[1] + dy) for dx in (-1e-6, 0, 1e-6) for dy in (-1e-6, 0, 1e-6)]
+    return len({region.contains(*p) for p in around}) > 1
+
+
+@given(any_region, near, near, fractions)
+def test_a_way_is_inside_for_exactly_the_stretch_that_is_told(
+    region: Region, start: tuple[float, float], end: tuple[float, float], share: float
+) -> None:
+    point = between(start, end, share)
+    if is_near_the_border(region, point):
+        return
+    stretch = region.inside(start, end)
+    told = stretch is not None and stretch[0] <= share <= stretch[1]
+    assert told == region.contains(*point)
+
+
+@given(any_region, near, near)
+def test_a_way_leaves_and_enters_where_the_border_is(
+    region: Region, start: tuple[float, float], end: tuple[float, float]
+) -> None:
+    left, entered = region.exit_fraction(start, end), region.entry_fraction(start, end)
+    assert (left is None) == (region.contains(*start) and region.contains(*end))
+    if not region.contains(*start):
+        assert left == 0.0
+    if region.contains(*start):
+        assert entered == 0.0
+    elif region.contains(*end):
+        assert entered is not None
+        assert region.distance(*between(start, end, entered)) < 1e-6
+
+
+@given(any_region, near, near)
+def test_no_point_of_a_region_is_nearer_than_the_nearest(
+    region: Region, point: tuple[float, float], other: tuple[float, float]
+) -> None:
+    nearest = region.nearest(*point)
+    assert region.distance(*nearest) < 1e-6
+    inside = region.nearest(*other)
+    assert math.dist(point, nearest) <= math.dist(point, inside) + 1e-6
+    if region.contains(*point):
+        assert nearest == point
+
+
+@given(any_region, near, st.floats(0.05, 0.6))
+def test_what_is_in_the_shrunk_region_is_well_inside(region: Region, point: tuple[float, float], margin: float) -> None:
+    small = region.shrunk(margin)
+    if not small.contains(*point):
+        return
+    for step in range(16):
+        angle = step * math.tau / 16
+        edge = point[0] + (margin - 1e-6) * math.cos(angle), point[1] + (margin - 1e-6) * math.sin(angle)
+        assert region.distance(*edge) < CHORD + 1e-6
+
+
+@given(any_region, near)
+def test_the_outline_that_is_drawn_is_the_border_that_is_judged(region: Region, point: tuple[float, float]) -> None:
+    outline = region.outline()
+    assert all(region.distance(x, y) < 1e-9 for x, y in outline)
+    drawn = Polygon(tuple(outline))
+    if abs(drawn.distance(*point) - region.distance(*point)) > CHORD:
+        pytest.fail(f"drawn {drawn.distance(*point)} m away, judged {region.distance(*point)}")
+    x_min, y_min, x_max, y_max = region.bounds
+    xs, ys = [x for x, _ in outline], [y for _, y in outline]
+    assert (min(xs), min(ys), max(xs), max(ys)) == pytest.approx((x_min, y_min, x_max, y_max), abs=CHORD)
+
+
+@pytest.mark.parametrize("region", REGIONS, ids=lambda region: type(region).__name__)
+def test_its_middle_is_inside_and_too_large_a_margin_leaves_it(region: Region) -> None:
+    assert region.contains(*region.middle)
+    tiny = region.shrunk(50.0)
+    assert region.contains(*tiny.nearest(*region.middle))
+
+
+@pytest.mark.parametrize("region", REGIONS, ids=lambda region: type(region).__name__)
+def test_a_region_travels_as_one_type(region: Region) -> None:
+    wire = msgspec.msgpack.encode(region)
+    assert msgspec.msgpack.decode(wire, type=Region) == region
+    assert msgspec.msgpack.decode(wire)["shape"] == type(region).__name__.lower()
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"shape": "rectangle", "x_min": 5.0, "y_min": 0.0, "x_max": 1.0, "y_max": 1.0},
+        {"shape": "circle", "x": 0.0, "y": 0.0, "radius": 0.0},
+        {"shape": "sector", "x": 0.0, "y": 0.0, "radius": 1.0, "start": 0.0, "sweep": 4.0},
+        {"shape": "polygon", "points": [[0.0, 0.0], [1.0, 0.0]]},
+        {"shape": "polygon", "points": [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0]]},
+        {"shape": "polygon", "points": [[0, 0], [4, 0], [1, 1], [0, 4]]},
+        {"shape": "star"},
+    ],
+)
+def test_what_is_no_convex_region_is_refused(wrong: dict[str, object]) -> None:
+    with pytest.raises(msgspec.ValidationError):
+        msgspec.convert(wrong, Region, strict=False)
+
+
+def test_the_border_belongs_to_a_region() -> None:
+    assert FIELD.contains(0.0, 6.0)
+    assert DISC.contains(7.0, 3.0)
+    assert CORNER.contains(3.0, 0.0)
+    assert AREA.contains(1.0, 0.5)
+    assert not CORNER.contains(-0.1, 0.1)
+
+
+def test_nothing_tunnels_through_a_small_circle() -> None:
+    assert Circle(0.0, 0.0, 0.3).entry_fraction((-1.0, 0.1), (1.0, 0.1)) == pytest.approx(
+        (1.0 - math.sqrt(0.09 - 0.01)) / 2
+    )
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "expected"),
+    [
+        (FIELD, DISC, True),
+        (DISC, Circle(5.0, 6.0, 0.9), False),
+        (DISC, Circle(5.0, 6.0, 1.1), True),
+        (CORNER, Rectangle(2.5, 2.5, 4.0, 4.0), False),
+        (CORNER, Rectangle(2.0, 2.0, 4.0, 4.0), True),
+        (AREA, Polygon(((9.5, 0.0), (12.0, 0.0), (12.0, 9.0))), False),
+        (AREA, FIELD, True),
+    ],
+)
+def test_regions_touch_or_do_not(first: Region, second: Region, expected: bool) -> None:
+    assert touch(first, second) is expected
+    assert touch(second, first) is expected

@@ -1,0 +1,52 @@
+"""Every message that travels on the bus: one frozen struct each. What sensors say is in vrg.hal.sensors.
+
+Numbers are bounded, so NaN and infinity never pass. A field that is not known is None, never 0.0.
+The version of a message is raised whenever a field changes.
+"""
+
+from vrg.bus.messages.base import REASON_LENGTH, TEXT_LENGTH, Message, SensorMessage, shortened
+from vrg.bus.messages.match import (
+    Call,
+    Estop,
+    Official,
+    OfficialAction,
+    PlayerStatus,
+    RefereeState,
+    Stage,
+    Zone,
+)
+from vrg.bus.messages.player import SAY_LIMIT, Manual, Pulse, Report, Say
+from vrg.bus.messages.robot import Drive, MeasuredPose, Placed, Recover, RobotState, SpeedLimit
+from vrg.bus.messages.world import Body, Clock, Poses, RequestKind, WorldRequest
+
+__all__ = [
+    "REASON_LENGTH",
+    "SAY_LIMIT",
+    "TEXT_LENGTH",
+    "Body",
+    "Call",
+    "Clock",
+    "Drive",
+    "Estop",
+    "Manual",
+    "MeasuredPose",
+    "Message",
+    "Official",
+    "OfficialAction",
+    "Placed",
+    "PlayerStatus",
+    "Poses",
+    "Pulse",
+    "Recover",
+    "RefereeState",
+    "Report",
+    "RequestKind",
+    "RobotState",
+    "Say",
+    "SensorMessage",
+    "SpeedLimit",
+    "Stage",
+    "WorldRequest",
+    "Zone",
+    "shortened",
+]

@@ -1,0 +1,234 @@
+"""What `vrg play` does: a match in this process or as processes, shown, recorded, and concluded."""
+
+import os
+import sys
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, TextColumn
+
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import RefereeState, Stage
+from vrg.bus.node import Node
+from vrg.bus.process import run_node
+from vrg.bus.session import Session, open_session
+from vrg.bus.stopping import Stop, stop_on_signals
+from vrg.config.loading import check_strategies, load_match, match_path
+from vrg.config.setup import MatchSetup
+from vrg.coordinator.match import NOBODY
+from vrg.errors import LaunchError
+from vrg.launch import in_process, nodes
+from vrg.launch.fork_server import ForkServer
+from vrg.launch.local import LocalMatch, free_endpoint
+from vrg.launch.result import plot, write_result
+from vrg.launch.run_folder import RunFolder
+from vrg.ui.table import TerminalTable
+
+LINGER = 5.0
+"""s of real time that windows stay open when the game is over."""
+ENDPOINTS_TRIED = 3
+"""Launchers that are started at once can choose the same endpoint; all but one of them then choose again."""
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What the person who plays has asked for.
+
+    Args:
+        in_process: all in one process. paced: at the rate of the match file, or that was typed.
+        window: open one, if there is a display. record: for Foxglove and the plot.
+    """
+
+    in_process: bool
+    paced: bool
+    window: bool
+    record: bool
+
+
+def play_match(
+    match: str, runs: Path, wish: Wish, server: ForkServer, **overrides: str | int | float | None
+) -> None:
+    """Play a match on this machine, show it, and say who won and where the run is recorded.
+
+    Args:
+        match: a match file, or a game's name. runs: folder for run folders.
+        server: becomes the match's processes.
+        overrides: values for top-level fields of the match file.
+
+    Raises:
+        ConfigError: the match file has problems. LaunchError: a process does not start, or dies too often.
+        typer.Exit: 130 interrupted, 1 broken off.
+    """
+    setup = load_match(match_path(match), **overrides)
+    if wish.in_process:
+        check_strategies(setup, nodes.strategy_of)
+    folder = RunFolder.create(runs, setup.name, datetime.now(), setup.text)
+    console = Console(highlight=False)
+    console.print(
+        f"{setup.name}: {setup.game}, seed {setup.seed}, {setup.engine}; run in {folder.path}",
+        soft_wrap=True,
+    )
+    show = Show(console, window=wish.window and _has_display(), record=wish.record)
+    if setup.rate != setup.wanted_rate:
+        console.print(f"rate {setup.rate:g}, not {setup.wanted_rate:g}: {', '.join(setup.physical)} cannot be hurried")
+    state: RefereeState | None
+    with stop_on_signals() as stop:
+        if wish.in_process:
+            setup = setup if wish.paced else setup.at_rate(0.0)
+            state = _play_in_process(setup, folder, show, _pace(stop, setup.rate), paced=wish.paced)
+            failure = None
+        else:
+            state, failure = _play_processes(setup, folder, show, stop, server)
+    _conclude(setup, folder, show, state, interrupted=stop.is_set(), failure=failure)
+    if failure is not None:
+        raise failure
+
+
+@dataclass(frozen=True)
+class Show:
+    """What people see of a match, and what is kept of it.
+
+    Args:
+        window: open the spectator. record: for Foxglove and the plot.
+    """
+
+    console: Console
+    window: bool
+    record: bool
+
+    def announce(self, text: str) -> None:
+        """Say what happens to the processes."""
+        self.console.print(f"[yellow]{escape(text)}[/yellow]")
+
+
+def _has_display() -> bool:
+    if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        return False
+    from vrg.ui.spectator import display_available  # noqa: PLC0415 - whoever has no display waits for no window library
+
+    return display_available()
+
+
+def _play_in_process(
+    setup: MatchSetup, folder: RunFolder, show: Show, pace: Callable[[float], bool], *, paced: bool
+) -> RefereeState:
+    watchers: list[Node] = [TerminalTable("terminal", Mailbox(), setup.keys, console=show.console)]
+    if show.record:
+        watchers.append(nodes.recorder_node(setup, folder))
+    if show.window and paced:
+        watchers.append(nodes.spectator_node(setup, "window", folder.path))
+    with nodes.open_journal(setup, folder) as journal:
+        return in_process.play(setup, journal, watchers=watchers, pace=pace).state
+
+
+def _pace(stop: Stop, rate: float) -> Callable[[float], bool]:
+    """What waits for real time between ticks; at rate 0 it only looks whether to stop."""
+    began = time.monotonic()
+
+    def wait(match_time: float) -> bool:
+        pause = began + match_time / rate - time.monotonic() if rate else 0.0
+        return not (stop.wait(pause) if pause > 0 else stop.is_set())
+
+    return wait
+
+
+def _play_processes(
+    setup: MatchSetup, folder: RunFolder, show: Show, stop: Stop, server: ForkServer
+) -> tuple[RefereeState | None, LaunchError | None]:
+    """The referee's last state, and why the match had to be given up, if it had."""
+    local = _served(setup, folder, show, stop, server)
+    if local is None:
+        return None, None
+    done = threading.Event()
+    table = threading.Thread(target=_show_table, args=(setup, local.endpoint, show.console, done))
+    bar = Progress(TextColumn("starting {task.description}"), BarColumn(), console=show.console, transient=True)
+    with bar as progress:
+        task = progress.add_task("processes", total=len(local.names) - 1)
+
+        def ready(name: str) -> None:
+            progress.update(task, advance=1, description=name)
+
+        def started(_session: Session) -> None:
+            progress.stop()
+            table.start()
+
+        def ending() -> None:
+            done.set()
+            if table.ident is not None:
+                table.join()
+
+        linger = LINGER if show.window else 1.0
+        try:
+            local.run(stop, progress=ready, started=started, ending=ending, linger=linger)
+        except LaunchError as failure:
+            return local.state, failure
+        return local.state, None
+
+
+def _served(
+    setup: MatchSetup, folder: RunFolder, show: Show, stop: Stop, server: ForkServer
+) -> LocalMatch | None:
+    """A match whose router runs, at the first endpoint where it can; None where that was interrupted."""
+    attempt = 1
+    while True:
+        local = LocalMatch(
+            setup, folder, free_endpoint(), window=show.window, record=show.record, announce=show.announce, server=server
+        )
+        try:
+            return local if local.serve(stop) else None
+        except LaunchError:
+            if attempt == ENDPOINTS_TRIED:
+                raise
+            attempt += 1
+
+
+def _show_table(setup: MatchSetup, endpoint: str, console: Console, done: threading.Event) -> None:
+    with open_session(endpoint) as session:
+        run_node(TerminalTable("terminal", Mailbox(), setup.keys, console=console), session, setup.keys, done)
+
+
+def _conclude(
+    setup: MatchSetup,
+    folder: RunFolder,
+    show: Show,
+    state: RefereeState | None,
+    *,
+    interrupted: bool,
+    failure: LaunchError | None,
+) -> None:
+    """Write and say how it ended.
+
+    Raises:
+        typer.Exit: 130 interrupted, 1 broken off; a match that was over is neither.
+    """
+    over = state is not None and state.stage is Stage.GAME_OVER
+    if failure is not None:
+        said = str(failure).splitlines()
+        ended = f"given up: {said[0].rstrip(':')}" + (f": {said[-1]}" if len(said) > 1 else "")
+    elif over:
+        ended = "ended by an official" if state and state.winner == NOBODY else "game over"
+    else:
+        ended = "interrupted" if interrupted else "broken off: it took too long"
+    result = write_result(setup, folder, state, ended)
+    if show.record and folder.recordings():
+        try:
+            plot(setup, folder)
+        except (OSError, ValueError) as error:
+            show.announce(f"no plot of the trajectories: {error}")
+    points = [f"{team} {score}" for team, score in result["score"].items()]
+    if state is not None:
+        points.append(f"{state.total:.1f} s of play")
+    summary = f" ({', '.join(points)})" if points else ""
+    headline = f"{str(result['winner']).capitalize()} win" if ended == "game over" else ended[0].upper() + ended[1:]
+    show.console.print(f"[bold]{escape(headline)}[/bold]{summary}", soft_wrap=True)
+    kept = (folder.result, folder.journal, *folder.recordings(), folder.plot)
+    show.console.print(f"Recorded in {folder.path}: {', '.join(p.name for p in kept if p.exists())}", soft_wrap=True)
+    if not over and failure is None:
+        raise typer.Exit(130 if interrupted else 1)

@@ -1,0 +1,108 @@
+"""The tables of a match file as people write them."""
+
+import math
+from typing import Any, Literal
+
+from pydantic import Field, field_validator
+
+from vrg.bus.topics import NAME_PATTERN
+from vrg.games import GAMES
+from vrg.hal.backends import BACKENDS
+from vrg.hal.models import MODELS
+from vrg.hal.sim.engines import ENGINES
+from vrg.tables import Table, known_in
+from vrg.types import Pose
+
+PROCESS_NAMES = ("router", "world", "referee", "recorder", "spectator", "drives")
+"""A player's process and log are named after the player; these names are taken."""
+
+
+def _check_name(value: str) -> str:
+    if not NAME_PATTERN.fullmatch(value):
+        raise ValueError("expected 1 to 64 of A-Z a-z 0-9 _ - beginning with a letter or digit")
+    return value
+
+
+class PlayerEntry(Table):
+    """One [[players]] table.
+
+    Args:
+        role: at the start. model: of its robot. backend: what its robot is.
+        x, y: m. heading: degrees counter-clockwise from +x.
+        strategy: `module:Class` or `file.py:Class` of a player of one's own, or the name of one that a package has
+            registered; the game's own if missing.
+        localisation: of a physical robot: `odometry`: it says where it is; `feed`: somebody else publishes it, a
+            motion-capture system say.
+    """
+
+    name: str
+    role: str
+    model: str = "P2AT"
+    backend: str = "sim"
+    x: float = Field(ge=-1e5, le=1e5)
+    y: float = Field(ge=-1e5, le=1e5)
+    heading: float = Field(0.0, ge=-1e4, le=1e4)
+    strategy: str | None = None
+    localisation: Literal["odometry", "feed"] = "odometry"
+
+    @field_validator("name")
+    @classmethod
+    def _name(cls, value: str) -> str:
+        if value in PROCESS_NAMES:
+            raise ValueError(f"{value!r} is the name of another process of a match")
+        return _check_name(value)
+
+    @field_validator("model")
+    @classmethod
+    def _model(cls, value: str) -> str:
+        return known_in(value, MODELS)
+
+    @field_validator("backend")
+    @classmethod
+    def _backend(cls, value: str) -> str:
+        return known_in(value, BACKENDS)
+
+    @property
+    def pose(self) -> Pose:
+        """Its place at the start."""
+        return Pose(self.x, self.y, math.radians(self.heading))
+
+
+class MatchFile(Table):
+    """A match file.
+
+    Args:
+        name: of the match: part of every key on the bus.
+        seed: of every random number in the match.
+        rate: match seconds per real second.
+        lasers: False saves the scans where no player looks at them. noise: False = perfect sensors.
+        rules: the game's own settings.
+        backends: settings of those backends that take any, by name.
+    """
+
+    name: str
+    game: str
+    map: str
+    engine: str = "pybullet"
+    seed: int = Field(0, ge=0)
+    rate: float = Field(1.0, ge=0.1, le=100)
+    lasers: bool = True
+    noise: bool = True
+    rules: dict[str, Any]
+    backends: dict[str, dict[str, Any]] = Field(default_factory=dict)
+    players: list[PlayerEntry] = Field(min_length=1)
+
+    @field_validator("name")
+    @classmethod
+    def _name(cls, value: str) -> str:
+        return _check_name(value)
+
+    @field_validator("game")
+    @classmethod
+    def _game(cls, value: str) -> str:
+        return known_in(value, GAMES)
+
+    @field_validator("engine")
+    @classmethod
+    def _engine(cls, value: str) -> str:
+        return known_in(value, ENGINES)

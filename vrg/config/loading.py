@@ -1,0 +1,279 @@
+"""Reading a match file and checking all of it."""
+
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import ValidationError
+
+from vrg.config.files import MatchFile
+from vrg.config.rules import rulebook_of
+from vrg.config.setup import MatchSetup, PlayerSetup
+from vrg.coordinator.rulebook import RuleBook
+from vrg.errors import ConfigError, Problem
+from vrg.games import GAMES, STRATEGIES
+from vrg.hal.backends import BACKENDS
+from vrg.hal.companions import Companion
+from vrg.hal.sim.config import WorldConfig, check_setup
+from vrg.hal.sim.map import Map, load_map
+from vrg.hal.sim.shapes import box_corners
+from vrg.regions import Circle, Polygon, touch
+from vrg.tables import located, problems_of
+from vrg.toml_text import lines_of, syntax_error_line, with_values
+
+T = TypeVar("T")
+
+
+def match_path(game_or_path: str) -> Path:
+    """The match file of a game by its name, or the path itself.
+
+    Raises:
+        ConfigError: neither.
+    """
+    path = Path(game_or_path)
+    if path.suffix == ".toml" or path.is_file():
+        if not path.is_file():
+            raise ConfigError([f"{path}: no such file"])
+        return path
+    if game_or_path in GAMES:
+        return GAMES.get(game_or_path).default_match()
+    raise ConfigError([f"expected a match file (*.toml) or a game ({', '.join(GAMES.names())}), got {game_or_path!r}"])
+
+
+def read_match(path: Path) -> MatchFile:
+    """A match file as it is written, with no look at what it names: players, maps, calibration files.
+
+    Raises:
+        ConfigError: it cannot be read, or has fields that it should not have.
+    """
+    try:
+        return MatchFile.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, ValidationError) as error:
+        raise ConfigError([f"{path}: cannot be read; `vrg check {path}` says more: {error}"]) from None
+
+
+def load_match(path: Path, *, base: Path | None = None, **overrides: str | int | float | bool | None) -> MatchSetup:
+    """Read and check a match file. The players' own code is not imported: see `check_strategies`.
+
+    Args:
+        base: folder that relative paths in it start from; its own if missing.
+        overrides: values for top-level fields that stand above the file's; None = none.
+
+    Raises:
+        ConfigError: with every problem, each with the file and the line.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError([f"{path}: cannot be read: {error}"]) from None
+    lines = lines_of(text)
+    text = with_values(text, {k: v for k, v in overrides.items() if v is not None})
+    base = base or path.resolve().parent
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError([Problem(f"not TOML: {error}", (), str(path), syntax_error_line(error))]) from None
+    checker = _Checker(base)
+    setup = checker.check(data, text, str(path))
+    if setup is None or checker.problems:
+        found = {located(problem, path, lines) for problem in checker.numbered(data)}
+        raise ConfigError(sorted(found, key=lambda problem: (problem.line or 0, str(problem))))
+    return setup
+
+
+def check_strategies(setup: MatchSetup, make: Callable[[MatchSetup, str], object]) -> None:
+    """Make every player's strategy once.
+
+    Args:
+        make: makes the strategy of a player of a set-up, by its name.
+
+    Raises:
+        ConfigError: with every problem, each with the file and the line.
+    """
+    lines = lines_of(setup.text)
+    problems = []
+    for player in setup.players:
+        try:
+            make(setup, player.name)
+        except ConfigError as error:
+            problems += [Problem(p.text, ("players", player.number, "strategy")) for p in error.problems]
+    if problems:
+        raise ConfigError([located(problem, setup.origin, lines) for problem in problems])
+
+
+class _Checker:
+    """Collects what is wrong with one match file. Paths of problems may name a player in place of its number."""
+
+    def __init__(self, base: Path) -> None:
+        self._base = base
+        self.problems: list[Problem] = []
+
+    def check(self, data: dict[str, Any], text: str, origin: str) -> MatchSetup | None:
+        """The set-up, or None where it cannot even be made."""
+        try:
+            file = MatchFile.model_validate(data)
+        except ValidationError as error:
+            self.problems += problems_of(error)
+            if isinstance(data.get("rules"), dict):
+                self._check_rules(str(data.get("game")), data["rules"])
+            return None
+        # The rules' own problems are found first, so that the rule book is made from good settings only.
+        good_rules = self._check_rules(file.game, file.rules)
+        companions = self._check_backends(file)
+        players = [player for number in range(len(file.players)) if (player := self._player(file, number))]
+        setup = MatchSetup(
+            text=text,
+            origin=origin,
+            base=str(self._base),
+            name=file.name,
+            game=file.game,
+            map=file.map if "/" not in file.map and not file.map.endswith(".toml") else str(self._base / file.map),
+            engine=file.engine,
+            seed=file.seed,
+            rate=1.0 if any(player.physical for player in players) else file.rate,
+            wanted_rate=file.rate,
+            lasers=file.lasers,
+            noise=file.noise,
+            rules=file.rules,
+            backends=file.backends,
+            players=players,
+            companions=companions,
+        )
+        self.problems += check_setup(setup.world)
+        if good_rules and not self.problems:
+            book = self._attempt(lambda: rulebook_of(setup))
+            if book is not None:
+                self._check_zones(book, setup.world)
+        return setup
+
+    def numbered(self, data: dict[str, Any]) -> list[Problem]:
+        """The problems, with the number of each player that one names."""
+        players = data.get("players")
+        tables = players if isinstance(players, list) else []
+        numbers = {table.get("name"): number for number, table in enumerate(tables) if isinstance(table, dict)}
+        return [_numbered(problem, numbers) for problem in self.problems]
+
+    def _attempt(self, action: Callable[[], T], *where: str | int) -> T | None:
+        """The action's result, or None with its problems added to the list."""
+        try:
+            return action()
+        except ConfigError as error:
+            self.problems += [p if p.path or p.file else Problem(p.text, where) for p in error.problems]
+            return None
+
+    def _check_rules(self, game: str, rules: dict[str, Any]) -> bool:
+        if game not in GAMES:
+            return False
+        settings = self._attempt(lambda: GAMES.get(game).load_settings(), "game")
+        if settings is None:
+            return False
+        try:
+            settings.model_validate(rules)
+        except ValidationError as error:
+            self.problems += problems_of(error, ("rules",))
+            return False
+        return True
+
+    def _player(self, file: MatchFile, number: int) -> PlayerSetup | None:
+        entry = file.players[number]
+        where = ("players", number)
+        game = self._attempt(lambda: GAMES.get(file.game), "game")
+        backend = self._attempt(lambda: BACKENDS.get(entry.backend), *where, "backend")
+        if game is None or backend is None:
+            return None
+        role = game.role(entry.role)
+        if role is None or entry.role not in game.start_roles:
+            known = ", ".join(game.start_roles)
+            self.problems.append(Problem(f"expected one of {known}, got {entry.role!r}", (*where, "role")))
+            return None
+        if entry.localisation != "odometry" and not backend.physical:
+            self.problems.append(Problem("a virtual robot has none: leave it out", (*where, "localisation")))
+        strategy = entry.strategy or game.strategy
+        if ":" not in strategy:
+            if strategy not in STRATEGIES:
+                guess = STRATEGIES.unknown(strategy).partition(": ")[2]
+                text = f"{guess}; or `module:Class`, or `file.py:Class`"
+                self.problems.append(Problem(text, (*where, "strategy")))
+                return None
+        elif (path := strategy.rpartition(":")[0]).endswith(".py") and not (self._base / path).is_file():
+            self.problems.append(Problem(f"{strategy}: no such file: {self._base / path}", (*where, "strategy")))
+        return PlayerSetup(
+            name=entry.name,
+            role=entry.role,
+            team=role.team,
+            model=entry.model,
+            backend=entry.backend,
+            physical=backend.physical,
+            localisation=entry.localisation,
+            pose=entry.pose,
+            strategy=strategy,
+            number=number,
+        )
+
+    def _check_backends(self, file: MatchFile) -> list[Companion]:
+        """Check the tables [backends.*], also of those that no player has chosen, as one word chooses them."""
+        companions: list[Companion] = []
+        for backend in sorted({player.backend for player in file.players} | set(file.backends)):
+            users = {i: player.name for i, player in enumerate(file.players) if player.backend == backend}
+            where = ("backends", backend)
+            kind = self._attempt(lambda: BACKENDS.get(backend), *where)  # noqa: B023 - called at once
+            if kind is None:
+                continue
+            if kind.settings is None:
+                if backend in file.backends:
+                    self.problems.append(Problem("this backend has no settings", where))
+            elif backend not in file.backends:
+                text = f"expected a table [backends.{backend}], found none"
+                self.problems.append(Problem(text, ("players", min(users), "backend")))
+            else:
+                try:
+                    settings = kind.settings.model_validate(file.backends[backend])
+                except ValidationError as error:
+                    self.problems += problems_of(error, where)
+                    continue
+                found = settings.problems(list(users.values()), self._base)
+                self.problems += [Problem(text, where) for text in found]
+                if not found:
+                    companions += settings.companions(list(users.values()))
+        taken = {companion.name for companion in companions}
+        for number, player in enumerate(file.players):
+            if player.name in taken:
+                text = f"{player.name!r} is the name of another process of this match"
+                self.problems.append(Problem(text, ("players", number, "name")))
+        return companions
+
+    def _check_zones(self, book: RuleBook[Any], world: WorldConfig) -> None:
+        """Zones where players line up, but where the map has walls or ends."""
+        map_ = load_map(world.map)
+        for zone in book.zones(book.initial()):
+            if zone.kind == "field" or _is_free(map_, zone.region.outline()):
+                continue
+            x_min, y_min, x_max, y_max = zone.region.bounds
+            text = (
+                f"the {zone.name} zone, x {x_min:g} to {x_max:g}, y {y_min:g} to {y_max:g}, "
+                f"must be free of walls and obstacles and inside the bounds of map {map_.name!r}"
+            )
+            self.problems.append(Problem(text, ("rules",)))
+
+
+def _numbered(problem: Problem, numbers: Mapping[object, int]) -> Problem:
+    """A problem with the number of the player whose name is in its path; the text then has the name."""
+    path = problem.path
+    if len(path) < 2 or path[0] != "players" or path[1] not in numbers:
+        return problem
+    name = str(path[1])
+    text = problem.text if name in problem.text else f"{name}: {problem.text}"
+    return Problem(text, ("players", numbers[name], *path[2:]), problem.file, problem.line)
+
+
+def _is_free(map_: Map, outline: Sequence[tuple[float, float]]) -> bool:
+    region = Polygon(tuple(outline))
+    obstacles = [*(Polygon(tuple(box_corners(box))) for box in map_.boxes), *map_.circles]
+    inside = all(map_.bounds.contains(x, y) for x, y in outline)
+    return inside and not any(touch(region, _slightly_smaller(obstacle)) for obstacle in obstacles)
+
+
+def _slightly_smaller(obstacle: Polygon | Circle) -> Polygon | Circle:
+    """A zone may lie along a wall."""
+    return obstacle.shrunk(1e-6)

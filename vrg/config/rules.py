@@ -1,0 +1,25 @@
+"""The rule book of a match, made from its set-up."""
+
+from typing import Any
+
+from vrg.config.setup import MatchSetup
+from vrg.coordinator.rulebook import Contestant, RuleBook
+from vrg.games import GAMES
+from vrg.hal.models import robot_model
+
+
+def rulebook_of(setup: MatchSetup) -> RuleBook[Any]:
+    """A fresh rule book of a match.
+
+    Raises:
+        ConfigError: a set-up that cannot be played.
+    """
+    game = GAMES.get(setup.game)
+    settings = game.load_settings().model_validate(setup.rules)
+    models = {player.name: robot_model(player.model) for player in setup.players}
+    contestants = [
+        Contestant(name=p.name, role=p.role, start=p.pose, size=models[p.name].size, v_max=models[p.name].v_max)
+        for p in setup.players
+    ]
+    book: RuleBook[Any] = game.load_rules()(settings, contestants)
+    return book

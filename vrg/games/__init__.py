@@ -1,0 +1,32 @@
+"""The games: each is a folder with its settings, rules, player and default match, and one object that says what it is.
+
+Inside a game's folder the rules never import the player, nor the player the rules: they meet in messages. A package
+outside VRG adds a game by an entry point of the group `vrg.games` whose object is a `Game`.
+"""
+
+from vrg.games.game import Game
+from vrg.registry import Registry
+
+GAMES: Registry[Game] = Registry(
+    "game",
+    "vrg.games",
+    {"sharks-and-minnows": "vrg.games.sharks_and_minnows:GAME"},
+    lambda found: None if isinstance(found, Game) else "expected a vrg.games.game.Game",
+)
+"""Every game by name."""
+
+STRATEGIES: Registry[type] = Registry(
+    "strategy",
+    "vrg.strategies",
+    {"sharks-and-minnows": "vrg.games.sharks_and_minnows.player:SharksAndMinnowsPlayer"},
+    lambda found: None if isinstance(found, type) else "expected a class",
+)
+"""Every strategy that a match file may call by a name alone."""
+
+UNKNOWN = Game(name="", settings="", rules="", strategy="", match="", roles=())
+"""Stands for a game that this machine does not know: its players are shown without colours of their own."""
+
+
+def game_of(name: str) -> Game:
+    """The game of this name for those who show it, UNKNOWN where it is not installed here."""
+    return (GAMES.find(name) if name else None) or UNKNOWN

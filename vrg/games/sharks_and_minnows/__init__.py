@@ -1,0 +1,25 @@
+"""Sharks and Minnows (thesis 4.3): what the game is. Its rules and its player are imported by those who need them."""
+
+from vrg.colours import SKY_BLUE, VERMILLION
+from vrg.games.game import Game, Marker, Moment, Role
+
+SHARK, MINNOW = "shark", "minnow"
+SHARKS, MINNOWS = "sharks", "minnows"
+"""The teams; a player belongs to the team of its first role for the whole match."""
+ACTIVE, INACTIVE = "active", "inactive"
+
+GAME = Game(
+    name="sharks-and-minnows",
+    settings="vrg.games.sharks_and_minnows.settings:Settings",
+    rules="vrg.games.sharks_and_minnows.rules:SharksAndMinnows",
+    strategy="vrg.games.sharks_and_minnows.player:SharksAndMinnowsPlayer",
+    match="vrg.games.sharks_and_minnows/match.toml",
+    roles=(
+        Role(SHARK, SHARKS, VERMILLION, Marker.TRIANGLE),
+        Role(MINNOW, MINNOWS, SKY_BLUE, Marker.CIRCLE),
+    ),
+    round_word="pass",
+    score_words={SHARKS: "minnows caught", MINNOWS: "safe crossings"},
+    out_of_play=frozenset({INACTIVE}),
+    moments={"tag": Moment("X", "tag"), "out_of_bounds": Moment("s", "out of bounds")},
+)

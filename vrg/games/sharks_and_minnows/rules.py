@@ -1,0 +1,304 @@
+"""The rules of Sharks and Minnows (thesis 4.3, Algorithm 4.2).
+
+Minnows cross a rectangle from one end to the other; sharks tag them. A tagged minnow, and anyone out of bounds,
+stands still until the pass is over and is a shark in the next.
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from msgspec import structs
+
+from vrg.bus.messages import OfficialAction, PlayerStatus, Stage, Zone
+from vrg.coordinator.rulebook import Call, Contestant, Field, Verdict
+from vrg.errors import ConfigError, Problem
+from vrg.games.sharks_and_minnows import ACTIVE, GAME, INACTIVE, MINNOW, MINNOWS, SHARK, SHARKS
+from vrg.games.sharks_and_minnows.lineup import line_up
+from vrg.games.sharks_and_minnows.settings import Settings
+from vrg.games.sharks_and_minnows.state import State, opposite
+from vrg.games.sharks_and_minnows.tagging import first_tag
+from vrg.geometry import circumradius, interpolate
+from vrg.types import Pose
+
+MARK_REACH = 0.4
+"""m from its mark within which a player is lined up."""
+
+
+class SharksAndMinnows:
+    """The rule book.
+
+    Raises:
+        ConfigError: fewer than one pass, or a player that starts at the wrong place; every reason at once.
+    """
+
+    name = GAME.name
+    round_word = GAME.round_word
+    state_type = State
+
+    def __init__(self, settings: Settings, contestants: Sequence[Contestant]) -> None:
+        self.settings = settings
+        self.contestants = {c.name: c for c in contestants}
+        minnows = sum(c.role == MINNOW for c in contestants)
+        sharks = sum(c.role == SHARK for c in contestants)
+        problems: list[Problem] = []
+        passes = (minnows - sharks) // 2
+        if passes < 1:
+            text = (
+                f"{minnows} minnows and {sharks} sharks make floor(({minnows} - {sharks}) / 2) = {passes} "
+                "passes; at least 1 is needed: add minnows"
+            )
+            problems.append(Problem(text, ("players",)))
+        if sharks < 1:
+            problems.append(Problem("expected at least one shark, got none", ("players",)))
+        problems += [Problem(why, ("players", c.name)) for c in contestants if (why := self._check_start(c))]
+        if problems:
+            raise ConfigError(problems)
+        self.rounds = settings.passes or passes
+        self.lineup_limit = settings.lineup_limit
+
+    def _check_start(self, c: Contestant) -> str | None:
+        """Why a player cannot start where it does, or None."""
+        if not self.settings.field.contains(c.start.x, c.start.y):
+            return f"{c.name} starts at ({c.start.x:g}, {c.start.y:g}), out of bounds"
+        end = self.settings.first_goal if c.role == SHARK else opposite(self.settings.first_goal)
+        zone = self.settings.end_zone(end)
+        if zone.contains(c.start.x, c.start.y):
+            return None
+        return (
+            f"{c.name} is a {c.role} and starts in the zone x {zone.x_min:g} to {zone.x_max:g}, "
+            f"y {zone.y_min:g} to {zone.y_max:g}; ({c.start.x:g}, {c.start.y:g}) is outside it"
+        )
+
+    def initial(self) -> State:
+        """Everybody active in the role and at the place of the match file."""
+        return State(
+            roles={c.name: c.role for c in self.contestants.values()},
+            states=dict.fromkeys(self.contestants, ACTIVE),
+            round=1,
+            goal=self.settings.first_goal,
+            marks={c.name: c.start for c in self.contestants.values()},
+        )
+
+    def obstacles_to_start(self, state: State, now: Field) -> dict[str, str]:
+        """Everybody stands at its mark."""
+        reasons = {}
+        for name, mark in state.marks.items():
+            pose = now.poses.get(name)
+            if pose is None:
+                reasons[name] = "is not in the world"
+                continue
+            away = _away(pose, mark)
+            if away > MARK_REACH:
+                reasons[name] = f"is {away:.1f} m from its mark"
+            elif name in now.moving:
+                reasons[name] = "is moving"
+        return reasons
+
+    def judge(self, state: State, before: Field, now: Field, clock: float) -> Verdict[State]:
+        """Tags and borders over the whole way between two instants, then the end of the pass."""
+        calls: list[Call] = []
+        out = self._exits(state, before, now)
+        for name in sorted(state.active(MINNOW)):
+            tag = self._first_tag(state, name, before, now, out)
+            if tag is not None:
+                calls.append(tag)
+                out.pop(name, None)
+        for name, fraction in sorted(out.items()):
+            pose = interpolate(before.poses[name], now.poses[name], fraction)
+            calls.append(
+                Call(
+                    rule="out_of_bounds",
+                    text=f"{name} is out of bounds at ({pose.x:.2f}, {pose.y:.2f}) and inactive",
+                    players=(name,),
+                    poses=(pose,),
+                    foul=True,
+                )
+            )
+        calls += self._late(state, now, clock, {f.players[0] for f in calls})
+        hit = {f.players[0] for f in calls}
+        caught = state.caught + sum(state.roles[n] == MINNOW for n in hit)
+        state = structs.replace(state.with_state(hit, INACTIVE), caught=caught)
+        return self._end_of_pass(state, now, calls)
+
+    def _exits(self, state: State, before: Field, now: Field) -> dict[str, float]:
+        """When each active player left the field: fraction of the way between the two instants."""
+        exits = {}
+        for name, status in state.states.items():
+            if status != ACTIVE or name not in now.poses:
+                continue
+            a, b = before.poses.get(name, now.poses[name]), now.poses[name]
+            fraction = self.settings.field.exit_fraction((a.x, a.y), (b.x, b.y))
+            if fraction is not None:
+                exits[name] = fraction
+        return exits
+
+    def _first_tag(self, state: State, minnow: str, before: Field, now: Field, out: dict[str, float]) -> Call | None:
+        """The first tag of a minnow, by whichever sharks come first; both must still be in bounds at that instant."""
+        if minnow not in before.poses or minnow not in now.poses:
+            return None
+        best, taggers = float("inf"), []
+        for shark in sorted(state.active(SHARK)):
+            if shark not in before.poses or shark not in now.poses:
+                continue
+            fraction = first_tag(
+                (before.poses[shark], now.poses[shark], self.contestants[shark].size),
+                (before.poses[minnow], now.poses[minnow], self.contestants[minnow].size),
+                self.settings.tag_distance,
+                self.settings.end_zone(state.goal),
+            )
+            if fraction is None or fraction > min(out.get(shark, 1.0), out.get(minnow, 1.0)):
+                continue
+            if fraction < best:
+                best, taggers = fraction, [shark]
+            elif fraction == best:
+                taggers.append(shark)
+        if not taggers:
+            return None
+        pair = [minnow, *taggers]
+        return Call(
+            rule="tag",
+            text=f"{minnow} is tagged by {' and '.join(taggers)} and inactive",
+            players=tuple(pair),
+            poses=tuple(interpolate(before.poses[n], now.poses[n], best) for n in pair),
+        )
+
+    def _late(self, state: State, now: Field, clock: float, hit: set[str]) -> list[Call]:
+        """Extension: minnows that are not home when the pass's time is up."""
+        if self.settings.pass_limit is None or clock < self.settings.pass_limit:
+            return []
+        zone = self.settings.end_zone(state.goal)
+        return [
+            Call(
+                rule="pass_limit",
+                text=f"{name} is not in the end zone after {self.settings.pass_limit:g} s and inactive",
+                players=(name,),
+                poses=(now.poses[name],),
+            )
+            for name in sorted(set(state.active(MINNOW)) - hit)
+            if name in now.poses and not zone.contains(now.poses[name].x, now.poses[name].y)
+        ]
+
+    def _end_of_pass(self, state: State, now: Field, calls: list[Call]) -> Verdict[State]:
+        zone = self.settings.end_zone(state.goal)
+        remaining = state.active(MINNOW)
+        home = [n for n in sorted(remaining) if n in now.poses and zone.contains(now.poses[n].x, now.poses[n].y)]
+        if len(home) < len(remaining):
+            return Verdict(state, calls)
+        state = structs.replace(state, crossed=state.crossed + len(home))
+        left = f"{len(home)} minnow{'' if len(home) == 1 else 's'} left"
+        calls.append(
+            Call(
+                rule="pass_over",
+                text=f"pass {state.round} of {self.rounds} is over, {left}",
+                players=tuple(home),
+                poses=tuple(now.poses[n] for n in home),
+            )
+        )
+        return Verdict(state, calls, round_over=True)
+
+    def _winner(self, state: State) -> str | None:
+        if not state.active(MINNOW):
+            return SHARKS
+        return MINNOWS if state.round >= self.rounds else None
+
+    def obstacles_to_resume(self, state: State, now: Field) -> list[str]:
+        """A foul here stops its player alone: play goes on at once."""
+        return []
+
+    def next_round(self, state: State, now: Field) -> Verdict[State]:
+        """The game ends, or inactive players become sharks and the sides swap ends."""
+        winner = self._winner(state)
+        if winner is not None:
+            return Verdict(state, winner=winner)
+        recruits = [n for n, s in state.states.items() if s == INACTIVE]
+        roles = {**state.roles, **dict.fromkeys(recruits, SHARK)}
+        goal = opposite(state.goal)
+        field, ends = self.settings.field, {SHARK: goal, MINNOW: state.goal}
+        marks: dict[str, Pose] = {}
+        for role, end in ends.items():
+            marks |= line_up(
+                {n: now.poses.get(n, state.marks[n]) for n, r in roles.items() if r == role},
+                self.settings.end_zone(end),
+                field,
+                max(max(c.size) for c in self.contestants.values()),
+            )
+        return Verdict(
+            structs.replace(
+                state,
+                roles=roles,
+                states=dict.fromkeys(state.states, ACTIVE),
+                round=state.round + 1,
+                goal=goal,
+                marks={n: marks[n] for n in state.marks},
+            ),
+            [
+                Call(rule="new_shark", text=f"{n} becomes a shark", players=(n,), poses=(now.poses[n],))
+                for n in recruits
+                if n in now.poses and state.roles[n] == MINNOW
+            ],
+        )
+
+    def statuses(self, state: State, stage: Stage, now: Field) -> list[PlayerStatus]:
+        """Everybody knows all positions and roles; nobody is told the top speeds.
+
+        Before a round a player may drive to its mark; on it, it is held until the round begins.
+        """
+        lining_up = stage is Stage.INITIALIZE
+        on_marks = {n for n, mark in state.marks.items() if n in now.poses and _away(now.poses[n], mark) <= MARK_REACH}
+        return [
+            PlayerStatus(
+                name=name,
+                team=SHARKS if contestant.role == SHARK else MINNOWS,
+                role=state.roles[name],
+                state=state.states[name],
+                may_move=name not in on_marks
+                if lining_up
+                else stage is Stage.PLAY_ROUND and state.states[name] == ACTIVE,
+                radius=circumradius(contestant.size),
+                pose=now.poses.get(name),
+                mark=state.marks[name] if lining_up else None,
+            )
+            for name, contestant in self.contestants.items()
+        ]
+
+    def zones(self, state: State) -> list[Zone]:
+        """The field, the end zone where minnows are safe, and the one they come from."""
+        named = (
+            ("field", "field", self.settings.field),
+            ("safe", "safe", self.settings.end_zone(state.goal)),
+            ("start", "start", self.settings.end_zone(opposite(state.goal))),
+        )
+        return [Zone(name=name, kind=kind, region=region) for name, kind, region in named]
+
+    def score(self, state: State) -> dict[str, int]:
+        """Sharks: minnows taken out. Minnows: safe crossings."""
+        return {SHARKS: state.caught, MINNOWS: state.crossed}
+
+    def speed_limits(self, seed: int) -> dict[str, float]:
+        """Seeded, independent of the order of the players in the match file."""
+        limits = {}
+        for name in sorted(self.contestants):
+            rng = np.random.default_rng([seed, *name.encode()])
+            limits[name] = self.contestants[name].v_max * float(rng.uniform(self.settings.slowest, 1.0))
+        return limits
+
+    def overrule(self, state: State, action: OfficialAction, subject: str, value: str) -> State:
+        """Set a team's score, or a player's role or state."""
+        if action is OfficialAction.SET_SCORE:
+            if subject not in (SHARKS, MINNOWS) or not value.isdigit():
+                raise ConfigError([f"set-score: expected sharks or minnows and a number, got {subject!r} {value!r}"])
+            points = int(value)
+            return structs.replace(state, **{"caught" if subject == SHARKS else "crossed": points})
+        if subject not in state.roles:
+            raise ConfigError([f"{action}: expected one of {', '.join(sorted(state.roles))}, got {subject!r}"])
+        known = (SHARK, MINNOW) if action is OfficialAction.SET_ROLE else (ACTIVE, INACTIVE)
+        if value not in known:
+            raise ConfigError([f"{action}: expected {' or '.join(known)}, got {value!r}"])
+        if action is OfficialAction.SET_ROLE:
+            return structs.replace(state, roles={**state.roles, subject: value})
+        return state.with_state([subject], value)
+
+
+def _away(pose: Pose, mark: Pose) -> float:
+    return math.hypot(pose.x - mark.x, pose.y - mark.y)

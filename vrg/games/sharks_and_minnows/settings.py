@@ -1,0 +1,67 @@
+"""The [rules] table of a match of Sharks and Minnows."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field as Setting
+from pydantic import model_validator
+
+from vrg.regions import Rectangle
+from vrg.tables import Table
+
+Border = Annotated[float, Setting(ge=-1e4, le=1e4)]
+"""m."""
+
+
+class Settings(Table):
+    """The [rules] table of a match file. Lengths in m, times in s.
+
+    Args:
+        x, y: (low, high) borders of the field.
+        along: the axis along which minnows cross.
+        first_goal: the end the minnows cross to in the first pass, where the sharks line up.
+        zone_depth: of the end zones.
+        tag_distance: between the outlines of a shark and a minnow.
+        passes: more or fewer than the rule's floor((minnows - sharks) / 2) = an extension.
+        pass_limit: minnows still outside the end zone after this long become inactive = an extension.
+        slowest: each player's top speed is drawn between this fraction of its model's and the whole.
+        lineup_limit: virtual robots that are not on their marks after this long are put there.
+    """
+
+    x: tuple[Border, Border]
+    y: tuple[Border, Border]
+    along: Literal["x", "y"] = "y"
+    first_goal: Literal["low", "high"] = "low"
+    zone_depth: float = Setting(3.0, gt=0)
+    tag_distance: float = Setting(0.30, gt=0)
+    passes: int | None = Setting(None, ge=1)
+    pass_limit: float | None = Setting(None, gt=0)
+    slowest: float = Setting(0.6, gt=0, le=1)
+    lineup_limit: float = Setting(60.0, gt=0)
+
+    @model_validator(mode="after")
+    def _playable(self) -> "Settings":
+        for name, (low, high) in (("x", self.x), ("y", self.y)):
+            if not low < high:
+                raise ValueError(f"{name}: expected the low border first, got [{low}, {high}]")
+        low, high = self.x if self.along == "x" else self.y
+        if high - low <= 2 * self.zone_depth:
+            raise ValueError(
+                f"zone_depth: two end zones of {self.zone_depth} m do not fit into a field {high - low:g} m long"
+            )
+        return self
+
+    @property
+    def field(self) -> Rectangle:
+        """The playing field."""
+        return Rectangle(self.x[0], self.y[0], self.x[1], self.y[1])
+
+    def end_zone(self, end: str) -> Rectangle:
+        """The zone at the `low` or `high` end."""
+        f, depth = self.field, self.zone_depth
+        if self.along == "x":
+            if end == "low":
+                return Rectangle(f.x_min, f.y_min, f.x_min + depth, f.y_max)
+            return Rectangle(f.x_max - depth, f.y_min, f.x_max, f.y_max)
+        if end == "low":
+            return Rectangle(f.x_min, f.y_min, f.x_max, f.y_min + depth)
+        return Rectangle(f.x_min, f.y_max - depth, f.x_max, f.y_max)

@@ -1,0 +1,237 @@
+"""One axis of a CiA 402 drive, over CANopen.
+
+Until `prepare` is done, the drive is asked and set up by SDO transfers, which canopen does. After that everything is a
+PDO: nothing waits, and a setpoint is one frame.
+
+What feeds the drive's watchdog is the second RPDO, which carries the target velocity alone. Only `start` and `command`
+send it. The first RPDO, the controlword, has no deadline. So the receive thread may carry a start that was asked for
+through the three steps of the state machine, each as soon as the drive has confirmed the last, without ever feeding
+the watchdog. By CiA 301 that watchdog begins with the first setpoint after it was set. `start` therefore sends one
+before any controlword, and no step is taken once the newest setpoint is older than the deadline: a player that freezes
+in the midst of a start leaves no motor switched on without a watchdog.
+"""
+
+from collections.abc import Callable
+
+from vrg.hal.can.axis import NEVER, Axis, State
+from vrg.hal.can.cia402.errors import RPDO_TIMEOUT, STO_CODES, describe_error
+from vrg.hal.can.cia402.interview import Interview
+from vrg.hal.can.cia402.network import NMT_WORDS, NODE_MASK, NODES, Function, Nmt, NmtCommand, nmt
+from vrg.hal.can.cia402.pdos import CONTROL_PDO, MOTION_PDO, SETPOINT_PDO, STATUS_PDO, SUPPLY_PDO
+from vrg.hal.can.cia402.sdo import SdoClient
+from vrg.hal.can.cia402.set_up import DEADLINE, HEARTBEAT, SetUp
+from vrg.hal.can.cia402.states import Control, DriveState, drive_state
+from vrg.hal.can.cia402.units import Units
+from vrg.hal.can.frame import STANDARD_MASK, Frame, FrameError
+
+_NEXT = {
+    DriveState.SWITCH_ON_DISABLED: Control.SHUTDOWN,
+    DriveState.READY_TO_SWITCH_ON: Control.SWITCH_ON,
+    DriveState.SWITCHED_ON: Control.ENABLE_OPERATION,
+    DriveState.QUICK_STOP_ACTIVE: Control.DISABLE_VOLTAGE,
+}
+"""The controlword that brings a drive in this state nearer to operation."""
+_POWERED = (DriveState.SWITCHED_ON, DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE)
+_COMMANDS = (Function.RPDO1, Function.RPDO2, Function.RPDO3, Function.RPDO4)
+
+
+class Cia402Axis(Axis):
+    """See `Axis` and the module. `fault` is the drive's error code in words, while its statusword tells of a fault."""
+
+    def __init__(self, node: int, send: Callable[[Frame], None]) -> None:
+        super().__init__(node, send)
+        self._sdo = SdoClient(node, send)
+        self._interview = Interview(self._sdo, round(HEARTBEAT * 1000))
+        self._units = Units(1.0, 1.0)
+        self._prepared = False
+        self._nmt: int | None = None
+        self._status: DriveState | None = None
+        self._word = int(Control.DISABLE_VOLTAGE)
+        self._wanted = self._starting = self._late = False
+        self._now = self._setpoint_at = NEVER
+
+    @classmethod
+    def check_node(cls, node: int) -> str | None:
+        """A drive has an id from 1 to 127."""
+        return None if node in NODES else f"expected 1 to {NODES[-1]}, got {node}"
+
+    @property
+    def filters(self) -> list[tuple[int, int]]:
+        """They let all frames from and to this node through, and NMT commands, so that another master is noticed."""
+        return [(self.node, NODE_MASK), (Function.NMT, STANDARD_MASK)]
+
+    @property
+    def identified(self) -> bool:
+        """Whether all questions are answered, or one of the answers is a problem."""
+        return self._interview.complete or self.problem is not None
+
+    @property
+    def problem(self) -> str | None:
+        """No drive of profile 402 that knows profile velocity, units that make no sense, or two drives with this id."""
+        return self._interview.problem
+
+    def receive(self, frame: Frame) -> None:
+        """Hear a frame."""
+        if frame.extended or frame.remote:
+            return
+        if frame.id == Function.NMT:
+            if len(frame.data) == 2 and frame.data[1] in (0, self.node):
+                self._complain("another program commands its network state")
+            return
+        if frame.id & NODE_MASK != self.node:
+            return
+        self._now = max(self._now, frame.at)
+        function = frame.id & ~NODE_MASK
+        try:
+            self._take(function, frame)
+        except FrameError as error:
+            self._complain(f"a malformed frame: {error}")
+
+    def identify(self, patience: float) -> None:
+        """Ask the questions that have no answer yet, one after the other, as a drive answers one at a time.
+
+        Args:
+            patience: s to wait in all.
+        """
+        if self._nmt == Nmt.STOPPED:
+            self._send(nmt(self.node, NmtCommand.PRE_OPERATIONAL))  # a stopped node answers no SDO
+        self._interview.ask(patience)
+
+    def prepare(self) -> None:
+        """Set up PDOs, the watchdog and the mode of operation; waits for the drive's answers.
+
+        Raises:
+            RobotError: it refuses, or does not answer.
+        """
+        self._units = self._interview.units or self._units
+        self.serial = self._interview.serial
+        self.wrap = self._units.wrap
+        self._prepared, self._wanted = False, False
+        self._word = int(Control.DISABLE_VOLTAGE)
+        set_up = SetUp(self.node, self._sdo, self._send)
+        set_up.configure()
+        self.firmware = set_up.firmware
+        self._prepared = True
+        self.fault, self.state = None, State.IDLE
+        set_up.begin()
+        self._nmt = Nmt.OPERATIONAL
+        set_up.wait_for_mode()
+
+    def start(self) -> None:
+        """Ask for operation; the rest is done as the drive confirms each step."""
+        self._wanted, self._starting, self._late = True, True, False
+        self.command(0.0)
+        if self.state is State.IDLE:
+            self.state = State.STARTING
+        self._step()
+
+    def command(self, velocity: float) -> None:
+        """Send a setpoint in turn/s."""
+        self._setpoint_at = self._now
+        self._send(SETPOINT_PDO.frame(self.node, self._units.velocity_of(velocity)))
+
+    def idle(self) -> None:
+        """Switch the motor off."""
+        self._wanted = self._late = False
+        if self.state in (State.STARTING, State.CLOSED_LOOP):
+            self.state = State.IDLE
+        self._control(Control.DISABLE_VOLTAGE)
+
+    def stop_now(self) -> None:
+        """Disable voltage. That works in every state, and needs nothing but the drive's output stage.
+
+        A quick stop would brake along a ramp, by the same controller that may be why somebody has pressed the button.
+        """
+        self.idle()
+
+    def clear(self) -> None:
+        """Send a fault reset, which is the rising edge of bit 7."""
+        self._late = False
+        if self._word & Control.FAULT_RESET:
+            self._control(Control.DISABLE_VOLTAGE)
+        self._control(Control.FAULT_RESET)
+
+    def _take(self, function: int, frame: Frame) -> None:
+        if function == Function.HEARTBEAT:
+            self._heartbeat(frame)
+        elif function == Function.SDO_ANSWER:
+            self._sdo.hear(frame.data)
+        elif function in _COMMANDS:
+            # Frames that this master sends are not heard by it, so these are somebody else's.
+            self._complain("another program commands it too")
+        elif function == Function.SDO_REQUEST and frame.data and frame.data[0] & 0xE0 == 0x20:
+            self._complain("another program sets it up too")
+        elif self._prepared:
+            # Before that, what its PDOs carry is unknown.
+            self._telegram(function, frame)
+
+    def _telegram(self, function: int, frame: Frame) -> None:
+        if function == Function.EMCY:
+            if len(frame.data) != 8:
+                raise FrameError(f"EMCY: expected 8 bytes, got {len(frame.data)}")
+            if int.from_bytes(frame.data[:2], "little") in STO_CODES:
+                # A button at the drive: it is off from this moment, before its statusword says so.
+                self.state, self._wanted = State.ESTOP, False
+        elif function == Function.TPDO1:
+            status, error, _mode = STATUS_PDO.values(frame.data)
+            self._judge(status, error)
+        elif function == Function.TPDO2:
+            position, velocity = MOTION_PDO.values(frame.data)
+            self._estimate(self._units.turns(position), self._units.turns_per_s(velocity), frame.at)
+        elif function == Function.TPDO3:
+            (millivolts,) = SUPPLY_PDO.values(frame.data)
+            self._supply(millivolts / 1000, frame.at)
+
+    def _heartbeat(self, frame: Frame) -> None:
+        if len(frame.data) != 1:
+            raise FrameError(f"heartbeat: expected 1 byte, got {len(frame.data)}")
+        if frame.data[0] not in NMT_WORDS:
+            raise FrameError(f"heartbeat: expected a network state, got 0x{frame.data[0]:02X}")
+        self.heard, self._nmt = frame.at, frame.data[0]
+        if self._nmt == Nmt.BOOTED and self._prepared:
+            self._complain("it was started again")
+        if self._prepared and self._nmt != Nmt.OPERATIONAL:
+            # It hears no setpoint now, and after a start it has forgotten its set-up.
+            self.state, self._wanted = State.FAULT, False
+            words = NMT_WORDS[self._nmt]
+            self.fault = f"expected the network state operational, it is {words}: it must be set up anew"
+        elif self.state is State.SILENT:
+            self.state = State.IDLE
+
+    def _judge(self, statusword: int, error: int) -> None:
+        """What a statusword means here, and the next step of a start."""
+        state = self._status = drive_state(statusword)
+        faulty = state in (DriveState.FAULT, DriveState.FAULT_REACTION_ACTIVE)
+        # Some drives take the end of the setpoints for an error even when they hold still; it is no fault there either.
+        timed_out = faulty and error == RPDO_TIMEOUT
+        self.fault = None
+        if state is None:
+            self.fault = f"expected a state of CiA 402, its statusword is 0x{statusword:04X}"
+        elif faulty and not timed_out and error not in STO_CODES:
+            self.fault = describe_error(error) or "a fault that it gives no reason for"
+        if self.fault or (faulty and not timed_out):
+            self.state, self._wanted = State.FAULT if self.fault else State.ESTOP, False
+        else:
+            enabled = state is DriveState.OPERATION_ENABLED
+            if enabled and self._word == Control.ENABLE_OPERATION:
+                # A drive that leaves this state by itself later on is not brought back: nobody has asked for that.
+                self._starting = False
+            if not faulty:
+                self._step()
+            starting = self._wanted and self._starting and not (timed_out or self._late)
+            self.state = State.CLOSED_LOOP if enabled else State.STARTING if starting else State.IDLE
+        self.starved = timed_out or self._late
+
+    def _step(self) -> None:
+        """Send the next controlword on the way to where this axis is to be, if there is one."""
+        if not self._wanted:
+            if self._status in _POWERED or self._word & Control.FAULT_RESET:
+                self._control(Control.DISABLE_VOLTAGE)
+        elif self._starting and self._status in _NEXT and not self._late:
+            self._late = self._now - self._setpoint_at > DEADLINE
+            if not self._late:
+                self._control(_NEXT[self._status])
+
+    def _control(self, word: int) -> None:
+        self._word = word
+        self._send(CONTROL_PDO.frame(self.node, word))

@@ -1,0 +1,113 @@
+"""CANopen nodes on a bus: how they are recognised, and what they tell; drives of profile 402 tell the most."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from vrg.hal.can.cia402.errors import describe_error
+from vrg.hal.can.cia402.network import NMT_WORDS, NODE_MASK, Function, Nmt
+from vrg.hal.can.cia402.objects import SERIAL, Object
+from vrg.hal.can.cia402.states import drive_state
+from vrg.hal.can.cia402.units import units
+from vrg.hal.can.frame import Frame
+from vrg.hal.can.listener import ANSWER_PATIENCE, Claim, Found, Listener
+
+if TYPE_CHECKING:
+    from vrg.hal.can.cia402.sdo import SdoClient
+
+_FUNCTIONS = frozenset(Function) - {Function.NMT, Function.HEARTBEAT}
+_LASTING = (
+    (Object.ENCODER_RESOLUTION, 1),
+    (Object.ENCODER_RESOLUTION, 2),
+    (Object.VELOCITY_UNIT, 0),
+    (Object.FIRMWARE, 0),
+    (Object.NAME, 0),
+)
+"""What is asked only once."""
+_CHANGING = (
+    (Object.IDENTITY, SERIAL),
+    (Object.STATUSWORD, 0),
+    (Object.ERROR_CODE, 0),
+    (Object.POSITION, 0),
+    (Object.VELOCITY, 0),
+    (Object.VOLTAGE, 0),
+)
+"""What is asked each time. The serial number does not change, but a second drive of the same id may have joined."""
+
+
+class CanopenListener(Listener):
+    """See `Listener`. A node is recognised by its heartbeat, which hardly any frame of another protocol looks like."""
+
+    word = "canopen"
+    title = "CANopen"
+
+    def __init__(self, send: Callable[[Frame], None]) -> None:
+        super().__init__(send)
+        self._network: dict[int, int] = {}
+        self._clients: dict[int, SdoClient] = {}
+        self._answers: dict[int, dict[tuple[int, int], bytes | None]] = {}
+
+    def claim(self, frame: Frame) -> Claim:
+        """A heartbeat is certainly one, and so is every frame of a node that has sent one."""
+        number = frame.id & NODE_MASK
+        if frame.extended or frame.remote or not number:
+            return Claim.NONE
+        function = frame.id & ~NODE_MASK
+        heartbeat = function == Function.HEARTBEAT and len(frame.data) == 1 and frame.data[0] & 0x7F in NMT_WORDS
+        return Claim.CERTAIN if heartbeat or (function in _FUNCTIONS and number in self.found) else Claim.NONE
+
+    def hear(self, frame: Frame) -> None:
+        """Take in a frame: heartbeats, and the answers to what was asked."""
+        number, function = frame.id & NODE_MASK, frame.id & ~NODE_MASK
+        if function == Function.HEARTBEAT:
+            node = self._recognise(number, frame)
+            node.heard = frame.at
+            self._network[number] = frame.data[0] & 0x7F
+            self._tell(node)
+        elif function == Function.SDO_ANSWER and number in self._clients:
+            self._clients[number].hear(frame.data)
+
+    def ask(self, node: Found) -> None:
+        """Ask a node for its values by SDO. One that does not answer a question is not asked the next one."""
+        # canopen takes a while to load, and who only listens does without.
+        from vrg.hal.can.cia402.sdo import NoAnswerError, SdoClient  # noqa: PLC0415
+
+        if self._network[node.node] == Nmt.STOPPED:
+            return  # it answers no SDO
+        client = self._clients.get(node.node)
+        if client is None:
+            client = self._clients[node.node] = SdoClient(node.node, self._send)
+        answers = self._answers.setdefault(node.node, {})
+        try:
+            for question in (*_CHANGING, *_LASTING):
+                if question in _CHANGING or question not in answers:
+                    answers[question] = client.read(*question, ANSWER_PATIENCE)
+        except NoAnswerError:
+            pass
+        self._tell(node)
+
+    def _tell(self, node: Found) -> None:
+        """Put what a node has answered into words and units."""
+        answers = self._answers.get(node.node, {})
+
+        def number(index: int, sub: int = 0, *, signed: bool = False) -> int | None:
+            data = answers.get((index, sub))
+            return None if data is None else int.from_bytes(data, "little", signed=signed)
+
+        state = NMT_WORDS[self._network[node.node]]
+        status, error, millivolts = number(Object.STATUSWORD), number(Object.ERROR_CODE), number(Object.VOLTAGE)
+        if status is not None:
+            known = drive_state(status)
+            state += f", {known.words if known else f'statusword 0x{status:04X}'}"
+        node.state = state
+        node.errors = describe_error(error or 0)
+        node.voltage = None if millivolts is None else millivolts / 1000
+        if node.node in self._clients:
+            node.serials = tuple(f"{serial:X}" for serial in sorted(self._clients[node.node].serials))
+        text = answers.get((Object.FIRMWARE, 0)) or answers.get((Object.NAME, 0)) or b""
+        node.firmware = text.decode("ascii", "replace").strip("\0 ")
+        counts, turns = (number(Object.ENCODER_RESOLUTION, sub) or 0 for sub in (1, 2))
+        found = units(counts, turns, number(Object.VELOCITY_UNIT))
+        position, velocity = number(Object.POSITION, signed=True), number(Object.VELOCITY, signed=True)
+        if found is not None:
+            node.position = None if position is None else found.turns(position)
+            node.velocity = None if velocity is None else found.turns_per_s(velocity)

@@ -1,0 +1,118 @@
+"""How a drive is asked for its objects: canopen's SDO client, on frames that somebody else receives."""
+
+import logging
+import struct
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import can
+import canopen
+
+from vrg.errors import RobotError
+from vrg.hal.can.cia402.dictionary import object_dictionary
+from vrg.hal.can.cia402.network import Function
+from vrg.hal.can.cia402.objects import SERIAL, Object
+from vrg.hal.can.frame import Frame
+
+# canopen logs the errors that it raises as well.
+logging.getLogger("canopen").setLevel(logging.CRITICAL)
+
+_SERIAL_ANSWER = struct.pack("<BHB", 0x43, Object.IDENTITY, SERIAL)
+"""The first four bytes of the answer to the question for the serial number; the number itself follows."""
+
+
+class NoAnswerError(RobotError):
+    """A drive has not answered, or its answer makes no sense."""
+
+
+class SdoClient:
+    """The SDO client of one drive. Whoever receives frames calls `hear` with its SDO answers, on another thread.
+
+    canopen takes the first answer to a question for the only one. A second drive that has the same id by mistake gives
+    another one, so the answers that tell a serial number are counted here as well.
+
+    Args:
+        node: the drive's id. send: sends a frame.
+
+    Attributes:
+        remote: the drive as canopen has it. Use it only within `transfer`.
+        serials: all serial numbers that were heard. serial_answers: how many answers told one.
+    """
+
+    def __init__(self, node: int, send: Callable[[Frame], None]) -> None:
+        self.serials: set[int] = set()
+        self.serial_answers = 0
+        self._asking = False
+        self._answer = Function.SDO_ANSWER | node
+        self._network = canopen.Network()
+        self._network.bus = _Sender(send)  # type: ignore[assignment]
+        self.remote = canopen.RemoteNode(node, object_dictionary(node))
+        self._network.add_node(self.remote)
+
+    def hear(self, data: bytes) -> None:
+        """Take in the data of an SDO answer of the drive."""
+        if data.startswith(_SERIAL_ANSWER) and len(data) == 8:
+            self.serials.add(int.from_bytes(data[4:], "little"))
+            self.serial_answers += 1
+        # Answers to the questions of another master are not kept: nobody would ever take them.
+        if self._asking:
+            self._network.notify(self._answer, bytearray(data), 0.0)
+
+    @contextmanager
+    def transfer(self, timeout: float) -> Iterator[None]:
+        """Let canopen ask within this block.
+
+        Args:
+            timeout: s to wait for each answer.
+
+        Raises:
+            NoAnswerError: the drive has not answered, or its answer makes no sense.
+            canopen.SdoAbortedError: it has refused.
+            RobotError: a question could not be sent.
+        """
+        self.remote.sdo.RESPONSE_TIMEOUT = max(1e-3, timeout)
+        self._asking = True
+        try:
+            yield
+        except (canopen.SdoCommunicationError, canopen.ObjectDictionaryError, struct.error) as error:
+            raise NoAnswerError(str(error)) from None
+        finally:
+            self._asking = False
+
+    def read(self, index: int, sub: int, timeout: float) -> bytes | None:
+        """The value of an object, or None where the drive refuses to tell it: it may have no such object.
+
+        Raises:
+            NoAnswerError: the drive has not answered within `timeout` s, or its answer makes no sense.
+            RobotError: the question could not be sent.
+        """
+        with self.transfer(timeout):
+            try:
+                return bytes(self.remote.sdo.upload(index, sub))
+            except canopen.SdoAbortedError:
+                return None
+
+    def write(self, index: int, sub: int, data: bytes, timeout: float) -> bool:
+        """Write an object; False where the drive refuses.
+
+        Raises:
+            NoAnswerError: the drive has not answered within `timeout` s, or its answer makes no sense.
+            RobotError: the request could not be sent.
+        """
+        with self.transfer(timeout):
+            try:
+                self.remote.sdo.download(index, sub, data)
+            except canopen.SdoAbortedError:
+                return False
+            return True
+
+
+class _Sender:
+    """What canopen takes for python-can's bus: it calls one method of it."""
+
+    def __init__(self, send: Callable[[Frame], None]) -> None:
+        self._send = send
+
+    def send(self, message: can.Message) -> None:
+        """Send now."""
+        self._send(Frame(message.arbitration_id, bytes(message.data)))

@@ -1,0 +1,127 @@
+"""How a drive is set up before it may be started: its PDOs, its watchdog, its mode of operation."""
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import canopen
+
+from vrg.errors import RobotError
+from vrg.hal.can.cia402.network import Function, NmtCommand, nmt
+from vrg.hal.can.cia402.objects import EVENT_TIMER, PROFILE_VELOCITY, Object
+from vrg.hal.can.cia402.pdos import CONTROL_PDO, MOTION_PDO, SETPOINT_PDO, STATUS_PDO, SUPPLY_PDO, Pdo
+from vrg.hal.can.cia402.sdo import NoAnswerError, SdoClient
+from vrg.hal.can.cia402.states import Control
+from vrg.hal.can.frame import Frame
+from vrg.hal.driver import COMMAND_TIMEOUT
+
+DEADLINE = COMMAND_TIMEOUT
+"""s without a setpoint after which the drive stops the motor."""
+HEARTBEAT = 0.1
+"""s between heartbeats."""
+SDO_TIMEOUT = 0.5
+"""s to wait for each answer."""
+_MODE_TRIES, _MODE_PAUSE = 50, 0.01
+"""How often the drive is asked whether it has taken the mode of operation, and s between."""
+_MISSING = range(0x0602_0000, 0x060A_0000)
+"""SDO abort codes which mean that a drive does not have an object."""
+_COMMANDS = (Function.RPDO1, Function.RPDO2)
+
+
+class SetUp:
+    """The steps of setting up one drive, in their order: `configure`, `begin`, `wait_for_mode`.
+
+    Args:
+        node: the drive's id. sdo: asks it. send: sends a frame.
+
+    Attributes:
+        firmware: the version in words, after `configure`; empty where the drive does not tell it.
+    """
+
+    def __init__(self, node: int, sdo: SdoClient, send: Callable[[Frame], None]) -> None:
+        self._node = node
+        self._sdo = sdo
+        self._send = send
+        self.firmware = ""
+
+    def configure(self) -> None:
+        """Switch the motor off, and give the drive its PDOs, its watchdog and its mode of operation.
+
+        Raises:
+            RobotError: it refuses, or does not answer.
+        """
+        drive = self._sdo.remote
+        with self._asking():
+            drive.sdo[Object.CONTROLWORD].raw = Control.DISABLE_VOLTAGE
+            # Drives let their PDOs be mapped only while they are pre-operational.
+            self._send(nmt(self._node, NmtCommand.PRE_OPERATIONAL))
+            self.firmware = self._text(Object.FIRMWARE)
+            drive.sdo[Object.HEARTBEAT_TIME].raw = round(HEARTBEAT * 1000)
+            _map(drive.rpdo[1], CONTROL_PDO, self._node)
+            _map(drive.rpdo[2], SETPOINT_PDO, self._node, every=DEADLINE)
+            # The drive sends its statusword whenever that changes, and at least this often. An encoder changes all the
+            # time: the inhibit time keeps a drive that takes this for an event from filling the bus.
+            _map(drive.tpdo[1], STATUS_PDO, self._node, every=0.05)
+            _map(drive.tpdo[2], MOTION_PDO, self._node, every=0.01, inhibit=0.01)
+            try:
+                _map(drive.tpdo[3], SUPPLY_PDO, self._node, every=1.0, inhibit=0.5)
+            except canopen.SdoAbortedError as error:
+                if error.code not in _MISSING:
+                    raise
+            deadline = drive.sdo[Object.RPDO + 1][EVENT_TIMER].raw
+            if deadline != round(DEADLINE * 1000):
+                raise RobotError(
+                    f"node {self._node}: expected a deadline of {DEADLINE:g} s for setpoints (0x1401:05), so that the "
+                    f"drive stops the motor when none come; it says {deadline} ms"
+                )
+            drive.sdo[Object.MODE].raw = PROFILE_VELOCITY
+
+    def begin(self) -> None:
+        """Let the drive's PDOs begin."""
+        self._send(nmt(self._node, NmtCommand.START))
+
+    def wait_for_mode(self) -> None:
+        """Wait until the drive has taken the mode of operation.
+
+        Raises:
+            RobotError: it does not, or it does not answer.
+        """
+        with self._asking():
+            for _ in range(_MODE_TRIES):
+                mode = self._sdo.remote.sdo[Object.MODE_DISPLAY].raw
+                if mode == PROFILE_VELOCITY:
+                    return
+                time.sleep(_MODE_PAUSE)
+        raise RobotError(f"node {self._node}: expected profile velocity mode (0x6061), the drive stays in {mode}")
+
+    @contextmanager
+    def _asking(self) -> Iterator[None]:
+        try:
+            with self._sdo.transfer(SDO_TIMEOUT):
+                yield
+        except canopen.SdoAbortedError as error:
+            raise RobotError(f"node {self._node}: the drive refuses to be set up: {error}") from None
+        except NoAnswerError as error:
+            raise RobotError(f"node {self._node}: expected the drive's answers while it is set up: {error}") from None
+
+    def _text(self, index: int) -> str:
+        try:
+            return str(self._sdo.remote.sdo[index].raw)
+        except canopen.SdoAbortedError:
+            return ""
+
+
+def _map(pdo: canopen.pdo.PdoMap, wanted: Pdo, node: int, *, every: float = 0.0, inhibit: float | None = None) -> None:
+    """Map a PDO. canopen keeps the right order: off, its settings, no entries, each entry, how many, on.
+
+    Args:
+        every: s of its event timer, 0 = none. inhibit: s of its inhibit time; None leaves that as it is.
+    """
+    pdo.cob_id = wanted.function | node
+    pdo.enabled, pdo.trans_type, pdo.event_timer = True, 255, round(every * 1000)
+    pdo.rtr_allowed = wanted.function in _COMMANDS  # the bit means nothing there
+    pdo.inhibit_time = None if inhibit is None else round(inhibit * 10_000)
+    pdo.clear()
+    for index in wanted.objects:
+        pdo.add_variable(index)
+    pdo.save()

@@ -1,0 +1,148 @@
+"""The backend `can`: the driver of a robot whose motors are on a CAN bus."""
+
+import math
+from dataclasses import replace
+
+from vrg.bus.messages import SensorMessage
+from vrg.errors import ConfigError, Problem, RobotError, StaleDataError
+from vrg.hal.can.base import TURN
+from vrg.hal.can.calibration import load_calibration
+from vrg.hal.can.settings import CanSettings, can_settings
+from vrg.hal.can.train import DriveTrain, TrainState
+from vrg.hal.driver import Driver, DriverContext
+from vrg.hal.readings import Readings
+from vrg.hal.sensors.battery import Battery, BatterySpec
+from vrg.hal.sensors.encoders import Encoders, EncodersSpec
+from vrg.hal.sensors.odometry import Odometry, OdometrySpec
+from vrg.hal.sensors.spec import Sample
+from vrg.types import Twist
+
+
+class CanDriver(Driver):
+    """See `Driver` and `DriveTrain`.
+
+    Ages are measured in real seconds on the bus. A match with physical robots runs at rate 1, so that they are seconds
+    of match time too.
+
+    Args:
+        context: its options are those of `CanSettings`.
+
+    Raises:
+        ConfigError: the settings or the calibration file have problems.
+    """
+
+    settings = CanSettings
+    measures = frozenset({"odometry", "encoders", "battery"})
+
+    def __init__(self, context: DriverContext) -> None:
+        name = context.name
+        settings = can_settings(context.options)
+        wiring = settings.robots.get(name)
+        if wiring is None:
+            where = ("backends", "can", "robots")
+            raise ConfigError([Problem(f"{name}: expected its wiring in [backends.can.robots.{name}]", where)])
+        model, calibration = context.model, None
+        if wiring.calibration:
+            calibration = load_calibration(context.base / wiring.calibration, wiring.nodes)
+            model = replace(model, effective_track=calibration.track)
+        super().__init__(name, model)
+        self._now = context.now
+        self._supply = wiring.supply
+        axes = wiring.wheel_axes(calibration)
+        self._train = DriveTrain(name, settings.link(name), settings.protocol_of(name), axes, model)
+
+    def connect(self) -> None:
+        """Open the bus and meet every drive; see `DriveTrain.connect`.
+
+        Raises:
+            RobotError: it cannot be used; says why.
+        """
+        self._train.connect()
+
+    def arm(self) -> None:
+        """Ask every motor for closed-loop control; `read().armed` tells when all are there.
+
+        Raises:
+            RobotError: not connected, a fault has latched, or the emergency stop is engaged.
+        """
+        self._train.arm()
+
+    def drive(self, twist: Twist) -> Twist:
+        """Command a motion of the body.
+
+        Returns:
+            what was sent, after the limits of the robot.
+
+        Raises:
+            RobotError: not armed, a fault, the emergency stop, a number that is not finite, or a bus that is full.
+        """
+        if not twist.is_finite:
+            raise RobotError(f"{self.name}: expected a finite motion, got {twist}")
+        sent = self.features.limited(twist)
+        self._train.drive(*self.features.wheels(sent))
+        return sent
+
+    def read(self) -> Readings:
+        """The newest readings, as the drives have told them.
+
+        Raises:
+            StaleDataError: not connected, or no encoder has spoken yet.
+        """
+        if not self._train.connected:
+            raise StaleDataError(f"{self.name}: expected a connected robot to read: call connect() first")
+        state = self._train.state()
+        if state.age == math.inf:
+            raise StaleDataError(f"{self.name}: expected encoder estimates, but none has come yet")
+        return Readings(
+            stamp=self._now() - state.age,
+            age=state.age,
+            armed=state.armed,
+            estop=state.estop,
+            fault=f"{self.name}: {state.fault}" if state.fault else None,
+            latched=state.fault is not None,
+            samples=self._samples(state),
+        )
+
+    def stop(self) -> None:
+        """Command zero speed; stays armed."""
+        self._train.stand()
+
+    def disarm(self) -> None:
+        """Switch every motor off, until armed again. Idempotent."""
+        self._train.disarm()
+
+    def emergency_stop(self) -> None:
+        """Switch every motor off by the shortest way that the protocol has; this latches until `release`."""
+        self._train.engage()
+
+    def release(self) -> None:
+        """Let go of the emergency stop, also of one that was pressed at a drive; the motors stay off."""
+        self._train.release()
+
+    def recover(self) -> None:
+        """Forget what has latched; see `DriveTrain.recover`. It may take seconds."""
+        self._train.recover()
+
+    def close(self) -> None:
+        """Disarm and let go of the bus. Idempotent."""
+        self._train.close()
+
+    def _samples(self, state: TrainState) -> list[Sample[SensorMessage]]:
+        """A sample of each sensor that the model has and the drives have told of."""
+        now, model = self._now(), self.features
+        samples: list[Sample[SensorMessage]] = []
+        if (odometry := model.sensor(OdometrySpec)) is not None:
+            moved = Odometry(pose=state.odometry, twist=model.twist(*state.wheels))
+            samples.append(Sample(now - state.age, state.age, moved, odometry.name))
+        if (encoders := model.sensor(EncodersSpec)) is not None:
+            left, right = (round(angle / TURN * encoders.ticks) for angle in state.angles)
+            samples.append(Sample(now - state.age, state.age, Encoders(left=left, right=right), encoders.name))
+        if (battery := model.sensor(BatterySpec)) is not None and state.volts is not None:
+            charge = Battery(charge=self._charge(state.volts))
+            samples.append(Sample(now - state.volts_age, state.volts_age, charge, battery.name))
+        return samples
+
+    def _charge(self, volts: float) -> float:
+        """The battery's charge by its voltage, 0 to 1."""
+        empty, full = self._supply
+        return min(1.0, max(0.0, (volts - empty) / (full - empty)))

@@ -1,0 +1,102 @@
+"""What one protocol makes of the frames on a bus, for people who want to know who is there."""
+
+import enum
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar
+
+from vrg.hal.can.frame import Frame
+
+
+class Claim(enum.IntEnum):
+    """How sure a protocol is that a frame is one of its own."""
+
+    NONE = 0
+    LIKELY = 1
+    """It looks like one, but frames of other protocols may look the same."""
+    CERTAIN = 2
+    """Hardly any other protocol has such a frame, or its identifier belongs to a node that was recognised by one."""
+
+
+@dataclass
+class Found:
+    """One node on a bus.
+
+    Args:
+        protocol: the protocol's word in tables, for example `odrive`.
+        node: the id of the node.
+        known_by: the frame by which it was recognised.
+        state: the node's state in words. errors: its errors in words; empty where there is none.
+        firmware: the version in words; empty before it is known.
+        heard: monotonic time of its newest heartbeat, s.
+        serials: the serial numbers that answered for this node, in words: two drives may share an id by mistake.
+        position: turns of the shaft. velocity: turn/s. voltage: of its supply, V. Each is None before it is known.
+    """
+
+    protocol: str
+    node: int
+    known_by: Frame
+    state: str = ""
+    errors: str = ""
+    firmware: str = ""
+    heard: float = 0.0
+    serials: tuple[str, ...] = ()
+    position: float | None = None
+    velocity: float | None = None
+    voltage: float | None = None
+
+
+class Listener(ABC):
+    """The nodes of one protocol on a bus. A subclass says which frames are its own, and what they tell.
+
+    `claim` and `hear` are called by the bus' receive thread, or under the lock of whoever listens. `greet` and `ask`
+    are called by another thread, without that lock, so that they may wait for answers.
+
+    Args:
+        send: sends a frame.
+
+    Attributes:
+        word: the protocol's word in tables. title: its name in sentences.
+        found: the nodes by id.
+    """
+
+    word: ClassVar[str]
+    title: ClassVar[str]
+
+    def __init__(self, send: Callable[[Frame], None]) -> None:
+        self._send = send
+        self.found: dict[int, Found] = {}
+
+    @abstractmethod
+    def claim(self, frame: Frame) -> Claim:
+        """How sure this protocol is that a frame is its own, by all that was heard before."""
+
+    @abstractmethod
+    def hear(self, frame: Frame) -> None:
+        """Take in a frame that no other protocol claims more firmly."""
+
+    def greet(self) -> None:  # noqa: B027 - not every protocol has a question to everybody
+        """Ask everybody on the bus who they are."""
+
+    @abstractmethod
+    def ask(self, node: Found) -> None:
+        """Ask a node of this protocol for all that `Found` tells of it.
+
+        It may wait for answers, but for one that does not come only ANSWER_PATIENCE s in all.
+
+        Raises:
+            RobotError: a question could not be sent.
+        """
+
+    def forget(self, node: int) -> None:
+        """This node was none: its frames turned out to belong to another protocol."""
+        del self.found[node]
+
+    def _recognise(self, node: int, frame: Frame) -> Found:
+        """The node of this id, which is new where it has not been recognised before."""
+        return self.found.setdefault(node, Found(self.word, node, frame))
+
+
+ANSWER_PATIENCE = 0.1
+"""s that `Listener.ask` may wait for a node that does not answer."""

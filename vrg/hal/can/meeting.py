@@ -1,0 +1,81 @@
+"""How a robot meets its drives: every one must say who it is, and be set up, before it may be armed."""
+
+import math
+import time
+from collections.abc import Sequence
+
+from vrg.errors import RobotError
+from vrg.hal.can.axis import Axis
+from vrg.hal.can.bus import CanBus
+from vrg.hal.can.survey import Survey
+from vrg.hal.can.watch import Watch
+
+MEET_PATIENCE = 3.0
+"""s for every drive to say who it is when the robot connects."""
+ANSWERS_SETTLE = 0.2
+"""s more, for a second drive with the same id to answer too."""
+_ASK_PERIOD = 0.5
+"""s from one question to a drive that has not answered to the next, and the most that is waited for an answer."""
+_POLL = 0.02
+"""s between looks at what has been heard."""
+
+
+def meet(bus: CanBus, protocol: str, watch: Watch, survey: Survey) -> None:
+    """Open the bus, meet every drive, and set it up. Energises nothing. Hold no lock that the bus' callbacks want.
+
+    Args:
+        bus: what it hears reaches the axes and the survey. protocol: its name, for messages.
+        watch: the robot's axes. survey: knows who else is on the bus.
+
+    Raises:
+        RobotError: no such interface, or a drive that does not answer, speaks another protocol or shares its id. The
+            bus is then closed.
+    """
+    axes = list(watch.axes.values())
+    try:
+        bus.listen_to(None)
+        bus.start()
+        if not _answered(axes):
+            raise RobotError(_who_is_missing(protocol, bus, watch, survey))
+        problems = [f"node {axis.node}: {axis.problem}" for axis in axes if axis.problem]
+        problems += [f"node {axis.node}: {axis.odd}" for axis in axes if axis.odd]
+        if problems:
+            raise RobotError("; ".join(problems))
+        for axis in axes:
+            axis.prepare()
+        bus.listen_to([wanted for axis in axes for wanted in axis.filters])
+    except BaseException:
+        bus.stop()
+        raise
+
+
+def _answered(axes: Sequence[Axis]) -> bool:
+    """Wait until every drive has said who it is; whether all have done so in time."""
+    asked = -math.inf
+    deadline = time.monotonic() + MEET_PATIENCE
+    while not all(axis.heard > 0 and axis.identified for axis in axes):
+        if time.monotonic() > deadline:
+            return False
+        if time.monotonic() - asked > _ASK_PERIOD:
+            asked = time.monotonic()
+            for axis in axes:
+                left = deadline - time.monotonic()
+                if left > 0 and not axis.identified:
+                    axis.identify(min(_ASK_PERIOD, left))
+        time.sleep(_POLL)
+    time.sleep(ANSWERS_SETTLE)
+    return True
+
+
+def _who_is_missing(protocol: str, bus: CanBus, watch: Watch, survey: Survey) -> str:
+    """Which drives have not been heard, or have not answered, and who has been heard in their place."""
+    with watch.lock:
+        axes, trouble, heard = watch.axes.values(), watch.guard.fault, str(survey)
+    silent = [str(axis.node) for axis in axes if axis.heard < 0]
+    mute = [str(axis.node) for axis in axes if axis.heard >= 0 and not axis.identified]
+    which = f"node{'s' if len(silent or mute) > 1 else ''} {', '.join(silent or mute)}"
+    what = "a heartbeat" if silent else "an answer to who they are"
+    return (
+        f"{f'{trouble}; ' if trouble else ''}expected {what} of {protocol} {which} on {bus.link} within "
+        f"{MEET_PATIENCE:g} s, got none; heard there: {heard}. Are the ids and the protocol right?"
+    )

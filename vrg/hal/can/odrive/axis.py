@@ -1,0 +1,149 @@
+"""One axis of an ODrive, by CANSimple."""
+
+from collections.abc import Callable
+
+from vrg.hal.can.axis import Axis, State
+from vrg.hal.can.frame import Frame, FrameError
+from vrg.hal.can.odrive import codec, messages
+from vrg.hal.can.odrive.messages import AxisError, Command
+
+_NODE_MASK = 0x7E0
+"""The bits of an identifier that all commands of one node have in common."""
+_MASTER_COMMANDS = frozenset(
+    {
+        Command.SET_CONTROLLER_MODE, Command.SET_INPUT_POS, Command.SET_INPUT_VEL,
+        Command.SET_INPUT_TORQUE, Command.SET_ABSOLUTE_POSITION,
+    }
+)  # fmt: skip
+"""Nobody but this axis' master may send these to its drive."""
+_REZERO = float(1 << 18)
+"""turns beyond which a float32 steps by more than 1/64 turn; the position is then set back to zero before a start."""
+
+
+class OdriveAxis(Axis):
+    """See `Axis`. All that can be wrong with the drive is in its heartbeat."""
+
+    def __init__(self, node: int, send: Callable[[Frame], None]) -> None:
+        super().__init__(node, send)
+        self._version: messages.Version | None = None
+        self._serials: set[int] = set()
+        self._wanted = False
+
+    @classmethod
+    def check_node(cls, node: int) -> str | None:
+        """A drive has an id from 0 to 62; 63 means everybody."""
+        return None if node in codec.NODES else f"expected 0 to {codec.NODES[-1]}, got {node}"
+
+    @property
+    def filters(self) -> list[tuple[int, int]]:
+        """They let all frames from and to this node through, so that another master is noticed."""
+        return [(self.node << 5, _NODE_MASK)]
+
+    @property
+    def identified(self) -> bool:
+        """Whether the version has come; serial numbers follow within the same moment, if the firmware has them."""
+        return self._version is not None
+
+    @property
+    def problem(self) -> str | None:
+        """A protocol that is not CANSimple 2, or two drives with this id."""
+        if len(self._serials) > 1:
+            both = " and ".join(f"{serial:X}" for serial in sorted(self._serials))
+            return f"{len(self._serials)} drives have this id: serial numbers {both}; give one another id"
+        version = self._version
+        if version is not None and version.protocol != messages.PROTOCOL_VERSION:
+            return f"expected CANSimple protocol version {messages.PROTOCOL_VERSION}, got {version.protocol}"
+        return None
+
+    def receive(self, frame: Frame) -> None:
+        """Hear a frame."""
+        if frame.extended or codec.node_of(frame.id) != self.node or frame.remote:
+            return
+        command = codec.command_of(frame.id)
+        try:
+            message = codec.decode(frame)
+        except FrameError as error:
+            self._complain(f"a malformed frame: {error}")
+            return
+        match message:
+            case messages.Heartbeat():
+                self._heartbeat(message, frame.at)
+            case messages.EncoderEstimates():
+                self._estimate(message.position, message.velocity, frame.at)
+            case messages.BusVoltageCurrent():
+                self._supply(message.voltage, frame.at)
+            case messages.Version():
+                self._version, self.firmware = message, message.firmware
+            case messages.Address(node=node, serial=serial) if node == self.node:
+                self._serials.add(serial)
+                self.serial = f"{serial:X}"
+            case messages.Estop():
+                # Somebody else's button: the drive is off from this moment, before its heartbeat says so.
+                self.state = State.ESTOP
+                self._wanted = False
+            case _ if command in _MASTER_COMMANDS:
+                self._complain("another program commands it too")
+
+    def identify(self, patience: float) -> None:
+        """Ask for version and serial number; the answers come to `receive`, so that this waits for nothing."""
+        self._send(codec.request(self.node, Command.VERSION))
+        self._send(codec.request(codec.BROADCAST, Command.ADDRESS))
+        self._send(codec.request(self.node, Command.ADDRESS))
+
+    def prepare(self) -> None:
+        """Do nothing: each start sends the mode with it."""
+
+    def start(self) -> None:
+        """Ask for closed-loop velocity control."""
+        if abs(self.position) > _REZERO:
+            self._send(codec.encode(self.node, messages.SetAbsolutePosition(0.0)))
+        mode = messages.SetControllerMode(messages.ControlMode.VELOCITY, messages.PASSTHROUGH)
+        self._send(codec.encode(self.node, mode))
+        self._send(codec.encode(self.node, messages.SetInputVel(0.0)))
+        self._send(codec.encode(self.node, messages.SetAxisState(messages.AxisState.CLOSED_LOOP_CONTROL)))
+        self._wanted = True
+        if self.state is State.IDLE:
+            self.state = State.STARTING
+        # Its next heartbeat may be 0.1 s away.
+        self._send(codec.request(self.node, Command.HEARTBEAT))
+
+    def command(self, velocity: float) -> None:
+        """Send a setpoint in turn/s."""
+        self._send(codec.encode(self.node, messages.SetInputVel(velocity)))
+
+    def idle(self) -> None:
+        """Switch the motor off."""
+        self._wanted = False
+        self._send(codec.encode(self.node, messages.SetAxisState(messages.AxisState.IDLE)))
+        if self.state in (State.STARTING, State.CLOSED_LOOP):
+            self.state = State.IDLE
+
+    def stop_now(self) -> None:
+        """Send the Estop frame."""
+        self._wanted = False
+        self._send(codec.encode(self.node, messages.Estop()))
+
+    def clear(self) -> None:
+        """Forget latched errors."""
+        self._send(codec.encode(self.node, messages.ClearErrors()))
+        self._send(codec.request(self.node, Command.HEARTBEAT))
+
+    def _heartbeat(self, heartbeat: messages.Heartbeat, at: float) -> None:
+        self.heard = at
+        errors = heartbeat.error
+        self.starved = bool(errors & AxisError.WATCHDOG_TIMER_EXPIRED)
+        serious = errors & ~(AxisError.WATCHDOG_TIMER_EXPIRED | AxisError.ESTOP_REQUESTED)
+        self.fault = messages.describe_errors(serious) or None
+        if errors & AxisError.ESTOP_REQUESTED:
+            self.state = State.ESTOP
+        elif serious:
+            self.state = State.FAULT
+        elif heartbeat.state == messages.AxisState.CLOSED_LOOP_CONTROL:
+            self.state = State.CLOSED_LOOP
+        elif heartbeat.state == messages.AxisState.IDLE:
+            # Until its first heartbeat in closed loop an axis that was asked to start still says that it idles.
+            starting = self._wanted and not self.starved and self.state is State.STARTING
+            self.state = State.STARTING if starting else State.IDLE
+        else:
+            self.state = State.FAULT
+            self.fault = f"expected IDLE or CLOSED_LOOP_CONTROL, it is in {messages.describe_state(heartbeat.state)}"

@@ -1,0 +1,285 @@
+"""The messages of ODrive CANSimple, firmware 0.6, as plain data.
+
+Source: ODrive's documentation of the CAN protocol and its DBC file for 0.6.10. Units are those of the protocol: turns,
+turns per second, newton metres, amperes, volts.
+"""
+
+import enum
+from typing import NamedTuple
+
+PROTOCOL_VERSION = 2
+"""The version of CANSimple that these messages are of."""
+
+
+class Command(enum.IntEnum):
+    """The meaning of the low five bits of an identifier."""
+
+    VERSION = 0x00
+    HEARTBEAT = 0x01
+    ESTOP = 0x02
+    ERROR = 0x03
+    RX_SDO = 0x04
+    TX_SDO = 0x05
+    ADDRESS = 0x06
+    SET_AXIS_STATE = 0x07
+    ENCODER_ESTIMATES = 0x09
+    SET_CONTROLLER_MODE = 0x0B
+    SET_INPUT_POS = 0x0C
+    SET_INPUT_VEL = 0x0D
+    SET_INPUT_TORQUE = 0x0E
+    SET_LIMITS = 0x0F
+    IQ = 0x14
+    TEMPERATURE = 0x15
+    REBOOT = 0x16
+    BUS_VOLTAGE_CURRENT = 0x17
+    CLEAR_ERRORS = 0x18
+    SET_ABSOLUTE_POSITION = 0x19
+    TORQUES = 0x1C
+    POWERS = 0x1D
+
+
+class AxisState(enum.IntEnum):
+    """What an axis is doing."""
+
+    UNDEFINED = 0
+    IDLE = 1
+    STARTUP_SEQUENCE = 2
+    FULL_CALIBRATION_SEQUENCE = 3
+    MOTOR_CALIBRATION = 4
+    ENCODER_INDEX_SEARCH = 6
+    ENCODER_OFFSET_CALIBRATION = 7
+    CLOSED_LOOP_CONTROL = 8
+    LOCKIN_SPIN = 9
+    ENCODER_DIR_FIND = 10
+    HOMING = 11
+    ENCODER_HALL_POLARITY_CALIBRATION = 12
+    ENCODER_HALL_PHASE_CALIBRATION = 13
+    ANTICOGGING_CALIBRATION = 14
+
+
+class AxisError(enum.IntFlag):
+    """Why an axis is disarmed."""
+
+    INITIALIZING = 1 << 0
+    SYSTEM_LEVEL = 1 << 1
+    TIMING_ERROR = 1 << 2
+    MISSING_ESTIMATE = 1 << 3
+    BAD_CONFIG = 1 << 4
+    DRV_FAULT = 1 << 5
+    MISSING_INPUT = 1 << 6
+    DC_BUS_OVER_VOLTAGE = 1 << 8
+    DC_BUS_UNDER_VOLTAGE = 1 << 9
+    DC_BUS_OVER_CURRENT = 1 << 10
+    DC_BUS_OVER_REGEN_CURRENT = 1 << 11
+    CURRENT_LIMIT_VIOLATION = 1 << 12
+    MOTOR_OVER_TEMP = 1 << 13
+    INVERTER_OVER_TEMP = 1 << 14
+    VELOCITY_LIMIT_VIOLATION = 1 << 15
+    POSITION_LIMIT_VIOLATION = 1 << 16
+    WATCHDOG_TIMER_EXPIRED = 1 << 24
+    ESTOP_REQUESTED = 1 << 25
+    SPINOUT_DETECTED = 1 << 26
+    BRAKE_RESISTOR_DISARMED = 1 << 27
+    THERMISTOR_DISCONNECTED = 1 << 28
+    CALIBRATION_ERROR = 1 << 30
+
+
+class ControlMode(enum.IntEnum):
+    """What a drive controls."""
+
+    TORQUE = 1
+    VELOCITY = 2
+    POSITION = 3
+
+
+PASSTHROUGH, VEL_RAMP = 1, 2
+"""Input modes: the setpoint is taken as it is, or is approached along a ramp."""
+
+
+class Version(NamedTuple):
+    """The versions of protocol, hardware and firmware; `unreleased` is 0 for an official build."""
+
+    protocol: int
+    hw_major: int
+    hw_minor: int
+    hw_variant: int
+    fw_major: int
+    fw_minor: int
+    fw_revision: int
+    unreleased: int
+
+    @property
+    def firmware(self) -> str:
+        """The firmware's version as people write it."""
+        return f"{self.fw_major}.{self.fw_minor}.{self.fw_revision}{'-dev' if self.unreleased else ''}"
+
+
+class Heartbeat(NamedTuple):
+    """What a drive says ten times a second.
+
+    `error` has the active errors or, while it is disarmed, the reason for that; `done` is 1 at the end of a trajectory.
+    """
+
+    error: int
+    state: int
+    result: int = 0
+    done: int = 0
+
+
+class Estop(NamedTuple):
+    """The drive is to disarm, and to latch ESTOP_REQUESTED."""
+
+
+class Error(NamedTuple):
+    """The errors that are there now, and why the axis was last disarmed."""
+
+    active: int
+    disarm_reason: int
+
+
+class RxSdo(NamedTuple):
+    """The drive is to read (opcode 0) or write (opcode 1) an endpoint."""
+
+    opcode: int
+    endpoint: int
+    value: int = 0
+
+
+class TxSdo(NamedTuple):
+    """The answer to an RxSdo."""
+
+    opcode: int
+    endpoint: int
+    value: int = 0
+
+
+class Address(NamedTuple):
+    """A drive says its id and its serial number. To a drive it means: take this id if this is your serial number."""
+
+    node: int
+    serial: int
+
+
+class SetAxisState(NamedTuple):
+    """The axis is to change into this AxisState."""
+
+    state: int
+
+
+class EncoderEstimates(NamedTuple):
+    """Position in turns and velocity in turn/s. They are float32, so the step grows with the position."""
+
+    position: float
+    velocity: float
+
+
+class SetControllerMode(NamedTuple):
+    """How the drive is to take setpoints: a ControlMode and an input mode."""
+
+    control_mode: int
+    input_mode: int
+
+
+class SetInputPos(NamedTuple):
+    """A setpoint of the position in turns; velocity in 0.001 turn/s and torque in 0.001 Nm are fed forward."""
+
+    position: float
+    velocity: int = 0
+    torque: int = 0
+
+
+class SetInputVel(NamedTuple):
+    """A setpoint of the velocity in turn/s; the torque in Nm is fed forward."""
+
+    velocity: float
+    torque: float = 0.0
+
+
+class SetInputTorque(NamedTuple):
+    """A setpoint of the torque in Nm."""
+
+    torque: float
+
+
+class SetLimits(NamedTuple):
+    """The limits of velocity in turn/s and of current in A."""
+
+    velocity: float
+    current: float
+
+
+class Iq(NamedTuple):
+    """The motor's current in A, as it is wanted and as it is measured."""
+
+    setpoint: float
+    measured: float
+
+
+class Temperature(NamedTuple):
+    """The temperatures of the power stage and of the motor in degrees Celsius."""
+
+    fet: float
+    motor: float
+
+
+class Reboot(NamedTuple):
+    """The drive is to start again: 0 at once, 1 after saving, 2 after erasing its settings, 3 for a firmware update."""
+
+    action: int = 0
+
+
+class BusVoltageCurrent(NamedTuple):
+    """The supply's voltage in V and current in A."""
+
+    voltage: float
+    current: float
+
+
+class ClearErrors(NamedTuple):
+    """The drive is to forget its errors; `identify` 1 lets it blink as well."""
+
+    identify: int = 0
+
+
+class SetAbsolutePosition(NamedTuple):
+    """The position in turns that the encoder is to say here."""
+
+    position: float
+
+
+class Torques(NamedTuple):
+    """The torque in Nm, as it is wanted and as it is estimated."""
+
+    target: float
+    estimate: float
+
+
+class Powers(NamedTuple):
+    """The electrical and the mechanical power in W."""
+
+    electrical: float
+    mechanical: float
+
+
+Message = (
+    Version | Heartbeat | Estop | Error | RxSdo | TxSdo | Address | SetAxisState | EncoderEstimates | SetControllerMode
+    | SetInputPos | SetInputVel | SetInputTorque | SetLimits | Iq | Temperature | Reboot | BusVoltageCurrent
+    | ClearErrors | SetAbsolutePosition | Torques | Powers
+)  # fmt: skip
+
+
+def describe_errors(bits: int) -> str:
+    """Error bits in words, as ODrive writes them, joined by commas; empty where there is none."""
+    names = [error.name for error in AxisError if error & bits and error.name]
+    unknown = bits & ~sum(AxisError)
+    if unknown:
+        names.append(f"unknown error 0x{unknown:X}")
+    return ", ".join(names)
+
+
+def describe_state(state: int) -> str:
+    """An axis state in words."""
+    try:
+        return AxisState(state).name
+    except ValueError:
+        return f"state {state}"

@@ -1,0 +1,119 @@
+"""The axes of one robot under their guard: what is judged, and done, to all of them together.
+
+Two threads meet here: the robot's own, which drives, and the bus' receive thread, which hears. One lock guards all that
+both touch, and it is here. Setpoints are sent by the robot's own thread alone: if it freezes or dies, nothing is sent,
+and the drives' own watchdogs stop the motors. The receive thread never sends a setpoint; what it may do is switch
+motors off.
+"""
+
+import logging
+import math
+import threading
+import time
+from collections.abc import Callable, Sequence
+
+from vrg.errors import RobotError
+from vrg.hal.can.axis import Axis
+from vrg.hal.can.guard import Guard
+
+log = logging.getLogger(__name__)
+
+BLIND = 0.3
+"""s without news of the bus after which nobody drives: the receive thread has been kept from running."""
+
+
+class Watch:
+    """See the module. Hold `lock` to use anything here.
+
+    Args:
+        name: the robot's name, for messages. axes: all of the robot's.
+
+    Attributes:
+        lock: guards all that both threads touch; one thread may take it several times.
+        axes: by node. guard: judges them.
+        connected: every drive has been met.
+        heard_until: monotonic time up to which all that was on the bus has been heard, s: what waits unread is not
+            missing.
+    """
+
+    def __init__(self, name: str, axes: Sequence[Axis]) -> None:
+        self.name = name
+        self.lock = threading.RLock()
+        self.connected = False
+        self.heard_until = -math.inf
+        self._told: str | None = None
+        self._complained = ""
+        self.begin(axes)
+
+    def begin(self, axes: Sequence[Axis]) -> None:
+        """Begin with axes of which nothing has been heard."""
+        self.axes = {axis.node: axis for axis in axes}
+        self.guard = Guard(axes)
+
+    @property
+    def deaf(self) -> float:
+        """s since the receive thread was last known to keep up with the bus."""
+        return time.monotonic() - self.heard_until
+
+    def look(self) -> None:
+        """Judge, switch off if need be, and say so once."""
+        if self.guard.look(self.heard_until):
+            self.idle()
+        if self.guard.fault != self._told:
+            self._told = self.guard.fault
+            if self._told:
+                log.error("%s: %s: its motors are off until it is recovered", self.name, self._told)
+
+    def require_armed(self) -> None:
+        """Judge whether setpoints may be sent.
+
+        Raises:
+            RobotError: the emergency stop, a fault, not armed, or nothing has been heard of the bus.
+        """
+        self.look()
+        if self.guard.estop:
+            raise RobotError(f"{self.name}: the emergency stop is engaged: release it, then arm again")
+        if self.guard.fault:
+            raise RobotError(f"{self.name}: {self.guard.fault}")
+        if not self.guard.wanted:
+            raise RobotError(f"{self.name}: expected an armed robot to drive: call arm() first")
+        if self.deaf > BLIND:
+            raise RobotError(f"{self.name}: nothing has been heard of the bus for {self.deaf:.1f} s")
+
+    def command(self, setpoints: Sequence[tuple[int, float]]) -> None:
+        """Send setpoints by node, turn/s. One that cannot go out is dropped, and switches the motors off.
+
+        Raises:
+            RobotError: one could not go out; this has latched.
+        """
+        try:
+            for node, velocity in setpoints:
+                self.axes[node].command(velocity)
+        except RobotError as error:
+            self.guard.latch(str(error))
+            self.look()
+            raise RobotError(f"{self.name}: {self.guard.fault}") from None
+
+    def idle(self) -> None:
+        """Switch every motor off."""
+        self.each("switch off", [axis.idle for axis in self.axes.values()])
+
+    def clear(self) -> None:
+        """Let every drive forget its errors."""
+        self.each("clear errors", [axis.clear for axis in self.axes.values()])
+
+    def each(self, what: str, actions: Sequence[Callable[[], None]]) -> None:
+        """Do something to several axes, whatever becomes of the others. What cannot be done latches.
+
+        Args:
+            what: is done, for the log.
+        """
+        for act in actions:
+            try:
+                act()
+            except RobotError as error:
+                words = f"{what}: {error}"
+                if words != self._complained:  # a player that is stopped asks again at every tick
+                    self._complained = words
+                    log.warning("%s: %s", self.name, words)
+                self.guard.latch(str(error))

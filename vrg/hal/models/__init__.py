@@ -1,0 +1,23 @@
+"""Robot models: each is described once, from its data sheet, and used by every backend."""
+
+from vrg.hal.models.description import RobotModel
+from vrg.registry import Registry
+
+__all__ = ["MODELS", "RobotModel", "robot_model"]
+
+MODELS: Registry[RobotModel] = Registry(
+    "robot model",
+    "vrg.models",
+    {"P2AT": "vrg.hal.models.pioneer:P2AT", "ATRV-Jr": "vrg.hal.models.atrv_jr:ATRV_JR"},
+    lambda found: None if isinstance(found, RobotModel) else "expected a RobotModel",
+)
+"""Every robot model by name."""
+
+
+def robot_model(name: str) -> RobotModel:
+    """The robot model of this name.
+
+    Raises:
+        ConfigError: there is none; lists the names that exist.
+    """
+    return MODELS.get(name)

@@ -1,0 +1,96 @@
+"""The description of a robot, which every backend, the world and the rules use."""
+
+from dataclasses import dataclass
+from typing import TypeVar
+
+from vrg.hal.sensors.laser import LaserSpec
+from vrg.hal.sensors.spec import SensorSpec
+from vrg.hal.sensors.touch import TouchSpec
+from vrg.types import Twist, Vector
+
+P = TypeVar("P", bound=SensorSpec)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotModel:
+    """A skid-steer robot. Lengths in m, mass in kg, speeds in m/s, accelerations in m/s^2, angles in rad.
+
+    Args:
+        track: distance between the centre lines of the left and right wheels.
+        effective_track: the track that a unicycle model needs to predict the turn rate of the skidding body:
+            w = (v_right - v_left) / effective_track.
+        v_max, w_max: top speed ahead and top turn rate.
+        a_max: acceleration. brake: deceleration with locked wheels, used by watchdogs and stops.
+        battery_wh: energy of a full battery, Wh. idle_w: electronics' power, W. rolling: rolling resistance,
+            fraction of weight. drive_efficiency: mechanical over electrical power.
+        sensors: what it can sense.
+        source: where the figures come from.
+    """
+
+    name: str
+    length: float
+    width: float
+    height: float
+    mass: float
+    wheel_radius: float
+    wheel_width: float
+    wheelbase: float
+    track: float
+    effective_track: float
+    v_max: float
+    w_max: float
+    a_max: float
+    brake: float
+    battery_wh: float
+    idle_w: float
+    rolling: float
+    drive_efficiency: float
+    sensors: tuple[SensorSpec, ...]
+    source: str
+
+    @property
+    def size(self) -> Vector:
+        """Length and width, m."""
+        return self.length, self.width
+
+    @property
+    def wheel_speed_max(self) -> float:
+        """Top wheel speed, rad/s."""
+        return self.v_max / self.wheel_radius
+
+    @property
+    def laser(self) -> LaserSpec | None:
+        """Its first laser range finder."""
+        return self.sensor(LaserSpec)
+
+    @property
+    def bumpers(self) -> int:
+        """The number of its bumpers."""
+        touch = self.sensor(TouchSpec)
+        return 0 if touch is None else touch.count
+
+    def sensor(self, kind: type[P]) -> P | None:
+        """Its first sensor of a kind, by the class of the spec, or None where it has none."""
+        return next((spec for spec in self.sensors if isinstance(spec, kind)), None)
+
+    def wheels(self, twist: Twist) -> tuple[float, float]:
+        """Wheel speeds (left, right) in rad/s for a motion of the body."""
+        half = twist.w * self.effective_track / 2
+        return (twist.v - half) / self.wheel_radius, (twist.v + half) / self.wheel_radius
+
+    def twist(self, left: float, right: float) -> Twist:
+        """The motion of the body for wheel speeds in rad/s: the inverse of `wheels`."""
+        v = (left + right) / 2 * self.wheel_radius
+        return Twist(v, (right - left) * self.wheel_radius / self.effective_track)
+
+    def limited(self, twist: Twist, v_max: float | None = None) -> Twist:
+        """The motion that keeps the curve and turns no wheel faster than at `v_max` straight ahead.
+
+        Args:
+            v_max: m/s; the model's own if it is missing or higher.
+        """
+        limit = self.v_max if v_max is None else min(v_max, self.v_max)
+        fastest = abs(twist.v) + abs(twist.w) * self.effective_track / 2
+        if fastest <= limit:
+            return twist
+        return Twist(twist.v * limit / fastest, twist.w * limit / fastest)

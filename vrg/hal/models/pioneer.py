@@ -1,0 +1,48 @@
+"""The Pioneer 2-AT of MobileRobots (ActivMedia)."""
+
+from vrg.hal.models.description import RobotModel
+from vrg.hal.models.lms200 import LMS200, lms200
+from vrg.hal.sensors.battery import BatterySpec
+from vrg.hal.sensors.encoders import EncodersSpec
+from vrg.hal.sensors.ins import InsSpec
+from vrg.hal.sensors.odometry import OdometrySpec
+from vrg.hal.sensors.touch import TouchSpec
+
+P2AT = RobotModel(
+    name="P2AT",
+    length=0.50,
+    width=0.49,
+    height=0.26,
+    mass=20.0,
+    wheel_radius=0.11,
+    wheel_width=0.08,
+    wheelbase=0.27,
+    track=0.40,
+    effective_track=0.582,
+    v_max=0.7,
+    w_max=2.4,
+    a_max=1.0,
+    brake=9.0,
+    battery_wh=252.0,
+    idle_w=40.0,
+    rolling=0.05,
+    drive_efficiency=0.6,
+    sensors=(
+        lms200(0.15, 0.35),
+        TouchSpec(count=8),
+        EncodersSpec(ticks=34_000),
+        OdometrySpec(),
+        InsSpec(),
+        BatterySpec(),
+    ),
+    source=(
+        "Length, width, height, wheel diameter (0.22 m), top speed (0.7 m/s), turn rate (140 degrees/s) and "
+        "battery (3 x 7 Ah x 12 V): Pioneer 2/3 Operations Manual, ActivMedia; not checked "
+        "against the document itself. "
+        "Estimated: mass (body, batteries, laser), wheelbase, track, acceleration, encoder ticks (a Pioneer "
+        "3-AT's), idle power, rolling resistance, efficiency, laser mount. Brake: locked rubber on dry "
+        "concrete, friction 0.92. Effective track: measured in the pybullet engine, see vrg.hal.sim.engines.pybullet; "
+        "the robot's own parameter file p2at.p as shipped with p2os has 2 / DiffConvFactor = 0.588 m. "
+    )
+    + LMS200,
+)

@@ -1,0 +1,37 @@
+"""Sensors: what a robot model says of each, what each says on the bus, and how a player is given it.
+
+A kind of sensor is one module here with two classes: its *spec*, which stands in a robot model, and its *message*,
+which travels on the bus. The world's simulation of it is one module in vrg/hal/sim/sensors, which the spec names. A
+package outside VRG adds a kind by an entry point of the group `vrg.sensors` whose object is the class of the spec.
+"""
+
+from vrg.bus.messages import SensorMessage
+from vrg.hal.sensors.spec import SensorSpec
+from vrg.registry import Registry
+
+
+def _check(found: object) -> str | None:
+    good = isinstance(found, type) and issubclass(found, SensorSpec)
+    return None if good else "expected a subclass of vrg.hal.sensors.spec.SensorSpec"
+
+
+SENSORS: Registry[type[SensorSpec]] = Registry(
+    "sensor",
+    "vrg.sensors",
+    {
+        "battery": "vrg.hal.sensors.battery:BatterySpec",
+        "encoders": "vrg.hal.sensors.encoders:EncodersSpec",
+        "ins": "vrg.hal.sensors.ins:InsSpec",
+        "laser": "vrg.hal.sensors.laser:LaserSpec",
+        "odometry": "vrg.hal.sensors.odometry:OdometrySpec",
+        "touch": "vrg.hal.sensors.touch:TouchSpec",
+    },
+    _check,
+)
+"""Every kind of sensor by the word that stands for it in keys."""
+
+
+def message_of(kind: str) -> type[SensorMessage] | None:
+    """What a kind of sensor says, or None for a kind that this machine does not know."""
+    spec = SENSORS.find(kind) if kind in SENSORS else None
+    return None if spec is None else spec.message

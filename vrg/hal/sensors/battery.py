@@ -1,0 +1,29 @@
+"""The battery's charge."""
+
+from dataclasses import dataclass
+
+from vrg.bus.messages import SensorMessage
+from vrg.hal.sensors.spec import SensorSpec
+from vrg.types import Fraction
+
+
+class Battery(SensorMessage, frozen=True, kw_only=True):
+    """How much charge is left.
+
+    Args:
+        charge: 1 full to 0 empty.
+    """
+
+    kind = "battery"
+
+    charge: Fraction
+
+
+@dataclass(frozen=True, kw_only=True)
+class BatterySpec(SensorSpec):
+    """A gauge of the battery that the robot model describes."""
+
+    message = Battery
+    simulation = "vrg.hal.sim.sensors.battery:BatterySimulation"
+
+    rate: float = 1.0

@@ -1,0 +1,58 @@
+"""What every sensor has in common: its place in a robot model, and a sample of it at the player."""
+
+from dataclasses import dataclass
+from typing import ClassVar, Generic, TypeVar
+
+from vrg.bus.messages import SensorMessage
+
+S_co = TypeVar("S_co", bound=SensorMessage, covariant=True)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensorSpec:
+    """One sensor of a robot model.
+
+    Args:
+        name: of the sensor on its robot, unique among those of its kind.
+        rate: readings per second of match time.
+        drop_out: the share of readings that never come, 0 to 1.
+
+    Attributes:
+        message: what it says.
+        simulation: `module:Class` of its simulation in the world, a `vrg.hal.sim.sensors.base.SensorSimulation`; it is
+            imported by the world alone. Empty where the world cannot simulate it.
+        synthesised: the world also simulates it for a physical robot that does not have it, from the robot's place.
+    """
+
+    message: ClassVar[type[SensorMessage]]
+    simulation: ClassVar[str] = ""
+    synthesised: ClassVar[bool] = False
+
+    name: str = "main"
+    rate: float = 10.0
+    drop_out: float = 0.0
+
+    @property
+    def kind(self) -> str:
+        """The word that stands for this kind of sensor in keys."""
+        return self.message.kind
+
+    def due_every(self, dt: float) -> int:
+        """Ticks of `dt` seconds from one reading to the next, at least 1."""
+        return max(1, round(1 / (self.rate * dt)))
+
+
+@dataclass(frozen=True, slots=True)
+class Sample(Generic[S_co]):
+    """One reading, as it is given to a player.
+
+    Args:
+        stamp: match time of the measurement, s. age: s of match time since then.
+        value: what the sensor said.
+        name: of the sensor on its robot.
+    """
+
+    stamp: float
+    age: float
+    value: S_co
+    name: str = "main"

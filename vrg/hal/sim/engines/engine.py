@@ -1,0 +1,221 @@
+"""What the world asks of a physics engine. Engines know bodies and wheels; not players, sensors or the bus."""
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vrg.errors import WorldError
+from vrg.hal.models import RobotModel
+from vrg.hal.sim.map import Map
+from vrg.types import Pose
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class BodyState:
+    """One robot's body.
+
+    Args:
+        v, w: along its own x axis, m/s, and yaw rate, rad/s.
+        wheels: angle that the left and the right wheels have turned since the start, rad.
+        touch: each bumper, True = in contact.
+    """
+
+    pose: Pose
+    v: float
+    w: float
+    wheels: tuple[float, float]
+    touch: tuple[bool, ...]
+
+
+class Engine(ABC):
+    """Moves robots over a map. Its state is in arrays, one row a robot, in the order of `names`.
+
+    A kinematic body is where it is put: nothing pushes it, and no wall or other kinematic body is in its way. The
+    others run into it, and are pushed where it drives over them; between it and a wall they overlap with it rather
+    than with the wall.
+
+    Args:
+        map_: the walls and obstacles.
+
+    Attributes:
+        names, models: of the robots.
+        kinematic: shape (robots,): moved by `move` alone.
+        poses: shape (robots, 3): x, y in m, heading in rad within -pi..pi.
+        velocities: shape (robots, 2): v in m/s, w in rad/s.
+        wheels: shape (robots, 2): angles turned, left and right, rad.
+        speeds: shape (robots, 2): wheel speeds that the motors have reached, rad/s.
+        touch: bit n of a robot's number = its bumper n is in contact; with a kinematic body only others count.
+    """
+
+    def __init__(self, map_: Map) -> None:
+        self.map = map_
+        self.names: list[str] = []
+        self.models: list[RobotModel] = []
+        self.kinematic: npt.NDArray[np.bool_] = np.zeros(0, dtype=bool)
+        self.poses: Floats = np.zeros((0, 3))
+        self.velocities: Floats = np.zeros((0, 2))
+        self.wheels: Floats = np.zeros((0, 2))
+        self.speeds: Floats = np.zeros((0, 2))
+        self.touch: list[int] = []
+        self._targets: Floats = np.zeros((0, 2))
+        self._braking: npt.NDArray[np.bool_] = np.zeros(0, dtype=bool)
+        self._slew: Floats = np.zeros((0, 1))
+
+    def add(self, name: str, model: RobotModel, pose: Pose, kinematic: bool = False) -> None:
+        """Put a robot into the world, at rest and with its wheels braked.
+
+        Args:
+            kinematic: it is moved by `move` alone, and may be anywhere, also in a wall.
+
+        Raises:
+            WorldError: the name is taken.
+        """
+        if name in self.names:
+            raise WorldError(f"robot: expected a name that is not in the world, got {name!r}")
+        self.names.append(name)
+        self.models.append(model)
+        self.touch.append(0)
+        self.poses = np.vstack((self.poses, (pose.x, pose.y, _wrap(pose.theta))))
+        for field in ("velocities", "wheels", "speeds", "_targets"):
+            setattr(self, field, np.vstack((getattr(self, field), (0.0, 0.0))))
+        self.kinematic = np.append(self.kinematic, kinematic)
+        self._braking = np.append(self._braking, True)
+        self._slew = np.vstack((self._slew, (model.brake / model.wheel_radius,)))
+        self._added(len(self.names) - 1)
+
+    def remove(self, name: str) -> None:
+        """Take a robot out of the world.
+
+        Raises:
+            WorldError: there is none of that name.
+        """
+        row = self.row(name)
+        self._removed(row)
+        del self.names[row], self.models[row], self.touch[row]
+        for field in ("kinematic", "poses", "velocities", "wheels", "speeds", "_targets", "_braking", "_slew"):
+            setattr(self, field, np.delete(getattr(self, field), row, axis=0))
+
+    def place(self, name: str, pose: Pose) -> None:
+        """Put a robot somewhere else, at rest. Whether it fits there is the caller's to check.
+
+        Raises:
+            WorldError: there is none of that name.
+        """
+        row = self.row(name)
+        self.poses[row] = pose.x, pose.y, _wrap(pose.theta)
+        self.velocities[row] = self.speeds[row] = 0.0
+        self.touch[row] = 0
+        self._placed(row)
+
+    def move(self, name: str, pose: Pose, v: float, w: float) -> None:
+        """Carry a kinematic body to where it is at the end of the next step.
+
+        Args:
+            v, w: its body velocity there, m/s and rad/s: what it pushes is pushed at that speed.
+
+        Raises:
+            WorldError: there is none of that name, or it is not kinematic.
+        """
+        row = self.row(name)
+        if not self.kinematic[row]:
+            raise WorldError(f"move {name}: expected a kinematic body, got one that drives itself")
+        x, y, theta = self.poses[row].tolist()
+        self.poses[row] = pose.x, pose.y, _wrap(pose.theta)
+        self.velocities[row] = v, w
+        self._moved(row, math.hypot(pose.x - x, pose.y - y), abs(_wrap(pose.theta - theta)))
+
+    def command(self, name: str, left: float, right: float, brake: bool) -> None:
+        """Set what the wheels of a robot aim for until the next command.
+
+        Args:
+            left, right: wheel speeds, rad/s, reached within the model's acceleration.
+            brake: lock the wheels instead.
+
+        Raises:
+            WorldError: there is none of that name, or it is kinematic.
+        """
+        row = self.row(name)
+        if self.kinematic[row]:
+            raise WorldError(f"command {name}: expected a body that drives itself, got a kinematic one")
+        model = self.models[row]
+        self._targets[row] = (0.0, 0.0) if brake else (left, right)
+        self._braking[row] = brake
+        self._slew[row] = (model.brake if brake else model.a_max) / model.wheel_radius
+
+    @abstractmethod
+    def step(self, dt: float) -> None:
+        """Advance by dt seconds."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Let go of what the engine holds. Idempotent."""
+
+    def row(self, name: str) -> int:
+        """The row of a robot in the arrays.
+
+        Raises:
+            WorldError: there is none of that name.
+        """
+        try:
+            return self.names.index(name)
+        except ValueError:
+            known = ", ".join(self.names) or "none"
+            raise WorldError(f"robot: expected one of those in the world ({known}), got {name!r}") from None
+
+    def state(self, name: str) -> BodyState:
+        """One robot's body.
+
+        Raises:
+            WorldError: there is none of that name.
+        """
+        row = self.row(name)
+        v, w = self.velocities[row].tolist()
+        left, right = self.wheels[row].tolist()
+        touch = tuple(bool(self.touch[row] >> n & 1) for n in range(self.models[row].bumpers))
+        return BodyState(Pose(*self.poses[row].tolist()), v, w, (left, right), touch)
+
+    def restore(self, name: str, pose: Pose, wheels: tuple[float, float]) -> None:
+        """Put a robot where a snapshot says, at rest, with its wheels turned as they were (rad)."""
+        self.place(name, pose)
+        self.wheels[self.row(name)] = wheels
+
+    @abstractmethod
+    def _added(self, row: int) -> None:
+        """A robot has been appended."""
+
+    @abstractmethod
+    def _removed(self, row: int) -> None:
+        """A robot is about to be taken out."""
+
+    @abstractmethod
+    def _placed(self, row: int) -> None:
+        """A robot has been put at `poses[row]`, at rest."""
+
+    @abstractmethod
+    def _moved(self, row: int, way: float, turn: float) -> None:
+        """A kinematic body has been moved to `poses[row]` by so many m and rad, with `velocities[row]`."""
+
+    def _accelerate(self, dt: float) -> Floats:
+        """The wheel speeds that the motors may ask for at the end of a step: `speeds` moved towards the targets."""
+        change = self._targets - self.speeds
+        limit = self._slew * dt
+        np.minimum(change, limit, out=change)
+        np.maximum(change, -limit, out=change)
+        change += self.speeds
+        return change
+
+
+def bumper_bit(model: RobotModel, bearing: float) -> int:
+    """The bit of the bumper that covers a bearing in the robot's frame (rad); 0 for a model without bumpers."""
+    if not model.bumpers:
+        return 0
+    return 1 << round(bearing / (2 * math.pi) * model.bumpers) % model.bumpers
+
+
+def _wrap(angle: float) -> float:
+    return math.remainder(angle, 2 * math.pi)

@@ -1,0 +1,273 @@
+"""The planar engine: unicycles with acceleration limits, footprints that never overlap. For thousands of matches.
+
+Wheels don't slip on open ground; the skid of the real body is in the model's effective track. Bodies that run into
+something slide along it. A braked or resting body doesn't give way, two moving ones share the push. A kinematic body
+gives way to nobody: the other takes the whole push, as far as walls and its neighbours leave room.
+"""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from vrg.hal.models import RobotModel
+from vrg.hal.sim.engines.engine import Engine, Floats, bumper_bit
+from vrg.hal.sim.map import Map
+from vrg.hal.sim.shapes import Box, Gap, box_gap, circle_gap
+from vrg.regions import Circle
+from vrg.types import Twist
+
+CONTACT = 0.005
+"""m; a bumper closer than this is pressed."""
+_SLACK = 1e-9
+"""m left between bodies that were pushed apart, so that rounding makes no overlap."""
+_PUSH = 0.2
+"""m; no robot is pushed farther than this in one step."""
+_ROUNDS = 6
+"""Pushes apart before bodies that still overlap are put back where they came from."""
+_SHOVE = _PUSH / (2 * _ROUNDS)
+"""m; where kinematic bodies are, nobody is pushed farther than this at once: one may have appeared upon another."""
+
+
+class PlanarEngine(Engine):
+    """See the module.
+
+    Most steps need no collision check at all: each robot has budgets, the way it may go before it could touch
+    anything (half the gap to its nearest neighbour, the whole gap to a wall, from its circumscribed circle). Only
+    when a budget is used up is that robot looked at.
+    """
+
+    def __init__(self, map_: Map) -> None:
+        super().__init__(map_)
+        self._statics: list[Box | Circle] = [*map_.boxes, *map_.circles]
+        boxes = np.array([(b.x, b.y, b.heading, b.length / 2, b.width / 2) for b in map_.boxes]).reshape(-1, 5)
+        self._box_at, self._box_half = boxes[:, :2], boxes[:, 3:]
+        self._box_cos, self._box_sin = np.cos(boxes[:, 2]), np.sin(boxes[:, 2])
+        self._half_radius: Floats = np.zeros(0)
+        self._turn: Floats = np.zeros(0)
+        self._reach: Floats = np.zeros(0)
+        self._budgets: Floats = np.zeros((2, 0))
+        """m to go before a wall (first row) or another robot (second) could be touched."""
+        self._contacts: set[tuple[int, int, int]] = set()
+        self._margin = CONTACT
+        """m; whoever is nearer than this may touch in this step."""
+        self._shove = math.inf
+        """m; the longest push at once."""
+
+    def step(self, dt: float) -> None:
+        """Advance by dt seconds."""
+        if not self.names:
+            return
+        poses, velocities = self.poses, self.velocities
+        self.speeds = speeds = self._accelerate(dt)
+        carried = velocities[self.kinematic]  # their wheels stand: the lines below give them no speed and no way
+        v, w = velocities[:, 0], velocities[:, 1]
+        np.multiply(speeds[:, 0] + speeds[:, 1], self._half_radius, out=v)
+        np.multiply(speeds[:, 1] - speeds[:, 0], self._turn, out=w)
+        before = poses.copy()
+        way, turned = v * dt, w * dt
+        heading = poses[:, 2]
+        middle = heading + turned * 0.5
+        poses[:, 0] += way * np.cos(middle)
+        poses[:, 1] += way * np.sin(middle)
+        heading += turned
+        self.wheels += speeds * dt
+        self._budgets -= np.abs(way) + np.abs(turned) * self._reach
+        if self._budgets.min() < 0.0:
+            self._collide(before, dt)
+        velocities[self.kinematic] = carried
+        if np.abs(heading).max() > math.pi:
+            heading -= np.round(heading / (2 * math.pi)) * (2 * math.pi)
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+    def _added(self, row: int) -> None:
+        self._forget(self.models, self.kinematic)
+
+    def _removed(self, row: int) -> None:
+        self._forget(self.models[:row] + self.models[row + 1 :], np.delete(self.kinematic, row))
+
+    def _placed(self, row: int) -> None:
+        self._forget(self.models, self.kinematic)
+
+    def _moved(self, row: int, way: float, turn: float) -> None:
+        self._budgets[1, row] -= way + turn * self._reach[row]
+
+    def _forget(self, models: list[RobotModel], kinematic: npt.NDArray[np.bool_]) -> None:
+        """Derive everything anew and look at every robot at the next step."""
+        self._half_radius = np.array([m.wheel_radius / 2 for m in models])
+        self._turn = np.array([m.wheel_radius / m.effective_track for m in models])
+        self._reach = np.array([math.hypot(m.length, m.width) / 2 for m in models])
+        self._budgets = np.full((2, len(models)), -1.0)
+        self._budgets[0, kinematic] = math.inf
+        # Without them nobody is pushed by more than he drove in, and what is out of touch stays so.
+        self._margin, self._shove = (CONTACT + _PUSH, _SHOVE) if kinematic.any() else (CONTACT, math.inf)
+        self._contacts.clear()
+        self.touch = [0] * len(self.touch)
+
+    def _collide(self, before: Floats, dt: float) -> None:
+        """Push overlapping bodies apart, note who touches, and give out new budgets."""
+        walls, pairs, at_walls, at_robots = self._candidates()
+        if not (walls or pairs or self._contacts):
+            return
+        if self._overlapping(walls, pairs):
+            free = {pair for pair in pairs if not self.kinematic[list(pair)].any()}
+            moved = self._push_apart(walls, pairs)
+            if len(free) < len(pairs):
+                # The last word is the walls' and the neighbours': what a kinematic body wedges in, it overlaps.
+                moved |= self._push_apart(walls, free)
+            moved |= self._put_back(walls, free, before)
+            for row in moved:
+                self._slide(row, before, dt)
+                self._budgets[:, row] = 0.0
+        self._contacts = {
+            c for c in self._contacts if not (c[0] in at_walls if c[1] < 0 else c[0] in at_robots or c[1] in at_robots)
+        }
+        for row, shape in walls:
+            self._note(self._gap(row, shape), row, -1)
+        for row, other in pairs:
+            gap = box_gap(self._body(row), self._body(other))
+            self._note(gap, row, other)
+            self._note(gap, other, row)
+            if gap.distance < 0.0 and (self.kinematic[row] or self.kinematic[other]):
+                self._budgets[1, row] = -1.0  # pushed on at the next step, also if both stand
+        self.touch = [0] * len(self.names)
+        for row, _, bit in self._contacts:
+            self.touch[row] |= bit
+
+    def _candidates(self) -> tuple[list[tuple[int, Box | Circle]], set[tuple[int, int]], set[int], set[int]]:
+        """The (robot, wall) and (robot, robot) pairs near enough to touch, and the robots whose pairs they are.
+
+        A robot near one that is due is looked at too: it may be pushed.
+        """
+        due = (self._budgets[1] < 0.0).nonzero()[0].tolist()
+        at_walls = set((self._budgets[0] < 0.0).nonzero()[0].tolist())
+        at_robots: set[int] = set()
+        pairs: set[tuple[int, int]] = set()
+        while due:
+            row = due.pop()
+            if row not in at_robots:
+                at_robots.add(row)
+                for other in self._near_robots(row):
+                    pairs.add((min(row, other), max(row, other)))
+                    due.append(other)
+                    at_walls |= {n for n in (row, other) if self._budgets[0, n] < _PUSH}
+        walls = [(row, self._statics[n]) for row in sorted(at_walls) for n in self._near_statics(row)]
+        return walls, pairs, at_walls, at_robots
+
+    def _near_statics(self, row: int) -> list[int]:
+        """The walls and obstacles in reach of a robot; gives it a new budget."""
+        x, y, _ = self.poses[row].tolist()
+        gaps = self._static_distances(x, y) - self._reach[row]
+        self._budgets[0, row] = max(0.0, gaps.min()) if len(gaps) else math.inf
+        near: list[int] = (gaps < self._margin).nonzero()[0].tolist()
+        return near
+
+    def _near_robots(self, row: int) -> list[int]:
+        """The robots in reach of a robot; gives it a new budget, and nobody more than half the gap to it."""
+        poses, budgets = self.poses, self._budgets[1]
+        gaps = np.hypot(poses[:, 0] - poses[row, 0], poses[:, 1] - poses[row, 1])
+        gaps -= self._reach + self._reach[row]
+        gaps[row] = math.inf
+        if self.kinematic[row]:
+            gaps[self.kinematic] = math.inf
+        half = np.maximum(gaps, 0.0) / 2
+        np.minimum(budgets, half, out=budgets)
+        budgets[row] = half.min()
+        near: list[int] = (gaps < self._margin).nonzero()[0].tolist()
+        return near
+
+    def _overlapping(self, walls: list[tuple[int, Box | Circle]], pairs: set[tuple[int, int]]) -> set[int]:
+        """The robots whose footprints are in a wall or in another's."""
+        rows = {row for row, shape in walls if self._gap(row, shape).distance < 0.0}
+        for pair in pairs:
+            if box_gap(self._body(pair[0]), self._body(pair[1])).distance < 0.0:
+                rows |= set(pair)
+        return rows
+
+    def _static_distances(self, x: float, y: float) -> Floats:
+        """From a point to each wall and obstacle, m."""
+        dx, dy = x - self._box_at[:, 0], y - self._box_at[:, 1]
+        u = np.abs(dx * self._box_cos + dy * self._box_sin) - self._box_half[:, 0]
+        v = np.abs(dy * self._box_cos - dx * self._box_sin) - self._box_half[:, 1]
+        boxes = np.hypot(np.maximum(u, 0.0), np.maximum(v, 0.0))
+        discs = self.map.discs
+        return np.concatenate((boxes, np.hypot(x - discs[:, 0], y - discs[:, 1]) - discs[:, 2]))
+
+    def _push_apart(self, walls: list[tuple[int, Box | Circle]], pairs: set[tuple[int, int]]) -> set[int]:
+        """Move overlapping bodies out of each other along the shortest way; returns those that moved.
+
+        All pushes of a round are found before any is made, so that no robot's place in the list favours it.
+        """
+        moved: set[int] = set()
+        for _ in range(_ROUNDS):
+            shifts: dict[int, list[float]] = {}
+            for row, shape in walls:
+                self._shift(shifts, row, self._gap(row, shape), 1.0)
+            for row, other in sorted(pairs):
+                share = self._share(row, other)
+                gap = box_gap(self._body(row), self._body(other))
+                self._shift(shifts, row, gap, share)
+                self._shift(shifts, other, gap, share - 1.0)
+            if not shifts:
+                break
+            for row, (x, y) in shifts.items():
+                length = math.hypot(x, y)
+                shorter = min(1.0, self._shove / length) if length else 1.0
+                dx, dy = x * shorter, y * shorter
+                self.poses[row, 0] += dx
+                self.poses[row, 1] += dy
+                moved.add(row)
+        return moved
+
+    @staticmethod
+    def _shift(shifts: dict[int, list[float]], row: int, gap: Gap, share: float) -> None:
+        if gap.distance < 0.0 and share:
+            push = (_SLACK - gap.distance) * share
+            shift = shifts.setdefault(row, [0.0, 0.0])
+            shift[0] += push * gap.nx
+            shift[1] += push * gap.ny
+
+    def _share(self, row: int, other: int) -> float:
+        """How much of a push the first of two robots takes, 0 to 1."""
+        if self.kinematic[row] or self.kinematic[other]:
+            return 0.0 if self.kinematic[row] else 1.0
+        moves = [not self._braking[n] and bool(self.speeds[n].any()) for n in (row, other)]
+        return 0.5 if moves[0] == moves[1] else float(moves[0])
+
+    def _put_back(self, walls: list[tuple[int, Box | Circle]], pairs: set[tuple[int, int]], before: Floats) -> set[int]:
+        """Return bodies that are still in another to where they came from; where all came from there is no overlap."""
+        back: set[int] = set()
+        while stuck := self._overlapping(walls, pairs) - back:
+            for row in stuck:
+                self.poses[row] = before[row]
+            back |= stuck
+        return back
+
+    def _slide(self, row: int, before: Floats, dt: float) -> None:
+        """What is left of a robot's velocity after it was pushed; its wheels stall to match."""
+        x, y, heading = (self.poses[row] - before[row]).tolist()
+        theta = float(self.poses[row, 2])
+        v = (x * math.cos(theta) + y * math.sin(theta)) / dt
+        # Pushing may slow a body down or stop it, but never drives its wheels.
+        driven = float(self.velocities[row, 0])
+        v = max(0.0, min(v, driven)) if driven > 0 else min(0.0, max(v, driven))
+        w = heading / dt
+        self.velocities[row] = v, w
+        self.speeds[row] = self.models[row].wheels(Twist(v, w))
+
+    def _note(self, gap: Gap, row: int, other: int) -> None:
+        if gap.distance < CONTACT:
+            x, y, theta = self.poses[row].tolist()
+            bearing = math.atan2(gap.y - y, gap.x - x) - theta
+            self._contacts.add((row, other, bumper_bit(self.models[row], bearing)))
+
+    def _gap(self, row: int, shape: Box | Circle) -> Gap:
+        body = self._body(row)
+        return box_gap(body, shape) if isinstance(shape, Box) else circle_gap(body, shape)
+
+    def _body(self, row: int) -> Box:
+        model = self.models[row]
+        x, y, heading = self.poses[row].tolist()
+        return Box(x, y, heading, model.length, model.width)

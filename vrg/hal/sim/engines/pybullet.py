@@ -1,0 +1,331 @@
+"""The PyBullet engine: rigid bodies that stand on four wheels, and wheels that slip and scrub.
+
+PyBullet does the bodies: their weight, inertia, contacts with walls and each other. Traction is ours: PyBullet's
+friction at a wheel is a pyramid along the map's axes (or, as a cone, far too weak), which made the turn rate swing by
+15 to 40 % with the heading at any affordable number of iterations. So the wheels stand on the ground without friction,
+and each gets the Coulomb force against its slip, isotropic and smoothed near zero:
+
+    force = -friction * load * slip / sqrt(|slip|^2 + SMOOTH^2)
+
+Turning in place then balances the moments of lengthwise and sideways slip at
+
+    effective track = track + wheelbase^2 / track
+
+whatever the friction; `RobotModel.effective_track` holds what this engine measures (tests/hal/test_bullet.py).
+
+A kinematic body is one without mass that is set to its place, with its speed, before each physics step, so that the
+solver pushes the others at that speed. It is far taller than they are, so that nobody is ever pushed up upon it.
+"""
+
+import math
+
+import numpy as np
+import pybullet
+
+from vrg.hal.models import RobotModel
+from vrg.hal.sim.battery import GRAVITY
+from vrg.hal.sim.engines.engine import Engine, Floats, bumper_bit
+from vrg.hal.sim.map import WALL_HEIGHT, Map
+from vrg.hal.sim.shapes import Box, box_gap, circle_gap
+
+STEP = 0.01
+"""s; the longest physics step."""
+ITERATIONS = 10
+"""Of the constraint solver."""
+SMOOTH = 0.1
+"""m/s of slip at which friction is at 70 %; any less and friction * g * STEP would overshoot a standing wheel."""
+BODY_FRICTION = 0.2
+"""Between bodies, and between a body and a wall."""
+CONTACT = 0.005
+"""m; a bumper closer than this is pressed."""
+_CLEARANCE = 0.05
+"""m of ground clearance of a body."""
+_RAY, _GROUND, _WALL, _BODY, _WHEEL, _KINEMATIC = 1, 2, 4, 8, 16, 32
+"""Collision groups: wheels stand on the ground alone, bodies meet bodies and walls, kinematic bodies meet the other
+bodies alone. PyBullet's rays are in group 1."""
+_TALL = 10.0
+"""m; a kinematic body's height above and below the axles."""
+_SQUEEZED = 0.02
+"""m that a body may be pressed into a wall; deeper, and what presses it lets it through."""
+
+
+class BulletEngine(Engine):
+    """See the module. One physics client of its own, without a window."""
+
+    def __init__(self, map_: Map) -> None:
+        super().__init__(map_)
+        self._client = pybullet.connect(pybullet.DIRECT)
+        self._bodies: list[int] = []
+        self._passing: set[tuple[int, int]] = set()
+        """Kinematic bodies and others that they let through until the two are apart."""
+        self._radii: Floats = np.zeros((0, 1))
+        self._open = True
+        pybullet.setGravity(0, 0, -GRAVITY, physicsClientId=self._client)
+        self._build_map()
+
+    def step(self, dt: float) -> None:
+        """Advance by dt seconds, in physics steps of at most STEP."""
+        client = self._client
+        steps = max(1, math.ceil(dt / STEP - 1e-9))
+        pybullet.setPhysicsEngineParameter(
+            fixedTimeStep=dt / steps,
+            numSolverIterations=ITERATIONS,
+            deterministicOverlappingPairs=1,
+            physicsClientId=client,
+        )
+        aims = self._accelerate(dt)
+        aims[self._braking] = 0.0  # locked at once; how fast that stops the body is up to friction
+        self.speeds = aims
+        self.wheels += aims * dt
+        rims = (aims * self._radii).tolist()
+        carried = self.kinematic.nonzero()[0].tolist()
+        driven = (~self.kinematic).nonzero()[0].tolist()
+        for left_over in range(steps, 0, -1):
+            for row in carried:
+                self._carry(row, left_over * dt / steps)
+            for row in driven:
+                self._pull(self._bodies[row], self.models[row], *rims[row])
+            pybullet.stepSimulation(physicsClientId=client)
+            for row in carried:
+                self._restrain(row)
+        self._read(driven)
+        for row in carried:
+            self.touch[row] = self._pressed(self._bodies[row], self.models[row], *self.poses[row].tolist())
+        if self._passing:
+            self._let_through()
+
+    def close(self) -> None:
+        """Disconnect from the physics client. Idempotent."""
+        if self._open:
+            self._open = False
+            pybullet.disconnect(physicsClientId=self._client)
+
+    def _added(self, row: int) -> None:
+        model = self.models[row]
+        self._bodies.append(self._build_kinematic(model) if self.kinematic[row] else self._build_robot(model))
+        self._radii = np.array([m.wheel_radius for m in self.models]).reshape(-1, 1)
+        self._placed(row)
+
+    def _removed(self, row: int) -> None:
+        body = self._bodies.pop(row)
+        for pair in [pair for pair in self._passing if body in pair]:
+            self._meet(pair, True)
+        pybullet.removeBody(body, physicsClientId=self._client)
+        self._radii = np.delete(self._radii, row, axis=0)
+
+    def _placed(self, row: int) -> None:
+        body, model = self._bodies[row], self.models[row]
+        x, y, theta = self.poses[row].tolist()
+        turn = (0.0, 0.0, math.sin(theta / 2), math.cos(theta / 2))
+        pybullet.resetBasePositionAndOrientation(body, (x, y, model.wheel_radius), turn, physicsClientId=self._client)
+        pybullet.resetBaseVelocity(body, (0, 0, 0), (0, 0, 0), physicsClientId=self._client)
+
+    def _moved(self, row: int, way: float, turn: float) -> None:
+        """The next step carries it there."""
+
+    def _carry(self, row: int, ahead: float) -> None:
+        """Set a kinematic body to where it comes from, `ahead` seconds before it is at its pose."""
+        client, body, model = self._client, self._bodies[row], self.models[row]
+        x, y, theta = self.poses[row].tolist()
+        v, w = self.velocities[row].tolist()
+        # What was measured may be nonsense; what it pushes is flung away no faster than a robot drives.
+        v, w = max(-model.v_max, min(v, model.v_max)), max(-model.w_max, min(w, model.w_max))
+        vx, vy = v * math.cos(theta), v * math.sin(theta)
+        half = (theta - w * ahead) / 2
+        place = (x - vx * ahead, y - vy * ahead, model.wheel_radius)
+        turn = (0.0, 0.0, math.sin(half), math.cos(half))
+        pybullet.resetBasePositionAndOrientation(body, place, turn, physicsClientId=client)
+        pybullet.resetBaseVelocity(body, (vx, vy, 0.0), (0.0, 0.0, w), physicsClientId=client)
+
+    def _restrain(self, row: int) -> None:
+        """Keep what a kinematic body touches from being flung away or through a wall.
+
+        One that appears right upon another is deep in it, and the solver drives the two apart at any speed.
+        """
+        client = self._client
+        contacts = pybullet.getContactPoints(bodyA=self._bodies[row], physicsClientId=client)
+        met = {contact[2] for contact in contacts}
+        for body in sorted(met):
+            model = self.models[self._bodies.index(body)]
+            (vx, vy, vz), (wx, wy, wz) = pybullet.getBaseVelocity(body, physicsClientId=client)
+            scale = min(1.0, max(model.v_max, self.models[row].v_max) / max(math.hypot(vx, vy), 1e-9))
+            turn = max(-model.w_max, min(wz, model.w_max))
+            if scale < 1.0 or turn != wz:
+                pybullet.resetBaseVelocity(body, (vx * scale, vy * scale, vz), (wx, wy, turn), physicsClientId=client)
+        if met:
+            self._relieve(self._bodies[row], met)
+
+    def _relieve(self, kinematic: int, met: set[int]) -> None:
+        """Let bodies through that are wedged between a kinematic body and a wall, also with others between."""
+        chain, new = set(met), set(met)
+        while new:
+            touched = {
+                contact[2]
+                for body in new
+                for contact in pybullet.getContactPoints(bodyA=body, linkIndexA=-1, physicsClientId=self._client)
+            }
+            new = {b for b in touched if b in self._bodies and not self.kinematic[self._bodies.index(b)]} - chain
+            chain |= new
+        if any(self._wall_depth(body) > _SQUEEZED for body in chain):
+            for body in met:
+                self._meet((kinematic, body), False)
+
+    def _meet(self, pair: tuple[int, int], do: bool) -> None:
+        """Whether a kinematic body and another meet from now on."""
+        pybullet.setCollisionFilterPair(*pair, -1, -1, int(do), physicsClientId=self._client)
+        if do:
+            self._passing.discard(pair)
+        else:
+            self._passing.add(pair)
+
+    def _let_through(self) -> None:
+        """Bumpers of bodies that are let through; those that are apart again meet again."""
+        for pair in sorted(self._passing):
+            rows = [self._bodies.index(body) for body in pair]
+            gap = box_gap(*(self._footprint(row) for row in rows))
+            if gap.distance > CONTACT:
+                self._meet(pair, True)
+                continue
+            for row in rows:
+                x, y, theta = self.poses[row].tolist()
+                self.touch[row] |= bumper_bit(self.models[row], math.atan2(gap.y - y, gap.x - x) - theta)
+
+    def _wall_depth(self, body: int) -> float:
+        """m by which a body is in a wall or an obstacle."""
+        (x, y, _), turn = pybullet.getBasePositionAndOrientation(body, physicsClientId=self._client)
+        model = self.models[self._bodies.index(body)]
+        box = Box(x, y, _yaw(turn), model.length, model.width)
+        gaps = [box_gap(box, wall).distance for wall in self.map.boxes]
+        gaps += [circle_gap(box, disc).distance for disc in self.map.circles]
+        return -min(gaps, default=0.0)
+
+    def _footprint(self, row: int) -> Box:
+        x, y, theta = self.poses[row].tolist()
+        return Box(x, y, theta, self.models[row].length, self.models[row].width)
+
+    def _pull(self, body: int, model: RobotModel, left: float, right: float) -> None:
+        """Apply the wheels' traction for the next physics step. `left` and `right` are speeds of the rims, m/s."""
+        client = self._client
+        place, turn = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)
+        (vx, vy, _), (_, _, w) = pybullet.getBaseVelocity(body, physicsClientId=client)
+        theta = _yaw(turn)
+        c, s = math.cos(theta), math.sin(theta)
+        ahead, aside = vx * c + vy * s, vy * c - vx * s
+        grip = model.brake * model.mass / 4  # the friction that gives the model's brake, times a wheel's load
+        x, y = model.wheelbase / 2, model.track / 2
+        force_ahead = force_aside = moment = 0.0
+        for at_x, at_y, rim in ((x, y, left), (-x, y, left), (x, -y, right), (-x, -y, right)):
+            slip_ahead, slip_aside = ahead - w * at_y - rim, aside + w * at_x
+            scale = -grip / math.sqrt(slip_ahead * slip_ahead + slip_aside * slip_aside + SMOOTH * SMOOTH)
+            force_ahead += scale * slip_ahead
+            force_aside += scale * slip_aside
+            moment += scale * (at_x * slip_aside - at_y * slip_ahead)
+        force = (force_ahead * c - force_aside * s, force_ahead * s + force_aside * c, 0.0)
+        pybullet.applyExternalForce(body, -1, force, place, pybullet.WORLD_FRAME, physicsClientId=client)
+        pybullet.applyExternalTorque(body, -1, (0.0, 0.0, moment), pybullet.WORLD_FRAME, physicsClientId=client)
+
+    def _read(self, driven: list[int]) -> None:
+        client = self._client
+        for row in driven:
+            body = self._bodies[row]
+            (x, y, _), turn = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)
+            theta = _yaw(turn)
+            (vx, vy, _), (_, _, w) = pybullet.getBaseVelocity(body, physicsClientId=client)
+            self.poses[row] = x, y, theta
+            self.velocities[row] = vx * math.cos(theta) + vy * math.sin(theta), w
+            self.touch[row] = self._pressed(body, self.models[row], x, y, theta)
+
+    def _pressed(self, body: int, model: RobotModel, x: float, y: float, theta: float) -> int:
+        """The bumpers in contact. A side that lies against something touches at its ends: the middle counts."""
+        points: dict[int, list[tuple[float, float]]] = {}
+        for contact in pybullet.getContactPoints(bodyA=body, linkIndexA=-1, physicsClientId=self._client):
+            if contact[8] < CONTACT:
+                points.setdefault(contact[2], []).append(contact[5][:2])
+        touch = 0
+        for places in points.values():
+            px, py = (sum(axis) / len(places) for axis in zip(*places, strict=True))
+            touch |= bumper_bit(model, math.atan2(py - y, px - x) - theta)
+        return touch
+
+    def _build_map(self) -> None:
+        client = self._client
+        plane = pybullet.createCollisionShape(pybullet.GEOM_PLANE, physicsClientId=client)
+        ground = pybullet.createMultiBody(0, plane, physicsClientId=client)
+        pybullet.changeDynamics(ground, -1, lateralFriction=1.0, physicsClientId=client)
+        pybullet.setCollisionFilterGroupMask(ground, -1, _GROUND, _WHEEL, physicsClientId=client)
+        height = (0.0, 0.0, WALL_HEIGHT / 2)
+        for box in self.map.boxes:
+            half = (box.length / 2, box.width / 2, WALL_HEIGHT / 2)
+            shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half, physicsClientId=client)
+            turn = (0.0, 0.0, math.sin(box.heading / 2), math.cos(box.heading / 2))
+            self._fix(shape, (box.x, box.y, height[2]), turn)
+        for circle in self.map.circles:
+            shape = pybullet.createCollisionShape(
+                pybullet.GEOM_CYLINDER, radius=circle.radius, height=WALL_HEIGHT, physicsClientId=client
+            )
+            self._fix(shape, (circle.x, circle.y, height[2]), (0.0, 0.0, 0.0, 1.0))
+
+    def _fix(self, shape: int, place: tuple[float, float, float], turn: tuple[float, float, float, float]) -> None:
+        client = self._client
+        body = pybullet.createMultiBody(0, shape, basePosition=place, baseOrientation=turn, physicsClientId=client)
+        pybullet.changeDynamics(body, -1, lateralFriction=1.0, physicsClientId=client)
+        pybullet.setCollisionFilterGroupMask(body, -1, _WALL, _BODY | _RAY, physicsClientId=client)
+
+    def _build_robot(self, model: RobotModel) -> int:
+        """A box on four spheres; its origin, and its centre of mass, is at the height of the axles."""
+        client = self._client
+        tall = model.height - _CLEARANCE
+        hull = pybullet.createCollisionShape(
+            pybullet.GEOM_BOX,
+            halfExtents=(model.length / 2, model.width / 2, tall / 2),
+            collisionFramePosition=(0.0, 0.0, _CLEARANCE + tall / 2 - model.wheel_radius),
+            physicsClientId=client,
+        )
+        wheel = pybullet.createCollisionShape(pybullet.GEOM_SPHERE, radius=model.wheel_radius, physicsClientId=client)
+        places = [(model.wheelbase / 2 * end, model.track / 2 * side, 0.0) for end in (1, -1) for side in (1, -1)]
+        flat = (0.0, 0.0, 0.0, 1.0)
+        body: int = pybullet.createMultiBody(
+            model.mass,
+            hull,
+            linkMasses=[0.0] * 4,
+            linkCollisionShapeIndices=[wheel] * 4,
+            linkVisualShapeIndices=[-1] * 4,
+            linkPositions=places,
+            linkOrientations=[flat] * 4,
+            linkInertialFramePositions=[(0.0, 0.0, 0.0)] * 4,
+            linkInertialFrameOrientations=[flat] * 4,
+            linkParentIndices=[0] * 4,
+            linkJointTypes=[pybullet.JOINT_FIXED] * 4,
+            linkJointAxis=[(0.0, 1.0, 0.0)] * 4,
+            physicsClientId=client,
+        )
+        m, a, b, h = model.mass / 12, model.length, model.width, tall
+        inertia = (m * (b * b + h * h), m * (a * a + h * h), m * (a * a + b * b))
+        pybullet.changeDynamics(
+            body,
+            -1,
+            lateralFriction=BODY_FRICTION,
+            linearDamping=0.0,
+            angularDamping=0.0,
+            localInertiaDiagonal=inertia,
+            physicsClientId=client,
+        )
+        pybullet.setCollisionFilterGroupMask(body, -1, _BODY, _BODY | _WALL | _RAY | _KINEMATIC, physicsClientId=client)
+        for link in range(4):
+            pybullet.changeDynamics(body, link, lateralFriction=0.0, physicsClientId=client)
+            pybullet.setCollisionFilterGroupMask(body, link, _WHEEL, _GROUND, physicsClientId=client)
+        return body
+
+    def _build_kinematic(self, model: RobotModel) -> int:
+        client = self._client
+        half = (model.length / 2, model.width / 2, _TALL)
+        hull = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half, physicsClientId=client)
+        body: int = pybullet.createMultiBody(0.0, hull, physicsClientId=client)
+        pybullet.changeDynamics(body, -1, lateralFriction=BODY_FRICTION, physicsClientId=client)
+        pybullet.setCollisionFilterGroupMask(body, -1, _KINEMATIC, _BODY | _RAY, physicsClientId=client)
+        return body
+
+
+def _yaw(quaternion: tuple[float, float, float, float]) -> float:
+    x, y, z, w = quaternion
+    return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))

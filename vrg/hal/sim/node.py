@@ -1,0 +1,139 @@
+"""The world as a node: it owns match time, listens to drivers and the referee, and says where everybody is."""
+
+import logging
+
+from vrg.bus.codec import Received
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import Clock, MeasuredPose, RobotState, SensorMessage, WorldRequest
+from vrg.bus.node import Node, Tick
+from vrg.bus.topics import Keys, Topic, name_in
+from vrg.errors import WorldError
+from vrg.hal.estop import decisive
+from vrg.hal.sim.config import WorldConfig
+from vrg.hal.sim.requests import grant
+from vrg.hal.sim.snapshot import decode_snapshot, encode_snapshot
+from vrg.hal.sim.world import World
+
+log = logging.getLogger(__name__)
+
+LOUD_NAMES = 100
+"""Names whose measured poses are refused that are logged, one line each: anybody may send any name."""
+
+
+class WorldNode(Node):
+    """The world process' node; its period is the world's tick.
+
+    Its first tick, at `start_tick`, only reports; every later one steps the world first. The time of a tick is the
+    executor's; it must be (start_tick + number of ticks so far) * period.
+
+    Args:
+        config: what is in the world.
+
+    Raises:
+        ConfigError: the set-up has problems; all of them.
+    """
+
+    kind = "world"
+
+    def __init__(self, config: WorldConfig, mailbox: Mailbox, keys: Keys) -> None:
+        super().__init__("world", mailbox, config.tick)
+        self.world = World(config)
+        self._keys = keys
+        self._started = False
+        self._measured = mailbox.subscribe(keys.robot_pose())
+        self._refused: set[str] = set()
+        self._drives = mailbox.subscribe(keys.drive())
+        self._limits = mailbox.subscribe(keys.speed_limit())
+        self._requests = mailbox.subscribe(keys.world_request)
+        self._referee = mailbox.subscribe(keys.referee_state)
+        self._estops = mailbox.subscribe(keys.estop)
+        self._poses = keys.poses
+        self._clock = keys.clock
+        self._states: dict[str, Topic[RobotState]] = {}
+        self._sensors: dict[tuple[str, str, type[SensorMessage]], Topic[SensorMessage]] = {}
+
+    @property
+    def start_tick(self) -> int:
+        """The number of the first tick: 0, or the snapshot's after `restore`."""
+        return self.world.tick
+
+    def restore(self, data: bytes) -> None:
+        """Go on from a snapshot, before the first tick: one epoch later, every robot at rest.
+
+        Raises:
+            WorldError: it is damaged or of another release. ConfigError: it names an unknown robot model.
+        """
+        self.world.restore(decode_snapshot(data))
+
+    def snapshot(self) -> bytes:
+        """What `restore` needs."""
+        return encode_snapshot(self.world.snapshot())
+
+    def tick(self, tick: Tick) -> None:
+        """Hear, step, report; the clock last, so that who hears it has already been told the rest."""
+        self._listen()
+        if self._started:
+            self.world.step()
+        self._started = True
+        publish = self.mailbox.publish
+        world = self.world
+        for name, state in world.states():
+            publish(self._state_of(name), state)
+        for robot, sensor, said in world.sense():
+            publish(self._sensor_of(robot, sensor, type(said)), said)
+        publish(self._poses, world.poses())
+        publish(
+            self._clock,
+            Clock(time=tick.time, tick=world.tick, epoch=world.epoch, rate=world.config.rate, estop=world.estop),
+        )
+
+    def stop(self) -> None:
+        """Let go of the engine."""
+        self.world.close()
+
+    def _listen(self) -> None:
+        world = self.world
+        estop = decisive(self._estops.take())
+        if estop is not None:
+            world.engage(estop.engaged)
+        for state in self._referee.take():
+            world.referee(state.body)
+        for request in self._requests.take():
+            self._request(request.body)
+        for limit in self._limits.take():
+            world.limit(name_in(limit.key), limit.body.v_max)
+        for measured in self._measured.take():
+            self._measure(measured)
+        for drive in self._drives.take():
+            world.drive(name_in(drive.key), drive.body.twist, drive.body.armed)
+
+    def _measure(self, measured: Received[MeasuredPose]) -> None:
+        name, body = name_in(measured.key), measured.body
+        try:
+            self.world.measure(name, body.pose, body.v, body.w, measured.stamp)
+        except WorldError as error:
+            # Such poses come many times a second: the first is told, and the first after a good one.
+            if name not in self._refused and len(self._refused) < LOUD_NAMES:
+                self._refused.add(name)
+                log.warning("ignored a measured pose: %s", error)
+        else:
+            self._refused.discard(name)
+
+    def _request(self, request: WorldRequest) -> None:
+        try:
+            grant(self.world, request)
+        except WorldError as error:
+            log.warning("refused a request to the world: %s", error)
+
+    def _state_of(self, robot: str) -> Topic[RobotState]:
+        """Topics are made once for a robot, not once a tick."""
+        topic = self._states.get(robot)
+        if topic is None:
+            topic = self._states[robot] = self._keys.robot_state(robot)
+        return topic
+
+    def _sensor_of(self, robot: str, sensor: str, message: type[SensorMessage]) -> Topic[SensorMessage]:
+        topic = self._sensors.get((robot, sensor, message))
+        if topic is None:
+            topic = self._sensors[robot, sensor, message] = self._keys.sensor(message, robot, sensor)
+        return topic

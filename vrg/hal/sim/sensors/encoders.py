@@ -1,0 +1,20 @@
+"""Wheel encoders. They have no noise, only their resolution."""
+
+import math
+
+from vrg.hal.sensors.encoders import Encoders, EncodersSpec
+from vrg.hal.sim.sensors.base import Instant, Said, SensorSimulation
+
+
+class EncodersSimulation(SensorSimulation[EncodersSpec]):
+    """Counts the turns of the wheels."""
+
+    def sense(self, now: Instant) -> list[Said]:
+        """The counts of each robot whose encoders are due."""
+        said: list[Said] = []
+        for m in self.due(now):
+            left, right = now.wheels[m.row].tolist()
+            per_rad = m.spec.ticks / math.tau
+            counts = Encoders(left=math.floor(left * per_rad), right=math.floor(right * per_rad))
+            said.append((m.robot, m.spec.name, counts))
+        return said

@@ -1,0 +1,37 @@
+"""The inertial navigation system: the true pose with noise."""
+
+from collections.abc import Sequence
+
+from vrg.hal.sensors.ins import Ins, InsSpec
+from vrg.hal.sim.sensors.base import Instant, Mounted, Said, SensorSimulation, Surroundings
+from vrg.hal.sim.sensors.noise import Noise
+from vrg.types import Pose
+
+
+class InsSimulation(SensorSimulation[InsSpec]):
+    """Tells where the robots are, nearly."""
+
+    def __init__(self, surroundings: Surroundings) -> None:
+        super().__init__(surroundings)
+        self._noise = Noise(surroundings.seed, "ins", 3)
+        self._index: dict[tuple[str, str], int] = {}
+
+    def resize(self, mounted: Sequence[Mounted[InsSpec]], now: Instant) -> None:
+        """See the base class."""
+        super().resize(mounted, now)
+        self._noise.resize([f"{m.robot} {m.spec.name}" for m in mounted])
+        self._index = {(m.robot, m.spec.name): index for index, m in enumerate(mounted)}
+
+    def sense(self, now: Instant) -> list[Said]:
+        """The pose of each robot whose system is due."""
+        due = self.due(now)
+        if not due:
+            return []
+        poses = now.poses[[m.row for m in due]]
+        if self.surroundings.noise:
+            noise = self._noise.at(now.tick)[[self._index[m.robot, m.spec.name] for m in due]]
+            poses = poses + noise * [(m.spec.position_noise, m.spec.position_noise, m.spec.heading_noise) for m in due]
+        return [
+            (m.robot, m.spec.name, Ins(pose=Pose(x, y, theta)))
+            for m, (x, y, theta) in zip(due, poses.tolist(), strict=True)
+        ]

@@ -1,0 +1,90 @@
+"""The robots' planar range finders: rays, noise and resolution. Pure."""
+
+from collections.abc import Sequence
+from functools import cache
+
+import numpy as np
+import numpy.typing as npt
+
+from vrg.hal.models import RobotModel
+from vrg.hal.sensors.laser import Laser, LaserSpec
+from vrg.hal.sim.sensors.base import Instant, Said, SensorSimulation, Surroundings
+from vrg.hal.sim.sensors.noise import Floats, generator
+from vrg.hal.sim.sensors.rays import Edges, Fan, cast
+from vrg.hal.sim.shapes import box_edges
+
+_BLOCK = 64
+"""Scans of noise that are drawn at once."""
+
+
+@cache
+def fan_of(spec: LaserSpec) -> Fan:
+    """The beams of a range finder."""
+    return Fan.of(spec.beams, spec.fov)
+
+
+class LaserSimulation(SensorSimulation[LaserSpec]):
+    """All range finders of a world. They see the map and all robots, physical ones included."""
+
+    def __init__(self, surroundings: Surroundings) -> None:
+        super().__init__(surroundings)
+        self._static = Edges(surroundings.map_.edges)
+        self._edges = self._static
+        self._discs = surroundings.map_.discs
+        self._blocks: dict[tuple[str, str], tuple[int, Floats]] = {}
+
+    def sense(self, now: Instant) -> list[Said]:
+        """A scan of each range finder that is due."""
+        due = self.due(now)
+        if due:
+            self.look(now.models, now.poses)
+        said: list[Said] = []
+        for m in due:
+            x, y, heading = now.poses[m.row].tolist()
+            ranges = self.scan(m.robot, m.spec, (x, y, heading), now.tick // m.spec.due_every(now.dt))
+            fan = fan_of(m.spec)
+            scan = Laser(angle_min=fan.first, angle_step=fan.step, range_max=m.spec.range_max, data=ranges.tobytes())
+            said.append((m.robot, m.spec.name, scan))
+        return said
+
+    def look(self, models: Sequence[RobotModel], poses: Floats) -> None:
+        """Take in where all robots are, shape (robots, 3), before the scans of a tick."""
+        bodies = np.empty((len(models), 5))
+        bodies[:, :3] = poses
+        bodies[:, 3:] = [m.size for m in models]
+        self._edges = self._static.join(Edges(box_edges(bodies)))
+
+    def scan(
+        self, robot: str, spec: LaserSpec, pose: tuple[float, float, float], number: int
+    ) -> npt.NDArray[np.float32]:
+        """One scan.
+
+        Args:
+            robot: its name, for the noise. pose: the robot's, x, y, heading. number: counts the robot's scans.
+
+        Returns:
+            shape (beams,), m, in steps of the resolution; `range_max` where a beam met nothing.
+        """
+        x, y, heading = pose
+        at = x + spec.x * np.cos(heading), y + spec.x * np.sin(heading)
+        fan = fan_of(spec)
+        ranges = cast(float(at[0]), float(at[1]), heading, fan, spec.range_max, self._edges, self._discs)
+        if self.surroundings.noise:
+            nothing = ranges >= spec.range_max - 1e-9
+            ranges += self._draw(robot, spec, number)
+            ranges /= spec.resolution
+            np.rint(ranges, out=ranges)
+            ranges *= spec.resolution
+            np.maximum(ranges, 0.0, out=ranges)
+            ranges[nothing] = spec.range_max
+            np.minimum(ranges, spec.range_max, out=ranges)
+        return ranges.astype("<f4")
+
+    def _draw(self, robot: str, spec: LaserSpec, number: int) -> Floats:
+        block, index = divmod(number, _BLOCK)
+        held = self._blocks.get((robot, spec.name))
+        if held is None or held[0] != block:
+            rng = generator(self.surroundings.seed, robot, f"laser {spec.name}", block)
+            held = self._blocks[robot, spec.name] = (block, rng.standard_normal((_BLOCK, spec.beams)) * spec.noise)
+        drawn: Floats = held[1][index]
+        return drawn

@@ -1,0 +1,53 @@
+"""Noise that a seed fixes. Pure.
+
+Noise is a function of (world seed, robot, sensor, number of the reading) alone: a restarted world needs no generator
+states, and no robot's noise depends on which others take part.
+"""
+
+import zlib
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+
+_BLOCK = 256
+"""Readings of noise that are drawn at once; drawing each one for each robot would cost more than moving it."""
+
+
+def generator(seed: int, robot: str, sensor: str, block: int = 0) -> np.random.Generator:
+    """The random generator of one robot's sensor for one block of readings."""
+    return np.random.default_rng([seed, zlib.crc32(robot.encode()), zlib.crc32(sensor.encode()), block])
+
+
+class Noise:
+    """Standard normal numbers for a sensor that several robots have.
+
+    Args:
+        seed: of the world. sensor: in a word. columns: numbers for one reading of one robot.
+    """
+
+    def __init__(self, seed: int, sensor: str, columns: int) -> None:
+        self._seed = seed
+        self._sensor = sensor
+        self._columns = columns
+        self._names: list[str] = []
+        self._block = -1
+        self._drawn: Floats = np.zeros((_BLOCK, 0, columns))
+
+    def resize(self, names: Sequence[str]) -> None:
+        """Take over a new list of robots."""
+        self._names = list(names)
+        self._block = -1
+
+    def at(self, number: int) -> Floats:
+        """The numbers for reading `number` of all robots: shape (robots, columns)."""
+        block, index = divmod(number, _BLOCK)
+        if block != self._block:
+            self._block = block
+            shape = (_BLOCK, self._columns)
+            draws = [generator(self._seed, n, self._sensor, block).standard_normal(shape) for n in self._names]
+            self._drawn = np.stack(draws, axis=1) if draws else np.zeros((_BLOCK, 0, self._columns))
+        drawn: Floats = self._drawn[index]
+        return drawn

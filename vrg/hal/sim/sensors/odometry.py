@@ -1,0 +1,100 @@
+"""Odometry by the encoders, with each side's calibration error and slip.
+
+The way of each tick is integrated, whatever the rate of the readings.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from vrg.hal.sensors.encoders import EncodersSpec
+from vrg.hal.sensors.odometry import Odometry, OdometrySpec
+from vrg.hal.sim.sensors.base import Instant, Mounted, Said, SensorSimulation, Surroundings
+from vrg.hal.sim.sensors.noise import Floats, Noise, generator
+from vrg.types import Pose, Twist
+
+_FINE = 1_000_000
+"""Ticks per turn of a robot whose model has odometry but no encoders."""
+
+
+class OdometrySimulation(SensorSimulation[OdometrySpec]):
+    """Adds up the ways of the wheels."""
+
+    def __init__(self, surroundings: Surroundings) -> None:
+        super().__init__(surroundings)
+        self._noise = Noise(surroundings.seed, "odometry", 2)
+        self._index: dict[str, int] = {}
+        self._rows: list[int] = []
+        self.poses: Floats = np.zeros((0, 3))
+        """Shape (robots, 3): x, y in m, heading in rad since the odometry began, by the order of `mounted`."""
+        self._counts: Floats = np.zeros((0, 2))
+        self._per_rad: Floats = np.zeros((0, 1))
+        self._way: Floats = np.zeros((0, 2))
+        self._track: Floats = np.zeros(0)
+        self._slip: Floats = np.zeros((0, 1))
+
+    def resize(self, mounted: Sequence[Mounted[OdometrySpec]], now: Instant) -> None:
+        """See the base class; the robots that stay go on from where they are."""
+        before = {robot: self.poses[index] for robot, index in self._index.items()}
+        super().resize(mounted, now)
+        names = [m.robot for m in mounted]
+        self._index = {name: index for index, name in enumerate(names)}
+        self._rows = [m.row for m in mounted]
+        self._noise.resize(names)
+        self.poses = np.array([before.get(name, np.zeros(3)) for name in names]).reshape(-1, 3)
+        self._per_rad = np.array([_ticks(m) / math.tau for m in mounted]).reshape(-1, 1)
+        self._track = np.array([m.model.effective_track for m in mounted])
+        self._slip = np.array([m.spec.slip_noise for m in mounted]).reshape(-1, 1)
+        scale = np.ones((len(names), 2))
+        if self.surroundings.noise:
+            for index, m in enumerate(mounted):
+                rng = generator(self.surroundings.seed, m.robot, "scale")
+                scale[index] += m.spec.scale_noise * rng.standard_normal(2)
+        radius = np.array([m.model.wheel_radius for m in mounted]).reshape(-1, 1)
+        self._way = radius / self._per_rad * scale
+        self._counts = np.floor(now.wheels[self._rows] * self._per_rad)
+
+    def sense(self, now: Instant) -> list[Said]:
+        """Integrate the way of this tick, and tell it for each robot whose reading is due."""
+        if not self._rows:
+            return []
+        counts = np.floor(now.wheels[self._rows] * self._per_rad)
+        way = (counts - self._counts) * self._way
+        self._counts = counts
+        if self.surroundings.noise:
+            way *= 1.0 + self._noise.at(now.tick) * self._slip
+        distance = (way[:, 0] + way[:, 1]) * 0.5
+        turn = (way[:, 1] - way[:, 0]) / self._track
+        poses = self.poses
+        middle = poses[:, 2] + turn * 0.5
+        poses[:, 0] += distance * np.cos(middle)
+        poses[:, 1] += distance * np.sin(middle)
+        poses[:, 2] += turn
+        said: list[Said] = []
+        for m in self.due(now):
+            index = self._index[m.robot]
+            x, y, theta = poses[index].tolist()
+            twist = Twist(float(distance[index]) / now.dt, float(turn[index]) / now.dt)
+            said.append((m.robot, m.spec.name, Odometry(pose=Pose(x, y, theta), twist=twist)))
+        return said
+
+    def placed(self, robot: str) -> None:
+        """The odometry begins anew there."""
+        if robot in self._index:
+            self.poses[self._index[robot]] = 0.0
+
+    def remember(self, robot: str) -> Any:
+        """How far it has come."""
+        return self.poses[self._index[robot]].tolist() if robot in self._index else None
+
+    def recall(self, robot: str, remembered: Any) -> None:
+        """Go on from there."""
+        if robot in self._index:
+            self.poses[self._index[robot]] = remembered
+
+
+def _ticks(mounted: Mounted[OdometrySpec]) -> int:
+    encoders = mounted.model.sensor(EncodersSpec)
+    return _FINE if encoders is None else encoders.ticks

@@ -1,0 +1,73 @@
+"""All sensors of a world: each kind's simulation, found by the specs of the robots' models."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from vrg.errors import ConfigError
+from vrg.hal.models import RobotModel
+from vrg.hal.sim.sensors.base import Instant, Mounted, Said, SensorSimulation, Surroundings
+from vrg.registry import load_object
+
+
+class SensorSuite:
+    """See the module."""
+
+    def __init__(self, surroundings: Surroundings) -> None:
+        self._surroundings = surroundings
+        self._simulations: dict[str, SensorSimulation[Any]] = {}
+
+    def resize(self, names: Sequence[str], models: Sequence[RobotModel], ghosts: Sequence[bool], now: Instant) -> None:
+        """The list of robots has changed, or their rows.
+
+        Args:
+            ghosts: by row, whether it is a physical robot, of which only what it may lack is simulated.
+
+        Raises:
+            ConfigError: the simulation of a sensor cannot be imported.
+        """
+        mounted: dict[str, list[Mounted[Any]]] = {target: [] for target in self._simulations}
+        for row, (name, model, ghost) in enumerate(zip(names, models, ghosts, strict=True)):
+            for spec in model.sensors:
+                if spec.simulation and (spec.synthesised or not ghost):
+                    mounted.setdefault(spec.simulation, []).append(Mounted(row, name, model, spec))
+        for target, sensors in mounted.items():
+            if target not in self._simulations:
+                self._simulations[target] = self._load(target)
+            self._simulations[target].resize(sensors, now)
+
+    def sense(self, now: Instant, *, without: frozenset[str] = frozenset()) -> list[Said]:
+        """What all sensors say at this tick. Called once a tick.
+
+        Args:
+            without: kinds of sensors that are spared.
+        """
+        said: list[Said] = []
+        for simulation in self._simulations.values():
+            if without and simulation.mounted and simulation.mounted[0].spec.kind in without:
+                continue
+            said += simulation.sense(now)
+        return said
+
+    def placed(self, robot: str) -> None:
+        """A robot was put somewhere else, at rest."""
+        for simulation in self._simulations.values():
+            simulation.placed(robot)
+
+    def remember(self, robot: str) -> dict[str, Any]:
+        """What a restarted world must know of this robot's sensors, as plain data."""
+        remembered = {target: simulation.remember(robot) for target, simulation in self._simulations.items()}
+        return {target: data for target, data in remembered.items() if data is not None}
+
+    def recall(self, robot: str, remembered: dict[str, Any]) -> None:
+        """Go on from what was remembered; of a sensor that is no longer there it is forgotten."""
+        for target, data in remembered.items():
+            if target in self._simulations:
+                self._simulations[target].recall(robot, data)
+
+    def _load(self, target: str) -> SensorSimulation[Any]:
+        try:
+            kind: type[SensorSimulation[Any]] = load_object(target)
+        except Exception as error:
+            # A sensor of another package may raise anything while it is imported.
+            raise ConfigError([f"sensor: cannot import its simulation {target}: {error!r}"]) from error
+        return kind(self._surroundings)

@@ -1,0 +1,282 @@
+"""A process that has loaded what every node needs, and becomes each of them by forking: twelve start like one.
+
+It is the first thing that the launcher starts, and it loads while the launcher still reads the match file. It opens
+nothing and has one thread, so that a fork is safe: a session with the bus is opened only after the fork. If it dies or
+hangs, the launcher starts processes in the ordinary way, and the nodes that run do not notice.
+
+The launcher asks by a socket, its standard input here: a JSON list of arguments with two file descriptors, the leash
+that becomes the standard input of the node, and its log. The answers are `{"pid": n}` and, when that node has ended,
+`{"pid": n, "status": m}`.
+"""
+
+import atexit
+import contextlib
+import gc
+import json
+import logging
+import os
+import select
+import signal
+import socket
+import subprocess
+import sys
+import time
+import traceback
+from collections.abc import Iterator
+from pathlib import Path
+from typing import IO
+
+from vrg.launch import child
+
+PATIENCE = 5.0
+"""s of real time for an answer: forking takes milliseconds, but the server may still be loading."""
+LOADING = 60.0
+"""s of real time for the first answer."""
+UNKNOWN = 255
+"""The exit status of a node whose end nobody has seen, because the server died before it."""
+_MESSAGE = 1 << 16
+
+
+class ForkServer:
+    """The launcher's end. `start` is quick; the first `fork` waits until the server has loaded."""
+
+    def __init__(self) -> None:
+        self._channel: socket.socket | None = None
+        self._process: subprocess.Popen[bytes] | None = None
+        self._statuses: dict[int, int] = {}
+        self._pids: list[int] = []
+        self._patience = LOADING
+
+    @property
+    def alive(self) -> bool:
+        """Whether it can be asked."""
+        return self._channel is not None
+
+    def start(self) -> None:
+        """Start it. Where that fails, it is as if it had died."""
+        ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        with theirs, contextlib.suppress(OSError):
+            self._process = subprocess.Popen(
+                [sys.executable, "-P", "-m", "vrg.launch.fork_server"], stdin=theirs, start_new_session=True
+            )
+            self._channel = ours
+
+    def fork(self, arguments: tuple[str, ...], log: IO[bytes]) -> "Forked | None":
+        """Let it become a node; None where it does not answer, and is then given up.
+
+        Args:
+            arguments: of `vrg.launch.child`.
+        """
+        if self._channel is None:
+            return None
+        leash, hold = os.pipe()
+        try:
+            message = json.dumps(arguments).encode()
+            socket.send_fds(self._channel, [message], [leash, log.fileno()])
+            deadline = time.monotonic() + self._patience
+            while not self._pids and self._channel is not None and time.monotonic() < deadline:
+                select.select([self._channel], [], [], max(0.0, deadline - time.monotonic()))
+                self.receive()
+        except OSError:
+            self._give_up()
+        finally:
+            os.close(leash)
+        if not self._pids:
+            self._give_up()
+            os.close(hold)
+            return None
+        self._patience = PATIENCE
+        return Forked(self, self._pids.pop(0), hold)
+
+    def receive(self) -> None:
+        """Take in what it has said."""
+        while self._channel is not None and select.select([self._channel], [], [], 0.0)[0]:
+            data = self._channel.recv(_MESSAGE)
+            if not data:
+                self._give_up()
+                return
+            said = json.loads(data)
+            if "status" in said:
+                self._statuses[said["pid"]] = said["status"]
+            else:
+                self._pids.append(said["pid"])
+
+    def status(self, pid: int) -> int | None:
+        """How a node has ended, as far as that was told: negative = by that signal."""
+        self.receive()
+        return self._statuses.get(pid)
+
+    def stop(self) -> None:
+        """Let it end; the nodes go on. Idempotent."""
+        self._give_up()
+        if self._process is not None:
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                self._process.wait(1.0)
+
+    def _give_up(self) -> None:
+        if self._channel is not None:
+            self._channel.close()
+            self._channel = None
+            if self._process is not None:
+                # A frozen one would never see that its channel is closed.
+                self._process.kill()
+
+
+@contextlib.contextmanager
+def fork_server(*, wanted: bool = True) -> Iterator[ForkServer]:
+    """A fork server, stopped at the end; where it is not wanted, one that is not started, and never answers."""
+    server = ForkServer()
+    if wanted:
+        server.start()
+    try:
+        yield server
+    finally:
+        server.stop()
+
+
+class Forked:
+    """A node that the fork server has become; it is used like a `subprocess.Popen`."""
+
+    def __init__(self, server: ForkServer, pid: int, leash: int) -> None:
+        self.pid = pid
+        self.stdin = os.fdopen(leash, "wb")
+        self._server = server
+        self._status: int | None = None
+        self._handle = -1
+        # The handle tells this process from a later one of the same number; it is gone where the node has ended.
+        with contextlib.suppress(OSError):
+            self._handle = os.pidfd_open(pid)
+
+    def poll(self) -> int | None:
+        """Its exit status; None while it runs."""
+        if self._status is None:
+            self._status = self._server.status(self.pid)
+        if self._status is None and not self._server.alive and self._gone(0.0):
+            self._status = UNKNOWN
+        return self._status
+
+    def send_signal(self, number: int) -> None:
+        """Send a signal, if it still runs."""
+        if self._handle >= 0 and self.poll() is None:
+            with contextlib.suppress(ProcessLookupError):
+                signal.pidfd_send_signal(self._handle, number)
+
+    def kill(self) -> None:
+        """End it at once."""
+        self.send_signal(signal.SIGKILL)
+
+    def wait(self, timeout: float | None = None) -> int:
+        """Wait for its end.
+
+        Raises:
+            subprocess.TimeoutExpired: it has not ended within `timeout` s.
+        """
+        deadline = time.monotonic() + (1e9 if timeout is None else timeout)
+        while self.poll() is None:
+            left = deadline - time.monotonic()
+            if left <= 0:
+                raise subprocess.TimeoutExpired(f"process {self.pid}", timeout or 0.0)
+            self._gone(min(left, 0.05))
+        return self._status or 0
+
+    def _gone(self, patience: float) -> bool:
+        """Whether it has ended, waiting for so many seconds."""
+        if self._handle < 0:
+            return True
+        return bool(select.select([self._handle], [], [], patience)[0])
+
+
+def _serve(channel: socket.socket) -> None:
+    """Fork at each request until the launcher is gone."""
+    reader, writer = os.pipe()
+    os.set_blocking(writer, False)
+    signal.signal(signal.SIGCHLD, lambda _number, _frame: None)
+    signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    while True:
+        ready = select.select([channel, reader], [], [])[0]
+        if reader in ready:
+            os.read(reader, 4096)
+            _reap(channel)
+        if channel in ready:
+            data, descriptors, _, _ = socket.recv_fds(channel, _MESSAGE, 2)
+            if not data:
+                return
+            pid = os.fork()
+            if pid == 0:
+                signal.set_wakeup_fd(-1)
+                for descriptor in (reader, writer):
+                    os.close(descriptor)
+                channel.close()
+                _become(json.loads(data), *descriptors)
+            for descriptor in descriptors:
+                os.close(descriptor)
+            channel.send(json.dumps({"pid": pid}).encode())
+
+
+def _reap(channel: socket.socket) -> None:
+    while True:
+        try:
+            pid, status = os.waitpid(-1, os.WNOHANG)
+        except ChildProcessError:
+            return
+        if pid == 0:
+            return
+        ended = {"pid": pid, "status": os.waitstatus_to_exitcode(status)}
+        with contextlib.suppress(OSError):
+            channel.send(json.dumps(ended).encode())
+
+
+def _become(arguments: list[str], leash: int, log: int) -> None:
+    """Be the node, and never return."""
+    status = 1
+    try:
+        os.setsid()
+        for descriptor, standard in ((leash, 0), (log, 1), (log, 2)):
+            os.dup2(descriptor, standard)
+        os.close(leash)
+        os.close(log)
+        signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        import setproctitle  # noqa: PLC0415 - the server itself keeps its name
+
+        setproctitle.setproctitle(child.title(arguments))
+        status = child.main(arguments)
+        atexit._run_exitfuncs()
+    except SystemExit as end:
+        status = end.code if isinstance(end.code, int) else 1
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        with contextlib.suppress(Exception):
+            logging.shutdown()
+            sys.stdout.flush()
+            sys.stderr.flush()
+        os._exit(status)
+
+
+def _preload() -> None:
+    """Import what nodes need, but nothing that starts threads, such as numpy, and nothing that only one of them needs."""
+    import zenoh.ext  # noqa: F401, PLC0415
+
+    import vrg.agents.player  # noqa: F401, PLC0415
+    import vrg.hal.sim.driver  # noqa: F401, PLC0415
+    import vrg.launch.nodes  # noqa: F401, PLC0415
+    import vrg.recording  # noqa: F401, PLC0415
+
+    # What was loaded is never collected, and so stays in pages that all nodes share.
+    gc.collect()
+    gc.freeze()
+
+
+def main() -> None:
+    """Be the server."""
+    if Path("/proc/self/task").exists() and len(os.listdir("/proc/self/task")) > 1:
+        return
+    with socket.socket(fileno=os.dup(0)) as channel:
+        _preload()
+        _serve(channel)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,140 @@
+"""One node in a process of its own: what every process of a match does from its start to its end."""
+
+import logging
+import os
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import asdict
+from pathlib import Path
+
+from vrg.bus.node import Node
+from vrg.bus.process import Statistics, run_node, run_world
+from vrg.bus.session import open_router, open_session
+from vrg.bus.stopping import Stop, stop_on_signals
+from vrg.config.setup import MatchSetup
+from vrg.errors import LaunchError
+from vrg.launch import nodes
+from vrg.launch.run_folder import RunFolder, write_json, write_whole
+
+log = logging.getLogger(__name__)
+
+SNAPSHOT_PERIOD = 5
+"""World ticks between snapshots: 0.1 s of match time with the default tick."""
+WINDOW_PERIOD = 1 / 30
+"""s of real time between looks at a window's keys."""
+KINDS = ("world", "coordinator", "recorder", "spectator", "player")
+"""The nodes of a match that `serve` can be."""
+
+
+def serve(
+    kind: str, setup: MatchSetup, *, router: str, run: Path | None = None, name: str = "", leash: bool = False
+) -> Stop:
+    """Be a node of a match until stopped; returns what has stopped it.
+
+    Args:
+        kind: one of KINDS. name: of a player; of a window.
+        run: the run folder. A world goes on from its snapshot there, a referee from its journal, in HALT.
+        leash: standard input ends when whoever started this dies, and this ends then, too.
+
+    Raises:
+        VrgError: the router or the robot cannot be reached, the set-up has problems, or there is one of that name.
+    """
+    folder = RunFolder(run or Path("runs") / setup.name)
+    if run is not None or kind not in ("player", "spectator"):
+        folder.prepare()
+    with ExitStack() as stack:
+        stop = stack.enter_context(child_process(leash))
+        session = stack.enter_context(open_session(router, stop=stop))
+        if kind == "world":
+            world = nodes.world_node(setup)
+            if folder.snapshot.exists():
+                world.restore(folder.snapshot.read_bytes())
+                log.info("going on from the snapshot at tick %d", world.start_tick)
+            keeper = _SnapshotKeeper(folder, world.snapshot)
+            first = world.start_tick
+            statistics = run_world(
+                world, session, setup.keys, stop, first_tick=first, rate=setup.rate, after_tick=keeper
+            )
+            _report(folder, "world", statistics)
+            return stop
+        node: Node
+        finished: Callable[[], bool] = lambda: False  # noqa: E731
+        idle = None
+        if kind == "coordinator":
+            journal = stack.enter_context(nodes.open_journal(setup, folder))
+            node = nodes.coordinator_node(setup, journal)
+        elif kind == "recorder":
+            node = nodes.recorder_node(setup, folder)
+        elif kind == "player":
+            node = nodes.player_node(setup, name)
+        elif kind == "spectator":
+            window = nodes.spectator_node(setup, name or f"window-{os.getpid()}", run or Path())
+            node, finished, idle = window, lambda: window.closed, WINDOW_PERIOD
+        else:
+            raise LaunchError(f"expected one of {', '.join(KINDS)}, got {kind!r}")
+        statistics = run_node(node, session, setup.keys, stop, finished=finished, idle=idle)
+        _report(folder if run is not None or kind == "coordinator" else None, node.name, statistics)
+        return stop
+
+
+def serve_router(endpoint: str, *, leash: bool = False) -> Stop:
+    """Be the router that all processes of a match connect to, until stopped; returns what has stopped it.
+
+    Raises:
+        BusError: the endpoint is taken or cannot be listened on.
+    """
+    with child_process(leash) as stop, open_router(endpoint):
+        log.info("routing at %s", endpoint)
+        stop.wait()
+    return stop
+
+
+@contextmanager
+def child_process(leash: bool) -> Iterator[Stop]:
+    """Logging, signals, and the leash of whoever started this: standard input ends when it dies."""
+    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+    # zenoh's threads wait for the interpreter's lock: let it go sooner than the default 5 ms.
+    sys.setswitchinterval(1e-3)
+    with stop_on_signals() as stop:
+        if leash:
+            threading.Thread(target=_hold_leash, args=(stop,), daemon=True).start()
+        yield stop
+
+
+def _hold_leash(stop: Stop) -> None:
+    # The bare descriptor: a thread inside sys.stdin's lock would keep the interpreter from ending.
+    while os.read(0, 64):
+        pass
+    log.info("stopping: the supervisor is gone")
+    stop.set()
+
+
+def _report(folder: RunFolder | None, name: str, statistics: Statistics) -> None:
+    log.info("statistics: %s", asdict(statistics))
+    if folder is not None:
+        try:
+            write_json(folder.logs / f"{name}.json", asdict(statistics))
+        except OSError as error:
+            log.warning("statistics cannot be kept: %s", error)
+
+
+class _SnapshotKeeper:
+    """Saves the world now and then, so that a world that crashed is taken up again."""
+
+    def __init__(self, folder: RunFolder, snapshot: Callable[[], bytes]) -> None:
+        self._folder = folder
+        self._snapshot = snapshot
+        self._failed = False
+
+    def __call__(self, tick: int) -> None:
+        if tick % SNAPSHOT_PERIOD:
+            return
+        try:
+            write_whole(self._folder.snapshot, self._snapshot())
+            self._failed = False
+        except OSError as error:
+            if not self._failed:
+                log.error("the world's snapshot cannot be saved; a crash would lose what follows: %s", error)
+            self._failed = True

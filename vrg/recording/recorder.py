@@ -1,0 +1,217 @@
+"""The recorder: a match in one MCAP file that Foxglove and Lichtblick open, and `vrg.recording.reader` reads back.
+
+Topics:
+
+- `/scene`: the robots as boxes coloured by role, the physical ones with a white rim, and the zones as outlines.
+- `/robot/<robot>/pose`: where the world shows a robot. `/robot/<robot>/measured`: a physical robot's measured pose.
+- `/robot/<robot>/<kind>/<sensor>`: the readings of its sensors, where the recorder is asked for them.
+- `/player/<player>/report`: what a player says of itself, when it changes.
+- `/referee/state`: the state of the match.
+- `/referee/calls`: the calls in words for the viewer's log panel. `/referee/event`: the same with players and places.
+
+Times are match time in ns.
+"""
+
+import logging
+import struct
+from collections.abc import Collection, Mapping
+from pathlib import Path
+from typing import BinaryIO, ClassVar, Final
+
+from msgspec import Struct
+
+from vrg.bus import messages as m
+from vrg.bus.codec import Received
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.node import Node, Tick
+from vrg.bus.topics import Keys, name_in
+from vrg.games import UNKNOWN, game_of
+from vrg.hal.models.description import RobotModel
+from vrg.hal.sensors.laser import Laser
+from vrg.recording import foxglove as fg
+from vrg.recording.mcap_file import McapFile
+from vrg.recording.records import CallRecord, PlayerRecord, ReportRecord, StateRecord
+from vrg.recording.scene import laser_pose, robot_entity, zone_entity
+from vrg.types import Pose
+
+log = logging.getLogger(__name__)
+
+FLUSH_EVERY: Final = 1.0
+"""s of match time that a killed process loses at most."""
+
+
+class Recorder(Node):
+    """Writes what happens in a match to a file.
+
+    A write that fails, for example on a full disk, ends the recording and nothing else: it is logged once, `fault`
+    says why, and what was written stays readable.
+
+    Args:
+        output: the file to make at the first tick; where one of that name exists, a number is added, so that a
+            restarted recorder never overwrites the first part. Or an open binary file, which is not closed.
+        models: of the robots, by name; a robot without one is drawn 0.5 m long.
+        sensors: the messages of the kinds of sensors that are recorded too, such as `Laser`, of every robot. Scans
+            make a recording about ten times as large.
+        period: s between ticks.
+
+    Attributes:
+        fault: why nothing is recorded any more, in words, or None.
+        path: the file, with its number once it is made; None for an open one.
+    """
+
+    kind: ClassVar[str] = "recorder"
+
+    def __init__(
+        self,
+        name: str,
+        mailbox: Mailbox,
+        keys: Keys,
+        output: Path | BinaryIO,
+        *,
+        models: Mapping[str, RobotModel] | None = None,
+        sensors: Collection[type[m.SensorMessage]] = (),
+        period: float = 0.1,
+    ) -> None:
+        super().__init__(name, mailbox, period)
+        self.fault: str | None = None
+        self.path: Path | None = output if isinstance(output, Path) else None
+        self._output = output
+        self._models = dict(models or {})
+        self._clock = mailbox.subscribe(keys.clock)
+        self._poses = mailbox.subscribe(keys.poses)
+        self._measured = mailbox.subscribe(keys.robot_pose())
+        self._state = mailbox.subscribe(keys.referee_state)
+        self._calls = mailbox.subscribe(keys.referee_event)
+        self._reports = mailbox.subscribe(keys.report())
+        self._sensors = [mailbox.subscribe(keys.sensor(kind)) for kind in sensors]
+        self._file: McapFile | None = None
+        self._flushed = 0.0
+        self._pending = False
+        self._said: dict[str, m.Report] = {}
+        self._where: dict[str, Pose] = {}
+        self._game_name, self._game = "", UNKNOWN
+        self._roles: dict[str, tuple[str, str]] = {}
+        self._zones: list[m.Zone] = []
+        self._round = 0
+
+    @property
+    def recording(self) -> bool:
+        """Whether what arrives is being written."""
+        return self._file is not None
+
+    def tick(self, tick: Tick) -> None:
+        """Write what arrived. This never raises for a file that cannot be written."""
+        if self.fault is not None:
+            return
+        try:
+            if self._file is None:
+                self._file = McapFile(self._output)
+                self.path = self._file.path
+            self._write_arrivals()
+            # Also when the clock has stopped: nothing more may come for a long time.
+            if self._pending and not (tick.live and 0 <= tick.time - self._flushed < FLUSH_EVERY):
+                self._file.flush()
+                self._flushed = tick.time
+                self._pending = False
+        except OSError as error:
+            self._fail(error)
+
+    def stop(self) -> None:
+        """Finish the file with its index. Calling it again does nothing."""
+        if self._file is None:
+            return
+        try:
+            self._file.finish()
+            self._file = None
+        except OSError as error:
+            self._fail(error)
+
+    def _fail(self, error: OSError) -> None:
+        self.fault = f"recording ended: {self.path or 'the given file'}: {error.strerror or error}"
+        log.error("%s; the match goes on, what was written stays readable", self.fault)
+        if self._file is not None:
+            self._file.abandon()
+            self._file = None
+
+    def _write(self, topic: str, record: Struct, of: Received[m.Message], *, physical: bool = False) -> None:
+        assert self._file is not None
+        self._file.write(topic, record, of.stamp, of.sequence, physical=physical)
+        self._pending = True
+
+    def _write_arrivals(self) -> None:
+        # The state comes first, so that a reader knows each player's role before its pose.
+        for state in self._state.take():
+            self._write_state(state)
+        for call in self._calls.take():
+            self._write_call(call)
+        for report in self._reports.take():
+            self._write_report(report)
+        for poses in self._poses.take():
+            self._write_poses(poses)
+        for measured in self._measured.take():
+            pose = measured.body.pose
+            in_frame = fg.PoseInFrame(fg.time_of(measured.stamp), fg.FRAME, fg.pose_of(pose.x, pose.y, pose.theta))
+            self._write(f"/robot/{name_in(measured.key)}/measured", in_frame, measured, physical=True)
+        for inlet in self._sensors:
+            for reading in inlet.take():
+                self._write_reading(reading)
+
+    def _write_state(self, received: Received[m.RefereeState]) -> None:
+        state = received.body
+        if state.game != self._game_name:
+            self._game_name, self._game = state.game, game_of(state.game)
+        self._roles = {p.name: (p.role, p.state) for p in state.players}
+        self._zones = state.zones
+        self._round = state.round
+        record = StateRecord(
+            fg.time_of(received.stamp), state.game, state.stage.value, state.halted or "", state.way_out or "",
+            state.waiting, state.clock, state.total, state.round, state.rounds, state.score, state.winner or "",
+            state.estop, [PlayerRecord(p.name, p.team, p.role, p.state, p.may_move) for p in state.players],
+            state.zones,
+        )  # fmt: skip
+        self._write("/referee/state", record, received)
+
+    def _write_call(self, received: Received[m.Call]) -> None:
+        call, at = received.body, fg.time_of(received.stamp)
+        self._write("/referee/calls", fg.Log(at, 2, call.text, call.rule, "", call.number), received)
+        record = CallRecord(at, call.number, call.rule, call.text, call.players, call.poses, call.clock, self._round)
+        self._write("/referee/event", record, received)
+
+    def _write_report(self, received: Received[m.Report]) -> None:
+        report, player = received.body, name_in(received.key)
+        # Players repeat themselves to show that they live; a viewer wants the changes.
+        if self._said.get(player) == report:
+            return
+        self._said[player] = report
+        record = ReportRecord(
+            fg.time_of(received.stamp), report.mode, report.armed, report.manual, report.fault or "", report.latched
+        )
+        self._write(f"/player/{player}/report", record, received)
+
+    def _write_poses(self, received: Received[m.Poses]) -> None:
+        at = fg.time_of(received.stamp)
+        entities = []
+        for body in received.body.bodies:
+            self._where[body.name] = body.pose
+            pose = fg.pose_of(body.pose.x, body.pose.y, body.pose.theta)
+            in_frame = fg.PoseInFrame(at, fg.FRAME, pose)
+            self._write(f"/robot/{body.name}/pose", in_frame, received, physical=body.physical)
+            role, state = self._roles.get(body.name, ("robot", ""))
+            colour, model = self._game.style(role, state).colour, self._models.get(body.name)
+            entities.append(robot_entity(body.name, pose, model, colour, state or role, at, physical=body.physical))
+        # The zones go along each time: a viewer that jumps to an instant reads only the last scene before it.
+        entities.extend(zone_entity(zone, at) for zone in self._zones)
+        self._write("/scene", fg.SceneUpdate([], entities), received)
+
+    def _write_reading(self, received: Received[m.SensorMessage]) -> None:
+        _, _, _, robot, _, kind, sensor = received.key.split("/")
+        record: Struct = received.body
+        if isinstance(record, Laser):
+            # A viewer draws a scan where the laser was; before the first pose nobody knows where that is.
+            if robot not in self._where:
+                return
+            here = laser_pose(self._where[robot], self._models.get(robot), sensor)
+            ranges = list(struct.unpack(f"<{len(record.data) // 4}f", record.data))
+            end = record.angle_min + record.angle_step * max(0, len(ranges) - 1)
+            record = fg.LaserScan(fg.time_of(received.stamp), fg.FRAME, here, record.angle_min, end, ranges, [])
+        self._write(f"/robot/{robot}/{kind}/{sensor}", record, received)

@@ -1,0 +1,68 @@
+"""VRG's own records in a recording: what the referee and the players said.
+
+They are the messages of the bus with two differences: they carry their time, and a text that is not known is empty
+and not null, because a viewer's reader of schemas knows no unions.
+"""
+
+from msgspec import Struct
+
+from vrg.bus.messages import Zone
+from vrg.recording.foxglove import Time
+from vrg.types import Pose
+
+
+class PlayerRecord(Struct, frozen=True, gc=False):
+    """A player as the referee saw it."""
+
+    name: str
+    team: str
+    role: str
+    state: str
+    may_move: bool
+
+
+class StateRecord(Struct, frozen=True, gc=False):
+    """vrg.RefereeState: the state of the match. `halted`, `way_out` and `winner` are empty where there is none."""
+
+    timestamp: Time
+    game: str
+    stage: str
+    halted: str
+    way_out: str
+    waiting: list[str]
+    clock: float
+    total: float
+    round: int
+    rounds: int
+    score: dict[str, int]
+    winner: str
+    estop: bool
+    players: list[PlayerRecord]
+    zones: list[Zone]
+
+
+class ReportRecord(Struct, frozen=True, gc=False):
+    """vrg.Report: what a player said of itself. `fault` is empty where it has none."""
+
+    timestamp: Time
+    mode: str
+    armed: bool
+    manual: bool
+    fault: str
+    latched: bool
+
+
+class CallRecord(Struct, frozen=True, gc=False):
+    """vrg.Call: a referee's call with the players it concerns and their poses.
+
+    `clock` is s of play in the round, and `round` is the round that was being played.
+    """
+
+    timestamp: Time
+    number: int
+    rule: str
+    text: str
+    players: list[str]
+    poses: list[Pose]
+    clock: float
+    round: int

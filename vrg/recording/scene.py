@@ -1,0 +1,73 @@
+"""The recorded 3-D scene: each robot is a box with an arrow and its name, each zone an outline.
+
+A robot has the colour of its role. A physical robot's box has a white rim, as in the spectator's window.
+"""
+
+import math
+from typing import Final
+
+from vrg.bus.messages import Zone
+from vrg.colours import GREEN, GREY, Rgb
+from vrg.hal.models.description import RobotModel
+from vrg.hal.sensors.laser import LaserSpec
+from vrg.recording import foxglove as fg
+from vrg.types import Pose
+
+UNKNOWN_SIZE: Final = fg.Vector3(0.5, 0.4, 0.25)
+"""Length, width and height in m of a robot whose model is not known."""
+
+
+def robot_entity(
+    name: str, pose: fg.Pose, model: RobotModel | None, colour: Rgb, word: str, at: fg.Time, *, physical: bool
+) -> fg.SceneEntity:
+    """A robot in the scene.
+
+    Args:
+        pose: on the ground. model: None where it is not known.
+        word: what is written beside its name.
+    """
+    size = UNKNOWN_SIZE if model is None else fg.Vector3(model.length, model.width, model.height)
+    x, y, turned = pose.position.x, pose.position.y, pose.orientation
+    middle = fg.Pose(fg.Vector3(x, y, size.z / 2), turned)
+    top = fg.Pose(fg.Vector3(x, y, size.z + 0.02), turned)
+    above = fg.Pose(fg.Vector3(x, y, size.z + 0.3), turned)
+    box = fg.CubePrimitive(middle, size, _color(colour))
+    arrow = fg.ArrowPrimitive(top, size.x * 0.5, 0.06, 0.18, 0.16, _WHITE)
+    text = fg.TextPrimitive(above, True, 0.25, False, _WHITE, f"{name} ({word})")
+    rim = [_rim(top, size)] if physical else []
+    return fg.SceneEntity(at, fg.FRAME, name, _FOREVER, False, [arrow], [box], rim, [text])
+
+
+def zone_entity(zone: Zone, at: fg.Time) -> fg.SceneEntity:
+    """The outline of a zone; a safe one is green."""
+    corners = [fg.Vector3(x, y, 0.01) for x, y in zone.region.outline()]
+    colour = _color(GREEN if zone.kind == "safe" else GREY)
+    line = fg.LinePrimitive(1, _ORIGIN, 0.06, False, corners, colour)
+    return fg.SceneEntity(at, fg.FRAME, f"zone:{zone.name}", _FOREVER, False, [], [], [line], [])
+
+
+def laser_pose(body: Pose, model: RobotModel | None, laser: str) -> fg.Pose:
+    """Where a laser of a robot is, on the ground, when the robot's body is at `body`.
+
+    Args:
+        model: of the robot; without one, the laser is taken to be at the body's centre.
+        laser: name of the sensor on its robot.
+    """
+    sensors = () if model is None else model.sensors
+    ahead = next((spec.x for spec in sensors if isinstance(spec, LaserSpec) and spec.name == laser), 0.0)
+    return fg.pose_of(body.x + ahead * math.cos(body.theta), body.y + ahead * math.sin(body.theta), body.theta)
+
+
+def _rim(top: fg.Pose, size: fg.Vector3) -> fg.LinePrimitive:
+    x, y = size.x / 2, size.y / 2
+    corners = [fg.Vector3(a, b, 0.0) for a, b in ((x, y), (-x, y), (-x, -y), (x, -y))]
+    return fg.LinePrimitive(1, top, 0.05, False, corners, _WHITE)
+
+
+def _color(rgb: Rgb) -> fg.Color:
+    return fg.Color(rgb[0] / 255, rgb[1] / 255, rgb[2] / 255, 1.0)
+
+
+_WHITE: Final = _color((255, 255, 255))
+_ORIGIN: Final = fg.pose_of(0.0, 0.0, 0.0)
+_FOREVER: Final = fg.Time(0, 0)

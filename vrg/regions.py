@@ -1,0 +1,410 @@
+"""Regions of a field: rectangles, circles, sectors and convex polygons behind one type.
+
+The referee judges a region, and the windows draw it, by the same object: `contains`, `inside` and `nearest` are exact,
+`outline` gives the points to draw. Every region is convex, so a straight way is inside of it for one stretch at most.
+A region travels on the bus as a map whose field `shape` says which of the four it is; match files and map files write
+it in the same way, for example `{ shape = "circle", x = 1.0, y = 2.0, radius = 0.6 }`.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Annotated
+
+from msgspec import Meta, Struct
+
+from vrg.types import Length, Metres, Radians, Vector
+
+Bounds = tuple[float, float, float, float]
+"""The smallest axis-aligned rectangle around something: (x_min, y_min, x_max, y_max), m."""
+
+CHORD = 0.01
+"""m by which a drawn arc may differ from the true one."""
+_EPS = 1e-12
+
+
+class _Shape(Struct, frozen=True, tag_field="shape", forbid_unknown_fields=True):
+    """What all regions can do. The borders belong to a region."""
+
+    def contains(self, x: float, y: float) -> bool:
+        """Whether the point is inside or on the border."""
+        raise NotImplementedError
+
+    def inside(self, start: Vector, end: Vector) -> tuple[float, float] | None:
+        """The stretch of the straight way from start to end that is inside, as fractions of it, or None."""
+        raise NotImplementedError
+
+    def nearest(self, x: float, y: float) -> Vector:
+        """The point of the region that is nearest to (x, y): that point itself if it is inside."""
+        raise NotImplementedError
+
+    def shrunk(self, margin: float) -> "Region":
+        """The region with its border moved inwards by `margin` m; too large a margin leaves its middle."""
+        raise NotImplementedError
+
+    def outline(self) -> list[Vector]:
+        """The corners, counter-clockwise; an arc is given by points that follow it within CHORD."""
+        raise NotImplementedError
+
+    @property
+    def middle(self) -> Vector:
+        """A point inside, where a name can be written: the middle of the bounds."""
+        x_min, y_min, x_max, y_max = self.bounds
+        return (x_min + x_max) / 2, (y_min + y_max) / 2
+
+    @property
+    def bounds(self) -> Bounds:
+        """The axis-aligned rectangle around it."""
+        points = self.outline()
+        xs, ys = [x for x, _ in points], [y for _, y in points]
+        return min(xs), min(ys), max(xs), max(ys)
+
+    def distance(self, x: float, y: float) -> float:
+        """m from the point to the region, 0 inside."""
+        return 0.0 if self.contains(x, y) else math.dist((x, y), self.nearest(x, y))
+
+    def exit_fraction(self, start: Vector, end: Vector) -> float | None:
+        """Where the way from start to end first leaves: 0 at start, 1 at end, None where it stays inside."""
+        if not self.contains(*start):
+            return 0.0
+        if self.contains(*end):
+            return None
+        stretch = self.inside(start, end)
+        return stretch[1] if stretch is not None else 0.0
+
+    def entry_fraction(self, start: Vector, end: Vector) -> float | None:
+        """Where the way from start to end first enters: 0 for one that starts inside, None where it never does."""
+        if self.contains(*start):
+            return 0.0
+        stretch = self.inside(start, end)
+        if stretch is not None:
+            return stretch[0]
+        return 1.0 if self.contains(*end) else None
+
+
+class Rectangle(_Shape, frozen=True, tag="rectangle"):
+    """An axis-aligned rectangle."""
+
+    x_min: Metres
+    y_min: Metres
+    x_max: Metres
+    y_max: Metres
+
+    def __post_init__(self) -> None:
+        if self.x_min > self.x_max or self.y_min > self.y_max:
+            raise ValueError(f"expected x_min <= x_max and y_min <= y_max, got {self.bounds}")
+
+    @property
+    def bounds(self) -> Bounds:
+        """The rectangle's own borders."""
+        return self.x_min, self.y_min, self.x_max, self.y_max
+
+    def contains(self, x: float, y: float) -> bool:
+        """Whether the point is inside or on the border."""
+        return self.x_min <= x <= self.x_max and self.y_min <= y <= self.y_max
+
+    def inside(self, start: Vector, end: Vector) -> tuple[float, float] | None:
+        """See the base class (Liang and Barsky's clipping)."""
+        enter, leave = 0.0, 1.0
+        for a, b, low, high in ((start[0], end[0], self.x_min, self.x_max), (start[1], end[1], self.y_min, self.y_max)):
+            if a == b:
+                if not low <= a <= high:
+                    return None
+                continue
+            first, second = (low - a) / (b - a), (high - a) / (b - a)
+            enter, leave = max(enter, min(first, second)), min(leave, max(first, second))
+        return (enter, leave) if enter <= leave else None
+
+    def nearest(self, x: float, y: float) -> Vector:
+        """The point of the rectangle that is nearest to (x, y)."""
+        return min(max(x, self.x_min), self.x_max), min(max(y, self.y_min), self.y_max)
+
+    def shrunk(self, margin: float) -> "Rectangle":
+        """Every side moved inwards; a side longer than that allows collapses to its middle."""
+        x, y = self.middle
+        return Rectangle(
+            min(self.x_min + margin, x),
+            min(self.y_min + margin, y),
+            max(self.x_max - margin, x),
+            max(self.y_max - margin, y),
+        )
+
+    def outline(self) -> list[Vector]:
+        """The four corners."""
+        x_min, y_min, x_max, y_max = self.bounds
+        return [(x_min, y_min), (x_max, y_min), (x_max, y_max), (x_min, y_max)]
+
+
+class Circle(_Shape, frozen=True, tag="circle"):
+    """A full circle about (x, y)."""
+
+    x: Metres
+    y: Metres
+    radius: Length
+
+    @property
+    def middle(self) -> Vector:
+        """The centre."""
+        return self.x, self.y
+
+    @property
+    def bounds(self) -> Bounds:
+        """The square around it."""
+        return self.x - self.radius, self.y - self.radius, self.x + self.radius, self.y + self.radius
+
+    def contains(self, x: float, y: float) -> bool:
+        """Whether the point is inside or on the border."""
+        return math.hypot(x - self.x, y - self.y) <= self.radius
+
+    def inside(self, start: Vector, end: Vector) -> tuple[float, float] | None:
+        """See the base class."""
+        return _in_disc(start, end, (self.x, self.y), self.radius)
+
+    def nearest(self, x: float, y: float) -> Vector:
+        """The point itself, or the one of the border towards it."""
+        dx, dy = x - self.x, y - self.y
+        away = math.hypot(dx, dy)
+        if away <= self.radius:
+            return x, y
+        return self.x + dx * self.radius / away, self.y + dy * self.radius / away
+
+    def shrunk(self, margin: float) -> "Circle":
+        """A smaller circle about the same centre."""
+        return Circle(self.x, self.y, max(self.radius - margin, 1e-6))
+
+    def outline(self) -> list[Vector]:
+        """Points of the border."""
+        points = _arc(self.middle, self.radius, 0.0, math.tau)
+        return points[:-1]
+
+
+class Sector(_Shape, frozen=True, tag="sector"):
+    """A part of a circle about (x, y), such as the quarter circle in a corner of a field.
+
+    Args:
+        start: rad, the direction of its first edge. sweep: rad, counter-clockwise from there to the other edge.
+    """
+
+    x: Metres
+    y: Metres
+    radius: Length
+    start: Radians
+    sweep: Annotated[float, Meta(gt=0.0, le=math.pi + 1e-9)]
+
+    @property
+    def middle(self) -> Vector:
+        """Between the edges, at 0.6 of the radius."""
+        return self._at(0.6 * self.radius, self.start + self.sweep / 2)
+
+    @property
+    def bounds(self) -> Bounds:
+        """The axis-aligned rectangle around it, with the points where the arc is farthest out."""
+        points = [(self.x, self.y), self._at(self.radius, self.start), self._at(self.radius, self.start + self.sweep)]
+        points += [
+            self._at(self.radius, quarter)
+            for quarter in (0.0, math.pi / 2, math.pi, 3 * math.pi / 2)
+            if (quarter - self.start) % math.tau <= self.sweep
+        ]
+        xs, ys = [x for x, _ in points], [y for _, y in points]
+        return min(xs), min(ys), max(xs), max(ys)
+
+    def contains(self, x: float, y: float) -> bool:
+        """Whether the point is inside or on the border."""
+        dx, dy = x - self.x, y - self.y
+        return math.hypot(dx, dy) <= self.radius and all(nx * dx + ny * dy >= -_EPS for nx, ny in self._normals())
+
+    def inside(self, start: Vector, end: Vector) -> tuple[float, float] | None:
+        """See the base class: the part in the disc that is also on the inner side of both edges."""
+        stretch = _in_disc(start, end, (self.x, self.y), self.radius)
+        planes = [(nx, ny, nx * self.x + ny * self.y) for nx, ny in self._normals()]
+        return _on_inner_sides(start, end, planes, stretch)
+
+    def nearest(self, x: float, y: float) -> Vector:
+        """The point itself, or the nearest one of the arc or of an edge."""
+        if self.contains(x, y):
+            return x, y
+        bearing = math.atan2(y - self.y, x - self.x)
+        candidates = [
+            _nearest_on_segment((x, y), (self.x, self.y), self._at(self.radius, edge))
+            for edge in (self.start, self.start + self.sweep)
+        ]
+        if (bearing - self.start) % math.tau <= self.sweep:
+            candidates.append(self._at(self.radius, bearing))
+        return min(candidates, key=lambda point: math.dist(point, (x, y)))
+
+    def shrunk(self, margin: float) -> "Polygon":
+        """A polygon, as the edges of a smaller sector would not meet in the same corner."""
+        return Polygon(tuple(self.outline())).shrunk(margin)
+
+    def outline(self) -> list[Vector]:
+        """The corner, then points of the arc."""
+        return [(self.x, self.y), *_arc((self.x, self.y), self.radius, self.start, self.sweep)]
+
+    def _at(self, distance: float, bearing: float) -> Vector:
+        return self.x + distance * math.cos(bearing), self.y + distance * math.sin(bearing)
+
+    def _normals(self) -> tuple[Vector, Vector]:
+        """Unit vectors from the two edges inwards."""
+        end = self.start + self.sweep
+        return (-math.sin(self.start), math.cos(self.start)), (math.sin(end), -math.cos(end))
+
+
+class Polygon(_Shape, frozen=True, tag="polygon"):
+    """A convex polygon.
+
+    Args:
+        points: its corners, counter-clockwise, at least three.
+    """
+
+    points: Annotated[tuple[tuple[Metres, Metres], ...], Meta(min_length=3, max_length=1000)]
+
+    def __post_init__(self) -> None:
+        turns = [
+            _cross(a, b, c) for a, b, c in zip(self.points, _next(self.points), _next(self.points, 2), strict=True)
+        ]
+        if any(turn < -1e-9 for turn in turns) or sum(turns) <= 0.0:
+            raise ValueError("expected the corners of a convex polygon, counter-clockwise")
+
+    def contains(self, x: float, y: float) -> bool:
+        """Whether the point is inside or on the border."""
+        return all(nx * x + ny * y >= offset - _EPS for nx, ny, offset in self._planes())
+
+    def inside(self, start: Vector, end: Vector) -> tuple[float, float] | None:
+        """See the base class (Cyrus and Beck's clipping)."""
+        return _on_inner_sides(start, end, self._planes(), (0.0, 1.0))
+
+    def nearest(self, x: float, y: float) -> Vector:
+        """The point itself, or the nearest one of the border."""
+        if self.contains(x, y):
+            return x, y
+        edges = zip(self.points, _next(self.points), strict=True)
+        return min((_nearest_on_segment((x, y), a, b) for a, b in edges), key=lambda p: math.dist(p, (x, y)))
+
+    def shrunk(self, margin: float) -> "Polygon":
+        """The part that is at least `margin` m from every side, or a tiny triangle about the middle."""
+        corners = list(self.points)
+        for nx, ny, offset in self._planes():
+            corners = _clip(corners, nx, ny, offset + margin)
+        if len(corners) < 3:
+            x, y = _centroid(self.points)
+            corners = [(x, y), (x + 1e-6, y), (x, y + 1e-6)]
+        return Polygon(tuple(corners))
+
+    def outline(self) -> list[Vector]:
+        """The corners."""
+        return list(self.points)
+
+    @property
+    def middle(self) -> Vector:
+        """The mean of the corners."""
+        return _centroid(self.points)
+
+    def _planes(self) -> list[tuple[float, float, float]]:
+        """Of each side the unit vector inwards and its offset: inside is nx x + ny y >= offset."""
+        planes = []
+        for (ax, ay), (bx, by) in zip(self.points, _next(self.points), strict=True):
+            length = math.hypot(bx - ax, by - ay)
+            if length > 0.0:
+                nx, ny = (ay - by) / length, (bx - ax) / length
+                planes.append((nx, ny, nx * ax + ny * ay))
+        return planes
+
+
+Region = Rectangle | Circle | Sector | Polygon
+"""Any of the four."""
+
+
+def touch(first: Region, second: Region) -> bool:
+    """Whether two regions have a point in common; arcs count as their outlines (separating axis theorem)."""
+    if isinstance(second, Circle):
+        first, second = second, first
+    if isinstance(first, Circle):
+        return second.distance(first.x, first.y) <= first.radius
+    a, b = first.outline(), second.outline()
+    for shape in (a, b):
+        for (ax, ay), (bx, by) in zip(shape, _next(shape), strict=True):
+            nx, ny = by - ay, ax - bx
+            if max(nx * x + ny * y for x, y in a) < min(nx * x + ny * y for x, y in b):
+                return False
+            if max(nx * x + ny * y for x, y in b) < min(nx * x + ny * y for x, y in a):
+                return False
+    return True
+
+
+def _in_disc(start: Vector, end: Vector, centre: Vector, radius: float) -> tuple[float, float] | None:
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    fx, fy = start[0] - centre[0], start[1] - centre[1]
+    a, b, c = dx * dx + dy * dy, fx * dx + fy * dy, fx * fx + fy * fy - radius * radius
+    if a == 0.0:
+        return (0.0, 1.0) if c <= 0.0 else None
+    discriminant = b * b - a * c
+    if discriminant < 0.0:
+        return None
+    root = math.sqrt(discriminant)
+    enter, leave = max(0.0, (-b - root) / a), min(1.0, (-b + root) / a)
+    return (enter, leave) if enter <= leave else None
+
+
+def _on_inner_sides(
+    start: Vector, end: Vector, planes: Sequence[tuple[float, float, float]], stretch: tuple[float, float] | None
+) -> tuple[float, float] | None:
+    """The part of a stretch of the way that is on the inner side of every plane."""
+    if stretch is None:
+        return None
+    enter, leave = stretch
+    for nx, ny, offset in planes:
+        at_start = nx * start[0] + ny * start[1] - offset
+        at_end = nx * end[0] + ny * end[1] - offset
+        if at_start < 0.0 and at_end < 0.0:
+            return None
+        if at_start < 0.0:
+            enter = max(enter, at_start / (at_start - at_end))
+        elif at_end < 0.0:
+            leave = min(leave, at_start / (at_start - at_end))
+    return (enter, leave) if enter <= leave else None
+
+
+def _arc(centre: Vector, radius: float, start: float, sweep: float) -> list[Vector]:
+    """Points of an arc, both ends included, so close that no chord is further than CHORD from it."""
+    step = 2 * math.acos(max(0.0, 1.0 - CHORD / radius)) if radius > CHORD else math.pi / 4
+    count = max(8, math.ceil(sweep / step))
+    return [
+        (
+            centre[0] + radius * math.cos(start + sweep * i / count),
+            centre[1] + radius * math.sin(start + sweep * i / count),
+        )
+        for i in range(count + 1)
+    ]
+
+
+def _nearest_on_segment(point: Vector, a: Vector, b: Vector) -> Vector:
+    dx, dy = b[0] - a[0], b[1] - a[1]
+    square = dx * dx + dy * dy
+    along = 0.0 if square == 0.0 else ((point[0] - a[0]) * dx + (point[1] - a[1]) * dy) / square
+    along = min(1.0, max(0.0, along))
+    return a[0] + along * dx, a[1] + along * dy
+
+
+def _clip(corners: list[Vector], nx: float, ny: float, offset: float) -> list[Vector]:
+    """The part of a convex polygon with nx x + ny y >= offset (Sutherland and Hodgman)."""
+    kept: list[Vector] = []
+    for a, b in zip(corners, _next(corners), strict=True):
+        at_a, at_b = nx * a[0] + ny * a[1] - offset, nx * b[0] + ny * b[1] - offset
+        if at_a >= 0.0:
+            kept.append(a)
+        if at_a * at_b < 0.0:
+            share = at_a / (at_a - at_b)
+            kept.append((a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])))
+    return kept
+
+
+def _next(points: Sequence[Vector], by: int = 1) -> list[Vector]:
+    """The same corners, begun `by` later."""
+    return [*points[by:], *points[:by]]
+
+
+def _cross(a: Vector, b: Vector, c: Vector) -> float:
+    return (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])
+
+
+def _centroid(points: Sequence[Vector]) -> Vector:
+    return sum(x for x, _ in points) / len(points), sum(y for _, y in points) / len(points)

@@ -1,0 +1,120 @@
+"""Things that are found by name: games, strategies, robot models, sensors, maps, engines, backends, motor protocols.
+
+A registry is a table of names. Those that come with VRG stand in a lazy table, as `module:attribute`, and are imported
+when they are asked for. Any other package adds one by an entry point of the registry's group, without a change here:
+
+    [project.entry-points."vrg.games"]
+    capture = "my_package.capture:GAME"
+"""
+
+import importlib
+from collections.abc import Callable, Mapping
+from functools import cache
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from vrg.errors import ConfigError
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
+T = TypeVar("T")
+
+
+class Registry(Generic[T]):
+    """One table of names.
+
+    Args:
+        what: one of its things, as a message calls it: `game`.
+        group: of the entry points of other packages, such as `vrg.games`. A name that comes with VRG cannot be taken.
+        built_in: `module:attribute` by name.
+        check: says why an object cannot be in this table, or None where it can.
+    """
+
+    def __init__(
+        self, what: str, group: str, built_in: Mapping[str, str], check: Callable[[Any], str | None] = lambda _: None
+    ) -> None:
+        self.what = what
+        self.group = group
+        self._built_in = dict(built_in)
+        self._check = check
+        self._found: dict[str, T] = {}
+        self._unusable: set[str] = set()
+
+    def names(self) -> list[str]:
+        """Everything that can be asked for, sorted, whether or not it can be imported."""
+        return sorted({*self._built_in, *self._plugins()})
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._built_in or name in self._plugins()
+
+    def get(self, name: str) -> T:
+        """The thing of this name.
+
+        Raises:
+            ConfigError: there is none of that name, it cannot be imported, or it is not what this table is for.
+        """
+        if name not in self._found:
+            self._found[name] = self._load(name)
+        return self._found[name]
+
+    def find(self, name: str) -> T | None:
+        """The thing of this name, or None where there is none or it cannot be used: for those who only show it."""
+        if name not in self._unusable:
+            try:
+                return self.get(name)
+            except ConfigError:
+                # Who shows things asks again and again, and a package that cannot be imported is not tried each time.
+                self._unusable.add(name)
+        return None
+
+    def unknown(self, name: str) -> str:
+        """What to say of a name that is not in the table."""
+        import difflib  # noqa: PLC0415 - only a mistake needs it
+
+        names = self.names()
+        by_folded = {known.casefold(): known for known in reversed(names)}
+        close = difflib.get_close_matches(name.casefold(), by_folded, n=1)
+        guess = f", did you mean {by_folded[close[0]]!r}?" if close else ""
+        return f"{self.what}: expected one of {', '.join(names)}, got {name!r}{guess}"
+
+    def _load(self, name: str) -> T:
+        target = self._built_in.get(name)
+        plugin = self._plugins().get(name) if target is None else None
+        try:
+            if target is not None:
+                found = load_object(target)
+            elif plugin is not None:
+                found = plugin.load()
+            else:
+                raise ConfigError([self.unknown(name)])
+        except ConfigError:
+            raise
+        # A plug-in may raise anything while it is imported, and that must not look like a fault of VRG.
+        except Exception as error:
+            where = target or f"{plugin.value} of the entry point group {self.group}"  # type: ignore[union-attr]
+            raise ConfigError([f"{self.what} {name}: cannot import {where}: {error!r}"]) from error
+        why = self._check(found)
+        if why is not None:
+            raise ConfigError([f"{self.what} {name}: {why}, got {found!r}"])
+        return found  # type: ignore[no-any-return]
+
+    def _plugins(self) -> "dict[str, EntryPoint]":
+        return plugins(self.group)
+
+
+@cache
+def plugins(group: str) -> "dict[str, EntryPoint]":
+    """The entry points of a group by name; looked up once in a process, as it reads the metadata of every package."""
+    from importlib.metadata import entry_points  # noqa: PLC0415 - it takes longer to load than all else that a player needs
+
+    return {entry.name: entry for entry in entry_points(group=group)}
+
+
+def load_object(target: str) -> Any:
+    """The object that `module:attribute` names, imported now.
+
+    Raises:
+        ImportError, AttributeError: there is none; or whatever the module raises while it is imported.
+    """
+    module, _, attribute = target.partition(":")
+    return getattr(importlib.import_module(module), attribute)

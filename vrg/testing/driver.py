@@ -1,0 +1,269 @@
+"""What every driver promises. A driver's test subclasses DriverContract and gives it a DriverBench."""
+
+import math
+from abc import ABC, abstractmethod
+
+import pytest
+
+from vrg.errors import RobotError, StaleDataError
+from vrg.hal.driver import COMMAND_TIMEOUT, Driver
+from vrg.hal.sensors.odometry import Odometry
+from vrg.types import STILL, Twist
+
+STOPPED = 0.02
+"""m/s below which a robot counts as stopped."""
+PERIOD = 0.1
+"""s between the commands of whoever drives."""
+AHEAD = Twist(0.3, 0.0)
+
+
+class DriverBench(ABC):
+    """A robot on a stand, with free ground ahead. `driver` is constructed and not connected."""
+
+    driver: Driver
+
+    @abstractmethod
+    def advance(self, seconds: float) -> None:
+        """Let time pass; nobody drives meanwhile."""
+
+    @abstractmethod
+    def cut(self) -> None:
+        """The robot stops to send readings, while time goes on."""
+
+    def estop(self, engaged: bool) -> None:
+        """Somebody engages or releases the emergency stop of the match."""
+        if engaged:
+            self.driver.emergency_stop()
+        else:
+            self.driver.release()
+
+    def run(self, twist: Twist, seconds: float) -> None:
+        """Drive for a while, with a fresh command every PERIOD."""
+        for _ in range(round(seconds / PERIOD)):
+            self.driver.drive(twist)
+            self.advance(PERIOD)
+
+    @property
+    def odometry(self) -> Odometry:
+        """The newest odometry; every driver measures it, or the world does."""
+        sample = self.driver.read().odometry
+        assert sample is not None, "expected a sample of the odometry"
+        return sample.value
+
+    @property
+    def speed(self) -> float:
+        """m/s ahead."""
+        return self.odometry.twist.v
+
+
+class DriverContract:
+    """Subclasses provide the fixture `bench`."""
+
+    def test_features_are_readable_before_connecting(self, bench: DriverBench) -> None:
+        assert bench.driver.features.wheel_speed_max > 0
+        assert bench.driver.features.track > 0
+
+    def test_it_measures_only_sensors_that_its_model_has(self, bench: DriverBench) -> None:
+        assert bench.driver.measures <= {spec.kind for spec in bench.driver.features.sensors}
+
+    def test_a_reading_before_the_first_one_is_an_error_not_zeros(self, bench: DriverBench) -> None:
+        with pytest.raises(StaleDataError):
+            bench.driver.read()
+
+    def test_connecting_does_not_arm(self, bench: DriverBench) -> None:
+        bench.driver.connect()
+        bench.advance(0.2)
+        assert not bench.driver.read().armed
+        with pytest.raises(RobotError, match="arm"):
+            bench.driver.drive(AHEAD)
+        bench.advance(0.3)
+        assert abs(bench.speed) < STOPPED
+
+    def test_arming_needs_a_connection(self, bench: DriverBench) -> None:
+        with pytest.raises(RobotError, match="connect"):
+            bench.driver.arm()
+
+    def test_it_drives_where_it_is_told(self, bench: DriverBench) -> None:
+        armed(bench)
+        before, turned = bench.odometry.pose, bench.driver.read().encoders
+        bench.run(Twist(0.2, 0.0), 2.0)
+        after = bench.odometry
+        assert bench.driver.read().armed
+        assert after.twist.v == pytest.approx(0.2, rel=0.15)
+        assert math.hypot(after.pose.x - before.x, after.pose.y - before.y) > 0.1
+        now_turned = bench.driver.read().encoders
+        if turned is not None and now_turned is not None:
+            assert now_turned.value.left > turned.value.left
+            assert now_turned.value.right > turned.value.right
+
+    def test_it_turns_to_the_side_that_it_is_told(self, bench: DriverBench) -> None:
+        armed(bench)
+        bench.run(Twist(0.0, 0.5), 1.0)
+        assert bench.odometry.twist.w == pytest.approx(0.5, rel=0.25)
+
+    def test_drive_returns_what_is_sent_and_keeps_the_curve(self, bench: DriverBench) -> None:
+        armed(bench)
+        features = bench.driver.features
+        much = Twist(4 * features.v_max, -2 * features.w_max)
+        sent = bench.driver.drive(much)
+        assert max(map(abs, features.wheels(sent))) == pytest.approx(features.wheel_speed_max)
+        assert sent.w / sent.v == pytest.approx(much.w / much.v)
+        inside = Twist(features.v_max / 3, 0.1)
+        assert bench.driver.drive(inside) == inside
+
+    def test_top_speed_is_the_models(self, bench: DriverBench) -> None:
+        armed(bench)
+        bench.run(Twist(50.0, 0.0), 2.0)
+        assert bench.speed <= bench.driver.features.v_max * 1.1
+
+    @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+    def test_motions_that_are_not_finite_are_refused(self, bench: DriverBench, bad: float) -> None:
+        armed(bench)
+        for twist in (Twist(bad, 0.1), Twist(0.1, bad)):
+            with pytest.raises(RobotError, match="finite"):
+                bench.driver.drive(twist)
+        bench.advance(0.3)
+        assert abs(bench.speed) < STOPPED
+
+    def test_stop_stops_and_stays_armed(self, bench: DriverBench) -> None:
+        armed(bench)
+        bench.run(AHEAD, 1.0)
+        for _ in range(8):
+            bench.driver.stop()
+            bench.advance(PERIOD)
+        assert abs(bench.speed) < STOPPED
+        assert bench.driver.read().armed
+        bench.run(AHEAD, 1.0)
+        assert bench.speed > 0.1
+
+    def test_the_watchdog_stops_it_when_commands_cease(self, bench: DriverBench) -> None:
+        armed(bench)
+        bench.run(Twist(bench.driver.features.v_max, 0.0), 1.0)
+        assert bench.speed > 0.3
+        bench.advance(COMMAND_TIMEOUT + 0.35)
+        assert abs(bench.speed) < STOPPED
+        if not bench.driver.read().armed:
+            # Where the watchdog is the drive's own, it has switched the motors off.
+            bench.driver.arm()
+            bench.advance(PERIOD)
+        bench.run(AHEAD, 1.0)
+        assert bench.speed > 0.1, "a fresh command moves it again"
+
+    def test_readings_carry_their_age(self, bench: DriverBench) -> None:
+        bench.driver.connect()
+        bench.advance(0.5)
+        fresh = bench.driver.read()
+        assert 0.0 <= fresh.age < 0.15
+        assert fresh.odometry is not None
+        assert 0.0 <= fresh.odometry.age < 0.15
+        bench.cut()
+        bench.advance(1.0)
+        stale = bench.driver.read()
+        assert stale.age > 0.8
+        assert stale.stamp <= fresh.stamp + 0.1
+        assert stale.odometry is not None
+        assert stale.odometry.age > 0.8
+        assert stale.odometry.stamp <= fresh.odometry.stamp + 0.1
+
+    def test_only_sensors_of_the_model_have_samples(self, bench: DriverBench) -> None:
+        bench.driver.connect()
+        bench.advance(1.5)
+        kinds = {spec.kind for spec in bench.driver.features.sensors}
+        assert {sample.value.kind for sample in bench.driver.read().samples} <= kinds
+
+    def test_disarm_stops_it_until_armed_again(self, bench: DriverBench) -> None:
+        armed(bench)
+        bench.run(AHEAD, 1.0)
+        bench.driver.disarm()
+        bench.driver.disarm()
+        bench.advance(0.5)
+        assert abs(bench.speed) < STOPPED
+        assert not bench.driver.read().armed
+        with pytest.raises(RobotError, match="arm"):
+            bench.driver.drive(AHEAD)
+        bench.driver.arm()
+        bench.advance(PERIOD)
+        bench.run(AHEAD, 1.0)
+        assert bench.speed > 0.1
+
+    def test_the_emergency_stop_stops_it(self, bench: DriverBench) -> None:
+        armed(bench)
+        bench.run(AHEAD, 1.0)
+        bench.estop(True)
+        bench.advance(0.3)
+        assert abs(bench.speed) < STOPPED
+        with pytest.raises(RobotError, match="arm"):
+            bench.driver.drive(AHEAD)
+        bench.advance(0.5)
+        assert abs(bench.speed) < STOPPED
+
+    def test_nothing_moves_after_a_release_until_armed_again(self, bench: DriverBench) -> None:
+        armed(bench)
+        bench.run(AHEAD, 1.0)
+        bench.estop(True)
+        bench.advance(0.3)
+        # Whoever plays sees it at its next tick.
+        bench.driver.read()
+        bench.advance(0.1)
+        bench.estop(False)
+        bench.advance(0.3)
+        assert not bench.driver.read().estop
+        with pytest.raises(RobotError, match="arm"):
+            bench.driver.drive(AHEAD)
+        bench.advance(0.3)
+        assert abs(bench.speed) < STOPPED
+        bench.driver.arm()
+        bench.advance(PERIOD)
+        bench.run(AHEAD, 1.0)
+        assert bench.speed > 0.1
+
+    def test_recovering_leaves_it_disarmed(self, bench: DriverBench) -> None:
+        armed(bench)
+        bench.driver.disarm()
+        bench.driver.recover()
+        bench.advance(0.7)
+        assert not bench.driver.read().armed
+        bench.driver.arm()
+        bench.advance(PERIOD)
+        bench.run(AHEAD, 1.0)
+        assert bench.speed > 0.1
+
+    def test_close_disarms_and_can_be_called_twice(self, bench: DriverBench) -> None:
+        armed(bench)
+        bench.run(AHEAD, 1.0)
+        bench.driver.close()
+        bench.driver.close()
+        bench.advance(0.5)
+        with pytest.raises(RobotError):
+            bench.driver.drive(AHEAD)
+
+    def test_it_can_be_connected_again_and_is_then_disarmed_and_at_rest(self, bench: DriverBench) -> None:
+        armed(bench)
+        bench.run(AHEAD, 1.0)
+        bench.driver.close()
+        bench.advance(0.5)
+        bench.driver.connect()
+        bench.driver.connect()
+        bench.advance(0.2)
+        assert abs(bench.speed) < STOPPED
+        assert not bench.driver.read().armed
+        bench.driver.arm()
+        bench.advance(PERIOD)
+        bench.run(AHEAD, 1.0)
+        assert bench.speed > 0.1
+
+    def test_a_context_manager_connects_and_closes(self, bench: DriverBench) -> None:
+        with bench.driver as driver:
+            bench.advance(0.1)
+            driver.arm()
+            bench.advance(0.1)
+        with pytest.raises(RobotError):
+            bench.driver.drive(STILL)
+
+
+def armed(bench: DriverBench) -> None:
+    """Connect and arm."""
+    bench.driver.connect()
+    bench.advance(0.1)
+    bench.driver.arm()
+    bench.advance(0.1)

@@ -1,0 +1,430 @@
+"""What every protocol of motor controllers promises. A protocol's test subclasses ProtocolContract.
+
+    class TestMyProtocol(ProtocolContract):
+        protocol = my_package.PROTOCOL
+        nodes = (1, 127)
+        impossible_nodes = (0, 128)
+
+The protocol's axis is run against its own emulated drive, in memory: no bus, no threads, and a clock that the test
+turns on.
+"""
+
+import math
+import random
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Self
+
+import pytest
+
+from vrg.hal.can.axis import State
+from vrg.hal.can.emulator.drive import DriveOptions, EmulatedDrive
+from vrg.hal.can.emulator.faults import FaultKind, FaultRequest, encode_fault
+from vrg.hal.can.frame import STANDARD_MASK, Frame
+from vrg.hal.can.listener import Found
+from vrg.hal.can.protocols import Protocol
+from vrg.hal.can.survey import Survey
+
+SERIAL = 0xBEEF
+PATIENCE = 30.0
+"""s of the clock within which what is waited for must happen."""
+PERIOD = 0.02
+"""s between setpoints."""
+SPEED = 8.0
+"""The speed at which motors are tested, turn/s."""
+STILL = 0.1
+"""turn/s below which a motor stands."""
+WATCHDOG = 0.2
+"""s without a setpoint after which a drive stops its motor."""
+
+
+class ProtocolWire:
+    """An axis, one or more emulated drives that have its id, and a clock.
+
+    What the axis sends is delivered, and answered, before its call returns. Frames of the drives pass the filters of
+    the axis once that is prepared.
+
+    Args:
+        protocol: the protocol of the axis and the drives. node: their id.
+        serials: the serial number of each drive.
+
+    Attributes:
+        now: the clock, monotonic s.
+        axis, drives: the two ends of the wire. survey: a listener of the protocol, which hears the drives too.
+        sent: the frames that the axis has sent. heard: the frames that the drives have sent.
+    """
+
+    def __init__(self, protocol: Protocol, node: int, serials: Sequence[int] = (SERIAL,)) -> None:
+        self.now = 100.0
+        self.node = node
+        self.sent: list[Frame] = []
+        self.heard: list[Frame] = []
+        self.axis = protocol.axis_type(node, self.send)
+        self.drives: list[EmulatedDrive] = [
+            protocol.drive_type(node, DriveOptions(serial=serial, watchdog=WATCHDOG), self.now, random.Random(serial))
+            for serial in serials
+        ]
+        self.survey = Survey([protocol.listener_type(self.inject)])
+        self._filters: list[tuple[int, int]] | None = None
+        self._under_way: deque[Frame] = deque()
+        self._pumping = False
+
+    @property
+    def drive(self) -> EmulatedDrive:
+        """The first drive."""
+        return self.drives[0]
+
+    @property
+    def motor_speed(self) -> float:
+        """How fast the first drive's motor truly turns, turn/s."""
+        return self.drive.motor.velocity
+
+    def says(self) -> tuple[State, str | None]:
+        """The state and the fault that the axis tells."""
+        return self.axis.state, self.axis.fault
+
+    def send(self, frame: Frame) -> None:
+        """The axis sends a frame."""
+        self.sent.append(frame)
+        self.inject(frame)
+
+    def inject(self, frame: Frame) -> None:
+        """A frame reaches the drives, and their answers the axis."""
+        for drive in self.drives:
+            self._under_way.extend(drive.receive(frame, self.now))
+        self._pump()
+
+    def advance(self, seconds: float) -> None:
+        """Let time pass; nobody sends setpoints."""
+        until = self.now + seconds
+        while self.now < until:
+            self.now = min(until, max(self.now + 1e-4, min(drive.due for drive in self.drives)))
+            for drive in self.drives:
+                self._under_way.extend(drive.step(self.now))
+            self._pump()
+
+    def until(self, condition: Callable[[], object], act: Callable[[], object] = lambda: None) -> None:
+        """Let time pass until the condition holds; `act` is called every PERIOD."""
+        end = self.now + PATIENCE
+        while not condition():
+            assert self.now < end, f"it has not come about: {vars(self.axis)}"
+            act()
+            self.advance(PERIOD)
+
+    def drive_on(self, velocity: float, seconds: float) -> None:
+        """Send setpoints for a while."""
+        end = self.now + seconds
+        self.until(lambda: self.now >= end, lambda: self.axis.command(velocity))
+
+    def fault(self, kind: FaultKind, duration: float = 0.0, value: int = 0) -> None:
+        """Let something go wrong in the drives."""
+        self.inject(encode_fault(self.node, FaultRequest(kind, duration, value)))
+
+    def meet(self) -> Self:
+        """Let time pass until the axis knows its drive."""
+        self.advance(0.01)
+        self.until(
+            lambda: self.axis.identified and self.axis.heard > 0,
+            lambda: self.axis.identified or self.axis.identify(0.5),
+        )
+        return self
+
+    def prepare(self) -> Self:
+        """Let time pass until the drive is set up and its encoder has spoken."""
+        self.meet()
+        assert self.axis.problem is None
+        self.axis.prepare()
+        self._filters = self.axis.filters
+        self.until(lambda: self.axis.state is State.IDLE and self.axis.measured > 0)
+        return self
+
+    def get_going(self, velocity: float = SPEED) -> None:
+        """Start, and send setpoints until the motor turns by them."""
+        self.axis.start()
+        self.until(
+            lambda: self.axis.state is State.CLOSED_LOOP and abs(self.axis.velocity - velocity) < 0.1 * abs(velocity),
+            lambda: self.axis.command(velocity),
+        )
+
+    def running(self, velocity: float = SPEED) -> Self:
+        """Prepare and get going."""
+        self.prepare()
+        self.get_going(velocity)
+        return self
+
+    def _pump(self) -> None:
+        if self._pumping:
+            return
+        self._pumping = True
+        try:
+            while self._under_way:
+                frame = replace(self._under_way.popleft(), at=self.now)
+                self.heard.append(frame)
+                self.survey.hear(frame)
+                if self._passes(frame):
+                    self.axis.receive(frame)
+        finally:
+            self._pumping = False
+
+    def _passes(self, frame: Frame) -> bool:
+        if self._filters is None:
+            return True
+        return not frame.extended and any(frame.id & mask == wanted & mask for wanted, mask in self._filters)
+
+
+class ProtocolContract:
+    """Subclasses have these attributes.
+
+    Attributes:
+        protocol: what is tested.
+        nodes: some ids that a drive can have, the lowest and the highest among them.
+        impossible_nodes: some ids that a drive cannot have.
+    """
+
+    protocol: Protocol
+    nodes: Sequence[int]
+    impossible_nodes: Sequence[int]
+
+    @pytest.fixture
+    def wire(self) -> ProtocolWire:
+        return ProtocolWire(self.protocol, self.nodes[0])
+
+    def test_it_says_which_ids_a_drive_can_have(self) -> None:
+        kind = self.protocol.axis_type
+        assert [kind.check_node(node) for node in self.nodes] == [None] * len(self.nodes)
+        for node in self.impossible_nodes:
+            why = kind.check_node(node)
+            assert why, f"{node}: expected words"
+            assert str(node) in why
+
+    def test_every_possible_id_drives(self) -> None:
+        for node in self.nodes:
+            ProtocolWire(self.protocol, node).running()
+
+    def test_it_is_silent_until_it_has_been_heard(self, wire: ProtocolWire) -> None:
+        assert wire.axis.state is State.SILENT
+        assert wire.axis.heard == wire.axis.measured == -math.inf
+        assert (wire.axis.voltage, wire.axis.fault, wire.axis.odd) == (None, None, None)
+        assert not wire.axis.identified
+
+    def test_a_drive_says_who_it_is(self, wire: ProtocolWire) -> None:
+        wire.meet()
+        assert wire.axis.problem is None
+        assert wire.axis.state is State.IDLE
+        assert wire.axis.heard == pytest.approx(wire.now, abs=0.5)
+
+    def test_two_drives_with_one_id_are_a_problem(self) -> None:
+        wire = ProtocolWire(self.protocol, self.nodes[0], (SERIAL, SERIAL + 1))
+        wire.meet()
+        assert wire.axis.problem
+
+    def test_setting_up_energises_nothing(self, wire: ProtocolWire) -> None:
+        wire.prepare()
+        wire.advance(1.0)
+        assert wire.axis.state is State.IDLE
+        assert wire.motor_speed == 0.0
+
+    def test_it_can_be_set_up_again(self, wire: ProtocolWire) -> None:
+        wire.running()
+        wire.axis.idle()
+        wire.axis.prepare()
+        wire.advance(0.5)
+        assert wire.axis.state is State.IDLE
+        wire.get_going()
+
+    def test_a_setpoint_alone_starts_nothing(self, wire: ProtocolWire) -> None:
+        wire.prepare()
+        wire.drive_on(SPEED, 0.5)
+        assert wire.motor_speed == 0.0
+
+    def test_a_start_begins_at_rest(self, wire: ProtocolWire) -> None:
+        wire.prepare()
+        wire.drive_on(SPEED, 0.1)
+        wire.axis.start()
+        assert wire.axis.state in (State.STARTING, State.CLOSED_LOOP)
+        wire.until(lambda: wire.axis.state is State.CLOSED_LOOP, lambda: wire.axis.command(0.0))
+        assert abs(wire.motor_speed) < STILL
+
+    def test_it_follows_setpoints_both_ways(self, wire: ProtocolWire) -> None:
+        wire.running(SPEED)
+        wire.drive_on(-SPEED / 2, 1.0)
+        assert wire.motor_speed == pytest.approx(-SPEED / 2, rel=0.1)
+        wire.drive_on(0.0, 0.5)
+        assert abs(wire.motor_speed) < STILL
+        assert wire.axis.state is State.CLOSED_LOOP
+
+    def test_it_measures_turns_and_turns_per_second(self, wire: ProtocolWire) -> None:
+        wire.running(SPEED)
+        before, truly, began = wire.axis.position, wire.drive.motor.position, wire.axis.measured
+        wire.drive_on(SPEED, 1.0)
+        assert wire.axis.velocity == pytest.approx(wire.motor_speed, rel=0.05)
+        assert wire.axis.position - before == pytest.approx(wire.drive.motor.position - truly, rel=0.05)
+        assert wire.axis.position - before == pytest.approx(SPEED * (wire.axis.measured - began), rel=0.05)
+        assert wire.axis.measured == pytest.approx(wire.now, abs=0.05)
+
+    def test_idle_switches_off_and_setpoints_do_not_switch_on_again(self, wire: ProtocolWire) -> None:
+        wire.running()
+        wire.axis.idle()
+        wire.drive_on(SPEED, 1.0)
+        assert abs(wire.motor_speed) < STILL
+        assert wire.axis.state is State.IDLE
+        assert wire.axis.fault is None
+        if wire.axis.starved:
+            wire.axis.clear()
+        wire.get_going()
+
+    def test_the_emergency_stop_of_the_match_switches_off(self, wire: ProtocolWire) -> None:
+        wire.running()
+        wire.axis.stop_now()
+        wire.drive_on(SPEED, 1.0)
+        assert abs(wire.motor_speed) < STILL
+        assert wire.axis.state is not State.CLOSED_LOOP
+        wire.axis.clear()
+        wire.drive_on(SPEED, 0.5)
+        assert abs(wire.motor_speed) < STILL, "cleared is not started"
+        wire.get_going()
+
+    def test_a_button_at_the_drive_latches_until_it_is_cleared(self, wire: ProtocolWire) -> None:
+        wire.running()
+        wire.fault(FaultKind.ESTOP)
+        wire.until(lambda: wire.axis.state is State.ESTOP)
+        for act in (wire.axis.idle, wire.axis.start, lambda: wire.axis.command(SPEED)):
+            act()
+            wire.advance(0.5)
+            assert abs(wire.motor_speed) < STILL
+        wire.axis.idle()
+        wire.advance(0.5)
+        assert wire.says()[0] is State.ESTOP
+        wire.axis.clear()
+        wire.advance(0.5)
+        assert wire.says()[0] is State.IDLE
+        assert abs(wire.motor_speed) < STILL
+        wire.get_going()
+
+    def test_its_watchdog_stops_it_when_setpoints_cease_which_is_no_fault(self, wire: ProtocolWire) -> None:
+        wire.running()
+        began = wire.now
+        wire.until(lambda: abs(wire.motor_speed) < STILL)
+        assert wire.now - began < WATCHDOG + 0.5, "nobody but the one who drives may feed it"
+        wire.until(lambda: wire.axis.starved)
+        assert wire.axis.fault is None
+        assert wire.axis.state is State.IDLE
+        wire.advance(2.0)
+        assert abs(wire.motor_speed) < STILL, "it does not start again by itself"
+        wire.axis.clear()
+        wire.get_going()
+        assert not wire.axis.starved
+
+    def test_a_fault_is_told_in_words_and_stays_until_it_is_cleared(self, wire: ProtocolWire) -> None:
+        wire.running()
+        wire.fault(FaultKind.ERROR)
+        wire.until(lambda: wire.axis.state is State.FAULT)
+        assert wire.says()[1]
+        wire.drive_on(SPEED, 1.0)
+        assert abs(wire.motor_speed) < STILL
+        assert wire.says()[1]
+        if wire.axis.starved:
+            wire.axis.clear()
+        wire.axis.clear()
+        wire.advance(0.5)
+        assert wire.says() == (State.IDLE, None)
+        wire.drive_on(SPEED, 0.5)
+        assert abs(wire.motor_speed) < STILL, "cleared is not started"
+        wire.get_going()
+
+    def test_silence_makes_what_was_heard_old(self, wire: ProtocolWire) -> None:
+        wire.running()
+        wire.fault(FaultKind.SILENCE)
+        wire.advance(1.0)
+        assert wire.now - wire.axis.heard > 0.9
+        assert wire.now - wire.axis.measured > 0.9
+
+    def test_a_drive_that_starts_again_is_not_taken_for_one_that_drives(self, wire: ProtocolWire) -> None:
+        wire.running()
+        wire.fault(FaultKind.REBOOT)
+        wire.drive_on(SPEED, 1.0)
+        assert wire.axis.state is not State.CLOSED_LOOP
+        assert abs(wire.motor_speed) < STILL
+
+    def test_numbers_that_are_not_finite_are_odd_and_change_nothing(self, wire: ProtocolWire) -> None:
+        if FaultKind.NAN not in wire.drive.supports:
+            pytest.skip("its numbers are always finite")
+        wire.running()
+        wire.fault(FaultKind.NAN)
+        wire.advance(0.5)
+        assert wire.axis.odd
+        assert math.isfinite(wire.axis.position)
+        assert math.isfinite(wire.axis.velocity)
+
+    def test_frames_that_are_too_short_are_odd(self, wire: ProtocolWire) -> None:
+        wire.running()
+        wire.fault(FaultKind.LENGTH)
+        wire.advance(0.5)
+        assert wire.axis.odd
+        wire.fault(FaultKind.END)
+        wire.axis.forget_oddities()
+        wire.advance(0.5)
+        assert wire.axis.odd is None
+
+    def test_another_master_is_noticed(self, wire: ProtocolWire) -> None:
+        wire.running()
+        assert wire.axis.odd is None
+        wire.sent.clear()
+        wire.axis.command(1.0)
+        for frame in wire.sent:
+            wire.axis.receive(frame)
+        assert wire.axis.odd
+
+    def test_drives_of_other_ids_are_none_of_its_business(self, wire: ProtocolWire) -> None:
+        other = ProtocolWire(self.protocol, self.nodes[-1])
+        other.running()
+        for frame in other.heard:
+            wire.axis.receive(frame)
+        assert wire.axis.state is State.SILENT
+        assert wire.axis.measured == -math.inf
+
+    @pytest.mark.parametrize("prepared", [False, True])
+    def test_no_frame_is_too_strange(self, wire: ProtocolWire, prepared: bool) -> None:
+        if prepared:
+            wire.running()
+        own = sorted({frame.id for frame in [*wire.sent, *wire.heard]})
+        rng = random.Random(1)
+        for _ in range(500):
+            identifier = rng.choice(own) if own and rng.random() < 0.7 else rng.randrange(STANDARD_MASK + 1)
+            frame = Frame(identifier, rng.randbytes(rng.randrange(9)), rng.random() < 0.1, rng.random() < 0.1, wire.now)
+            wire.axis.receive(frame)
+            wire.survey.hear(frame)
+            assert all(len(answer.data) <= 8 for answer in wire.drive.receive(frame, wire.now))
+            assert math.isfinite(wire.axis.position)
+            assert math.isfinite(wire.axis.velocity)
+            assert wire.axis.voltage is None or math.isfinite(wire.axis.voltage)
+        wire.advance(1.0)
+        assert math.isfinite(wire.drive.motor.velocity)
+
+    def test_garbage_of_a_drive_is_survived(self, wire: ProtocolWire) -> None:
+        wire.running()
+        wire.fault(FaultKind.GARBAGE)
+        wire.advance(2.0)
+        assert math.isfinite(wire.axis.position)
+        assert abs(wire.motor_speed) < STILL
+
+    def test_a_listener_finds_the_drive_and_tells_of_it(self, wire: ProtocolWire) -> None:
+        wire.running()
+        found = self.look(wire)
+        assert found.node == wire.node
+        assert found.state
+        assert not found.errors
+        assert found.position == pytest.approx(wire.drive.motor.position, abs=0.5)
+        assert found.velocity == pytest.approx(wire.motor_speed, abs=0.5)
+        assert str(wire.node) in str(wire.survey)
+        wire.fault(FaultKind.ERROR)
+        wire.advance(0.2)
+        assert self.look(wire).errors
+
+    def look(self, wire: ProtocolWire) -> Found:
+        """The one node that is on the wire, after it was asked for all that it tells."""
+        wire.survey.greet()
+        (found,) = wire.survey.nodes
+        wire.survey.ask(found)
+        return found

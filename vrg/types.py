@@ -1,0 +1,52 @@
+"""Values that every room of the house shares: poses, twists, and the bounds of numbers. This imports nothing of VRG.
+
+They are frozen structs, so that the same values travel on the bus without conversion. A struct does not check itself
+when it is made; the bounds are checked where a message is decoded. Lengths are metres, angles radians, times seconds.
+"""
+
+import math
+from typing import Annotated
+
+from msgspec import Meta, Struct
+
+Metres = Annotated[float, Meta(ge=-1e5, le=1e5)]
+"""A coordinate in the map's frame, m."""
+Length = Annotated[float, Meta(gt=0.0, le=1e5)]
+"""A length above 0 m."""
+Radians = Annotated[float, Meta(ge=-1e4, le=1e4)]
+Speed = Annotated[float, Meta(ge=-100.0, le=100.0)]
+"""m/s."""
+AngularSpeed = Annotated[float, Meta(ge=-1000.0, le=1000.0)]
+"""rad/s."""
+Seconds = Annotated[float, Meta(ge=0.0, le=1e8)]
+Count = Annotated[int, Meta(ge=0)]
+Fraction = Annotated[float, Meta(ge=0.0, le=1.0)]
+Signed = Annotated[float, Meta(ge=-1.0, le=1.0)]
+Name = Annotated[str, Meta(min_length=1, max_length=64)]
+
+Vector = tuple[float, float]
+"""A point in m, or a velocity in m/s, in the map's frame: (x, y)."""
+
+
+class Pose(Struct, frozen=True, forbid_unknown_fields=True):
+    """The position of a body's centre and its heading, counter-clockwise from +x, in the map's frame."""
+
+    x: Metres
+    y: Metres
+    theta: Radians
+
+
+class Twist(Struct, frozen=True, forbid_unknown_fields=True):
+    """A body's velocity in its own frame: `v` ahead in m/s, `w` counter-clockwise in rad/s."""
+
+    v: Speed
+    w: AngularSpeed
+
+    @property
+    def is_finite(self) -> bool:
+        """Whether both numbers are numbers."""
+        return math.isfinite(self.v) and math.isfinite(self.w)
+
+
+STILL = Twist(0.0, 0.0)
+"""The twist of a body that stands."""

@@ -1,0 +1,199 @@
+"""Gathers what there is to see from the messages of a match."""
+
+import math
+from collections import deque
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Final
+
+from vrg.bus import messages as m
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.topics import Keys, name_in
+from vrg.games import UNKNOWN, game_of
+from vrg.types import Vector
+from vrg.ui.scene import JUMP, Disc, Scene, SceneBody, ScenePlayer, Segment
+
+TRAIL_SECONDS: Final = 6.0
+"""s of a body's way that are shown."""
+TRAIL_STEP: Final = 0.2
+"""s between the points of a trail."""
+CALLS_KEPT: Final = 20
+
+
+class SceneBuilder:
+    """Takes messages in and gives scenes out.
+
+    Args:
+        sizes: length and width of the robots in m, by name; others are 0.5 by 0.4, a Pioneer's.
+        segments, circles: the map's walls.
+    """
+
+    def __init__(
+        self,
+        *,
+        sizes: Mapping[str, tuple[float, float]] | None = None,
+        segments: Sequence[Segment] = (),
+        circles: Sequence[Disc] = (),
+    ) -> None:
+        self._sizes = dict(sizes or {})
+        self._segments = tuple(segments)
+        self._circles = tuple(circles)
+        self._clock: m.Clock | None = None
+        self._state: m.RefereeState | None = None
+        self._game = UNKNOWN
+        self._estop: m.Estop | None = None
+        self._bodies: list[m.Body] = []
+        self._trails: dict[str, deque[tuple[float, Vector]]] = {}
+        self._last: dict[str, Vector] = {}
+        self._reports: dict[str, m.Report] = {}
+        self._calls: deque[m.Call] = deque(maxlen=CALLS_KEPT)
+
+    def clock(self, clock: m.Clock) -> None:
+        """Take match time in. After a restart of the world the trails begin anew."""
+        if self._clock is not None and clock.epoch != self._clock.epoch:
+            self._trails.clear()
+        self._clock = clock
+
+    def poses(self, poses: m.Poses, stamp: float) -> None:
+        """Take in where every body is at `stamp`, s."""
+        self._bodies = poses.bodies
+        for body in poses.bodies:
+            here = (body.pose.x, body.pose.y)
+            trail = self._trails.setdefault(body.name, deque())
+            if math.dist(here, self._last.get(body.name, here)) > JUMP:
+                trail.clear()
+            self._last[body.name] = here
+            if not trail or stamp - trail[-1][0] >= TRAIL_STEP - 1e-9:
+                trail.append((stamp, here))
+            while trail and stamp - trail[0][0] > TRAIL_SECONDS:
+                trail.popleft()
+
+    def referee(self, state: m.RefereeState) -> None:
+        """Take the state of the match in."""
+        if self._state is None or state.game != self._state.game:
+            self._game = game_of(state.game)
+        self._state = state
+
+    def call(self, call: m.Call) -> None:
+        """Take a referee's call in."""
+        self._calls.append(call)
+
+    def report(self, player: str, report: m.Report) -> None:
+        """Take in what a player says of itself."""
+        self._reports[player] = report
+
+    def estop(self, estop: m.Estop) -> None:
+        """Take in that somebody engaged or released the emergency stop."""
+        self._estop = estop
+
+    def build(self, live: bool) -> Scene:
+        """Make the scene of this instant; `live` is as in `Tick`."""
+        clock, state = self._clock, self._state
+        stopped, reason = self._stopped()
+        scene = Scene(
+            live=live and clock is not None,
+            time=clock.time if clock else 0.0,
+            rate=clock.rate if clock else 1.0,
+            estop=stopped,
+            estop_reason=reason,
+            bodies=tuple(self._body(body) for body in self._bodies),
+            calls=tuple(self._calls),
+            segments=self._segments,
+            circles=self._circles,
+        )
+        if state is None:
+            return scene
+        return _with_referee(scene, state, tuple(self._player(p) for p in state.players))
+
+    def _stopped(self) -> tuple[bool, str]:
+        asked = self._estop is not None and self._estop.engaged
+        latched = (self._clock is not None and self._clock.estop) or (self._state is not None and self._state.estop)
+        if not asked or self._estop is None:
+            return latched, ""
+        by = f"pressed by {self._estop.by}"
+        return True, f"{by}: {self._estop.reason}" if self._estop.reason else by
+
+    def _body(self, body: m.Body) -> SceneBody:
+        status = self._state.player(body.name) if self._state is not None else None
+        length, width = self._sizes.get(body.name, (0.5, 0.4))
+        state = status.state if status else ""
+        return SceneBody(
+            name=body.name,
+            pose=body.pose,
+            length=length,
+            width=width,
+            role=status.role if status else "",
+            state=state,
+            physical=body.physical,
+            trail=tuple(point for _, point in self._trails.get(body.name, ())),
+            out_of_play=state in self._game.out_of_play,
+        )
+
+    def _player(self, status: m.PlayerStatus) -> ScenePlayer:
+        report = self._reports.get(status.name)
+        return ScenePlayer(
+            name=status.name,
+            team=status.team,
+            role=status.role,
+            state=status.state,
+            may_move=status.may_move,
+            mark=status.mark,
+            mode=report.mode if report else "",
+            armed=report.armed if report else False,
+            manual=report.manual if report else False,
+            # It stands beside the name, which a fault often begins with.
+            fault=report.fault.removeprefix(f"{status.name}: ") if report and report.fault else None,
+            latched=report.latched if report else False,
+            out_of_play=status.state in self._game.out_of_play,
+        )
+
+
+def _with_referee(scene: Scene, state: m.RefereeState, players: tuple[ScenePlayer, ...]) -> Scene:
+    return replace(
+        scene,
+        game=state.game,
+        stage=state.stage,
+        halted=state.halted,
+        way_out=state.way_out,
+        waiting=tuple(state.waiting),
+        clock=state.clock,
+        round=state.round,
+        rounds=state.rounds,
+        score=tuple(state.score.items()),
+        winner=state.winner,
+        players=players,
+        zones=tuple(state.zones),
+    )
+
+
+class SceneInlets:
+    """A node's subscriptions to all that a scene is made of.
+
+    Args:
+        mailbox: the node's own. keys: of the match.
+    """
+
+    def __init__(self, mailbox: Mailbox, keys: Keys) -> None:
+        self._clock = mailbox.subscribe(keys.clock)
+        self._poses = mailbox.subscribe(keys.poses)
+        self._state = mailbox.subscribe(keys.referee_state)
+        self._calls = mailbox.subscribe(keys.referee_event)
+        self._reports = mailbox.subscribe(keys.report())
+        self._estop = mailbox.subscribe(keys.estop)
+
+    def feed(self, builder: SceneBuilder) -> list[m.Call]:
+        """Hand over what arrived since this was last called, and return the referee's new calls."""
+        for clock in self._clock.take():
+            builder.clock(clock.body)
+        for poses in self._poses.take():
+            builder.poses(poses.body, poses.stamp)
+        for state in self._state.take():
+            builder.referee(state.body)
+        for report in self._reports.take():
+            builder.report(name_in(report.key), report.body)
+        for estop in self._estop.take():
+            builder.estop(estop.body)
+        calls = [call.body for call in self._calls.take()]
+        for call in calls:
+            builder.call(call)
+        return calls
