@@ -11,10 +11,10 @@ import can
 from can_peers import ANSWER, CHANNEL, FRAME, answering, raw_socket, sent_packets
 from common import median, quantile
 
-from vrg.hal.can import odrive
 from vrg.hal.can.bus import CanBus, frame_of, message_of
 from vrg.hal.can.frame import STANDARD_MASK, Frame
 from vrg.hal.can.link import Link
+from vrg.hal.can.odrive import codec, messages
 
 AIM = 1.3
 """The driver's round trip over that of bare python-can, p50."""
@@ -199,14 +199,14 @@ def measure(rounds: int, trips: int, burst: int, tell: Callable[[str], None]) ->
 
 def codec_costs(rounds: int, count: int) -> dict[str, float]:
     """us each by what is done, the median of rounds in which all take turns."""
-    setpoint = odrive.encode(3, odrive.SetInputVel(12.5))
-    estimate = odrive.encode(3, odrive.EncoderEstimates(7.25, 12.5))
+    setpoint = codec.encode(3, messages.SetInputVel(12.5))
+    estimate = codec.encode(3, messages.EncoderEstimates(7.25, 12.5))
     message = message_of(estimate)
     message.timestamp = time.time()
     packing = struct.Struct("<ff")
     tasks: dict[str, Callable[[], object]] = {
-        "encode SetInputVel": lambda: odrive.encode(3, odrive.SetInputVel(12.5)),
-        "decode EncoderEstimates": lambda: odrive.decode(estimate),
+        "encode SetInputVel": lambda: codec.encode(3, messages.SetInputVel(12.5)),
+        "decode EncoderEstimates": lambda: codec.decode(estimate),
         "Frame to can.Message": lambda: message_of(setpoint),
         "can.Message to Frame": lambda: frame_of(message),
         "struct alone: pack": lambda: packing.pack(12.5, 0.0),

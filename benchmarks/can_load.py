@@ -14,9 +14,9 @@ from collections.abc import Callable, Sequence
 
 from can_peers import REMOTE, Heard, Listener
 from can_robots import PLAYER_RATE, SPEED, Drives, connected, keep_driving, paced, train
-from vrg.hal.robot import Wheels
 
-from vrg.hal.can import odrive
+from vrg.hal.can.odrive.codec import command_of
+from vrg.hal.can.odrive.messages import Command
 
 BIT_RATE = 250_000
 """bit/s."""
@@ -72,24 +72,24 @@ def rows(seconds: float, tell: Callable[[str], None]) -> list[dict[str, object]]
             tell(f"bus load, setpoints at {rate:g} Hz for {seconds:g} s")
             with connected(one):
                 for _ in paced(rate, 0.5):
-                    keep_driving(one, Wheels(SPEED, SPEED))
+                    keep_driving(one, SPEED, SPEED)
                 listener.take()
                 began = time.time()
                 for _ in paced(rate, seconds):
                     # Speeds that differ each time, as a player's do.
-                    keep_driving(one, Wheels(SPEED + time.time() % 1.0, SPEED - time.time() % 1.0))
+                    keep_driving(one, SPEED + time.time() % 1.0, SPEED - time.time() % 1.0)
                 frames = [frame for frame in listener.take() if began <= frame.at < began + seconds]
             table.append(_row(f"2 axes, setpoints {rate:g} Hz", frames, seconds))
     return table
 
 
 def _row(case: str, frames: Sequence[Heard], seconds: float) -> dict[str, object]:
-    kinds = Counter(odrive.command_of(frame.id & 0x7FF) for frame in frames)
+    kinds = Counter(command_of(frame.id & 0x7FF) for frame in frames)
     shown = {
-        "heartbeat": odrive.Command.HEARTBEAT,
-        "encoder": odrive.Command.ENCODER_ESTIMATES,
-        "supply": odrive.Command.BUS_VOLTAGE_CURRENT,
-        "setpoint": odrive.Command.SET_INPUT_VEL,
+        "heartbeat": Command.HEARTBEAT,
+        "encoder": Command.ENCODER_ESTIMATES,
+        "supply": Command.BUS_VOLTAGE_CURRENT,
+        "setpoint": Command.SET_INPUT_VEL,
     }
     worst, real = load(frames, seconds)
     counted = {f"{name}/s": kinds.pop(command, 0) / seconds for name, command in shown.items()}

@@ -31,11 +31,11 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Estop, Message, Official, OfficialAction, RefereeState, Stage
 from vrg.bus.session import Session, open_session
 from vrg.bus.topics import Keys, Qos, Topic
-from vrg.hal.can import odrive
 from vrg.hal.can.bus import CanBus
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
-from vrg.hal.can.odrive import Command
+from vrg.hal.can.odrive.codec import command_of, decode, frame_id, node_of
+from vrg.hal.can.odrive.messages import Command, EncoderEstimates
 
 AIM = 20.0
 """ms from the Estop's publication to its frames, p99."""
@@ -200,21 +200,21 @@ class _Bus:
         """s from `since` to the first Estop frame, by node."""
         found: dict[int, float] = {}
         for frame in self.frames:
-            if odrive.command_of(frame.id) == Command.ESTOP and frame.at >= since:
-                found.setdefault(odrive.node_of(frame.id), frame.at - since)
+            if command_of(frame.id) == Command.ESTOP and frame.at >= since:
+                found.setdefault(node_of(frame.id), frame.at - since)
         return found
 
     def turning(self) -> bool:
         """All motors do, by their newest estimates."""
         self.look()
-        newest = {odrive.node_of(frame.id): frame for frame in self.frames[-100:]}
+        newest = {node_of(frame.id): frame for frame in self.frames[-100:]}
         return all(node in newest and abs(_velocity(newest[node])) > TURNING for node in NODES)
 
     def stopped(self, since: float) -> float:
         """s from `since` until the last motor stood, by its estimates every 10 ms."""
         took = 0.0
         for node in NODES:
-            wanted = odrive.frame_id(node, Command.ENCODER_ESTIMATES)
+            wanted = frame_id(node, Command.ENCODER_ESTIMATES)
             own = [frame for frame in self.frames if frame.id == wanted and frame.at >= since]
             turning = [i for i, frame in enumerate(own) if abs(_velocity(frame)) >= ZERO]
             if turning[-1] + 1 == len(own):
@@ -224,10 +224,10 @@ class _Bus:
 
 
 def _velocity(frame: Heard) -> float:
-    if odrive.command_of(frame.id) != Command.ENCODER_ESTIMATES:
+    if command_of(frame.id) != Command.ENCODER_ESTIMATES:
         return 0.0
-    message = odrive.decode(Frame(frame.id, frame.data))
-    assert isinstance(message, odrive.EncoderEstimates)
+    message = decode(Frame(frame.id, frame.data))
+    assert isinstance(message, EncoderEstimates)
     return message.velocity
 
 
@@ -278,7 +278,7 @@ def rows(driven: int, standing: int, tell: Tell, udp: bool = False) -> tuple[lis
     source = "the Estop is published"
     aim = f"aim p99 <= {AIM:g}"
     notes = [
-        f"over {UDP if udp else CHANNEL}: 10 processes, two CAN robots and two simulated ones; this one and a listener",
+        f"over {UDP if udp else CHANNEL}: 11 processes, two CAN robots and two simulated ones; this one and a listener",
     ]
     if os.cpu_count() == 1:
         notes.append(

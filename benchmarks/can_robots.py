@@ -20,27 +20,30 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from can_peers import CHANNEL, Peer
-from vrg.hal.can.emulator.table import emulated_drive
-from vrg.hal.robot import Robot, Wheels
 
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.topics import Keys
 from vrg.errors import RobotError
-from vrg.hal.backends import RobotContext, open_robot
+from vrg.hal.backends import MatchContext, open_driver
 from vrg.hal.can.base import WheelAxis
 from vrg.hal.can.emulator.drive import DriveOptions, EmulatedDrive
 from vrg.hal.can.emulator.run import run_drives
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
-from vrg.hal.can.protocols import axis_type
+from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.train import DriveTrain
+from vrg.hal.device import Device
 from vrg.hal.models import robot_model
+from vrg.types import Twist
 
 PROCESS = (str(Path(__file__).with_name("can.py")), "--process")
-PROTOCOL = "odrive"
+PROTOCOL = PROTOCOLS.get("odrive")
+MODEL = robot_model("P2AT")
 RATIO = 50.0
 SPEED = 5.0
 """rad/s of the wheels, 0.55 m/s: 40 turn/s of a motor."""
+AHEAD = Twist(SPEED * MODEL.wheel_radius, 0.0)
+"""The same of the body."""
 ZERO = 0.5
 """turn/s of a motor below which it stands: 1 cm/s of the wheel."""
 PLAYER_RATE = 10.0
@@ -52,20 +55,27 @@ _NOTE = struct.Struct("<qid")
 def train(name: str, nodes: Sequence[int]) -> DriveTrain:
     """A drive train, the first half of its motors on the left."""
     axes = [WheelAxis(node, left=i < len(nodes) / 2, ratio=RATIO) for i, node in enumerate(nodes)]
-    return DriveTrain(name, Link(channel=CHANNEL), axis_type(PROTOCOL), axes, robot_model("P2AT"))
+    return DriveTrain(name, Link(channel=CHANNEL), PROTOCOL, axes, MODEL)
 
 
-def robot(left: int, right: int) -> Robot:
-    """The same by the backend, as a player has it."""
+def robot(left: int, right: int) -> Device:
+    """The same by the backend, in the device that a player has."""
     table = {"left": [left], "right": [right], "ratio": RATIO}
-    context = RobotContext(
+    keys, mailbox = Keys("benchmark"), Mailbox()
+    context = MatchContext(
         name="r",
-        model=robot_model("P2AT"),
-        keys=Keys("benchmark"),
-        mailbox=Mailbox(),
-        options={"channel": CHANNEL, "protocol": PROTOCOL, "robots": {"r": table}},
+        model=MODEL,
+        options={"channel": CHANNEL, "protocol": PROTOCOL.name, "robots": {"r": table}},
+        keys=keys,
+        mailbox=mailbox,
     )
-    return open_robot("can", context)
+    return Device(open_driver("can", context), keys, mailbox)
+
+
+def play(one: Device) -> None:
+    """Take in what the match has said, then drive, as a player does at each tick."""
+    one.hear()
+    one.drive(AHEAD)
 
 
 def arm(trains: Sequence[DriveTrain]) -> None:
@@ -81,10 +91,10 @@ def arm(trains: Sequence[DriveTrain]) -> None:
         time.sleep(0.02)
 
 
-def keep_driving(one: DriveTrain, wheels: Wheels) -> bool:
+def keep_driving(one: DriveTrain, left: float, right: float) -> bool:
     """Drive as a player does, which arms again at its next turn where the robot refuses; whether it drove."""
     try:
-        one.drive(wheels)
+        one.drive(left, right)
     except RobotError:
         with contextlib.suppress(RobotError):
             one.arm()
@@ -106,10 +116,10 @@ def connected(*trains: DriveTrain) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def connected_robot(one: Robot) -> Iterator[None]:
+def connected_robot(one: Device) -> Iterator[None]:
     """The same of a robot by the backend."""
     try:
-        one.connect()
+        one.start()
         one.arm()
         deadline = time.monotonic() + PATIENCE
         while not one.read().armed:
@@ -210,7 +220,7 @@ def _drives(nodes: Sequence[int]) -> None:
     notes: list[tuple[int, int, float]] = []
     now = time.monotonic()
     drives = [
-        _Watched(emulated_drive(PROTOCOL, node, DriveOptions(serial=0x1000 + node), now, random.Random(node)), notes)
+        _Watched(PROTOCOL.drive_type(node, DriveOptions(serial=0x1000 + node), now, random.Random(node)), notes)
         for node in nodes
     ]
 
@@ -244,7 +254,7 @@ def _command(count: int, motors: int, rate: float, seconds: float) -> None:
         for late in paced(rate, seconds or math.inf):
             began = time.monotonic()
             for one in trains:
-                refused += not keep_driving(one, Wheels(SPEED, SPEED))
+                refused += not keep_driving(one, SPEED, SPEED)
             lates.append(late)
             tooks.append(time.monotonic() - began)
         cpu, wall = time.process_time() - cpu, time.monotonic() - wall

@@ -13,16 +13,15 @@ from contextlib import AbstractContextManager
 
 from can_load import BIT_RATE, worst_bits
 from can_peers import CHANNEL, Idler, Listener, counts_ticks, of_command, sent_packets
-from can_robots import PLAYER_RATE, SPEED, Drives, arm, commander, connected, connected_robot, robot, train
+from can_robots import PLAYER_RATE, SPEED, Drives, arm, commander, connected, connected_robot, play, robot, train
 from common import quantile
-from vrg.hal.robot import Wheels
 
 from vrg.errors import RobotError
-from vrg.hal.can import odrive
 from vrg.hal.can.bus import message_of, open_bus
 from vrg.hal.can.emulator.faults import FaultKind, FaultRequest, encode_fault
 from vrg.hal.can.link import Link
-from vrg.hal.can.odrive import Command
+from vrg.hal.can.odrive.codec import node_of
+from vrg.hal.can.odrive.messages import Command
 
 AGE_AIM = 20.0
 """ms: no setpoint of eight axes is older."""
@@ -62,10 +61,10 @@ def delays(count: int, tell: Tell) -> list[Row]:
     repeated: Counter[str] = Counter()
     with Drives((0, 1)) as drives, Listener(of_command(Command.SET_INPUT_VEL)) as listener:
         for done in range(0, count, DELAY_CALLS):
-            tell(f"delay of DriveTrain.drive() and Robot.drive(), {done} of {count} calls")
+            tell(f"delay of DriveTrain.drive() and Device.drive(), {done} of {count} calls")
             cases = {
-                "DriveTrain.drive()": (lambda: connected(driver), lambda: driver.drive(Wheels(SPEED, SPEED))),
-                "Robot.drive()": (lambda: connected_robot(own), lambda: own.drive(SPEED, SPEED)),
+                "DriveTrain.drive()": (lambda: connected(driver), lambda: driver.drive(SPEED, SPEED)),
+                "Device.drive()": (lambda: connected_robot(own), lambda: play(own)),
             }
             for name, (ready, call) in cases.items():
                 every = None
@@ -102,7 +101,7 @@ def _delays(
             return None
     time.sleep(0.05)
     heard = listener.take()
-    sent = [[frame.at for frame in heard if odrive.node_of(frame.id) == node] for node in nodes]
+    sent = [[frame.at for frame in heard if node_of(frame.id) == node] for node in nodes]
     if listener.lost or any(len(times) != count for times in sent):
         raise RuntimeError(f"expected {count} setpoints of each node, got {[len(times) for times in sent]}")
     return [tuple(each - at for each in times) for at, *times in zip(called, *sent, strict=True)]
@@ -152,7 +151,7 @@ def _silences(drives: Drives, times: int, tell: Tell) -> Row:
         """As a player: every 0.1 s, and undaunted."""
         while not ended.wait(1 / PLAYER_RATE):
             try:
-                driver.drive(Wheels(SPEED, SPEED))
+                driver.drive(SPEED, SPEED)
             except RobotError:
                 driver.stand()
 
@@ -219,7 +218,7 @@ def eight_axes(seconds: float, tell: Tell, trains: int = 4, options: Sequence[st
             emulator, frames = (cpu_of(drives.pid) - used) / took, (sent_packets() - sent) / took
             together = idler.used()
             said = json.loads(peer.line())
-        frames_of = {n: [h.at for h in heard if odrive.node_of(h.id) == n and h.at >= since] for n in nodes}
+        frames_of = {n: [h.at for h in heard if node_of(h.id) == n and h.at >= since] for n in nodes}
     table: list[Row] = []
     everything: list[float] = []
     for node, times in frames_of.items():

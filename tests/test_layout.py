@@ -1,4 +1,4 @@
-"""The rooms of the house: who may import whom."""
+"""The rooms of the house: who may import whom, and what each process loads."""
 
 import ast
 import subprocess
@@ -12,28 +12,50 @@ import vrg
 
 ROOT = Path(vrg.__file__).parent
 ONLY_IN = {
-    "pybullet": "hal/sim",
-    "can": "hal/can",
-    "canopen": "hal/can",
-    "zenoh": "bus",
-    "pygame": "ui",
+    "pybullet": ("hal/sim/engines",),
+    "can": ("hal/can",),
+    "canopen": ("hal/can",),
+    "zenoh": ("bus",),
+    "pygame": ("ui",),
+    "matplotlib": ("ui",),
+    "mcap": ("recording",),
+    "pytest": ("testing",),
 }
-ABOVE = {
-    "bus": ("hal", "agents", "coordinator", "ui", "launch", "commands", "config"),
-    "hal": ("agents", "coordinator", "ui", "launch", "commands", "config"),
-    "agents": ("coordinator", "ui", "launch", "commands", "config"),
-    "coordinator": ("agents", "ui", "launch", "commands", "config"),
-    "ui": ("launch", "commands"),
+"""Libraries, and the only room that imports each."""
+SHELLS = ("ui", "config", "launch", "commands", "recording")
+MAY_NOT = {
+    "bus": ("hal", "agents", "coordinator", "games", *SHELLS),
+    "hal": ("agents", "coordinator", "games", *SHELLS),
+    "agents": ("coordinator", "games", *SHELLS),
+    "coordinator": ("agents", "games", *SHELLS),
+    "recording": ("agents", "coordinator", "ui", "config", "launch", "commands"),
+    "games": SHELLS,
+    "ui": ("agents", "config", "launch", "commands"),
+    "config": ("agents", "ui", "launch", "commands"),
+    "launch": ("commands",),
+    "testing": ("ui", "commands"),
 }
 """What each room may not import."""
+LOWEST = ("types", "regions", "geometry", "errors", "registry", "toml_text", "colours")
+"""Modules that everybody may use; they use each other only."""
 
 
-def _imports(path: Path) -> Iterator[str]:
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+def _imports(path: Path) -> Iterator[tuple[str, bool]]:
+    """The names that a module imports, and whether it does when it is imported itself."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    late = {id(n) for f in ast.walk(tree) if isinstance(f, ast.FunctionDef) for n in ast.walk(f)}
+    late |= {id(n) for branch in ast.walk(tree) if _is_for_types_only(branch) for n in ast.walk(branch)}
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+            yield from ((alias.name, id(node) not in late) for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module:
-            yield node.module
+            yield node.module, id(node) not in late
+            for alias in node.names:
+                yield f"{node.module}.{alias.name}", id(node) not in late
+
+
+def _is_for_types_only(node: ast.AST) -> bool:
+    return isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
 
 
 FILES = sorted(ROOT.rglob("*.py"))
@@ -42,20 +64,106 @@ FILES = sorted(ROOT.rglob("*.py"))
 @pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(ROOT)))
 def test_a_module_imports_only_what_its_room_may(path: Path) -> None:
     place = path.relative_to(ROOT).as_posix()
-    for name in _imports(path):
-        top = name.split(".")[0]
-        if top in ONLY_IN:
-            assert place.startswith(ONLY_IN[top]), f"{place} imports {top}, which belongs to {ONLY_IN[top]}"
-        for room, above in ABOVE.items():
-            if place.startswith(f"{room}/"):
-                assert name.split(".")[:1] != ["vrg"] or name.split(".")[1:2] not in [[a] for a in above], (
-                    f"{place} imports {name}"
-                )
+    room = place.split("/")[0].removesuffix(".py")
+    for name, _ in _imports(path):
+        first, *rest = name.split(".")
+        if first in ONLY_IN:
+            assert place.startswith(ONLY_IN[first]), f"{place} imports {first}, which belongs to {ONLY_IN[first]}"
+        if first == "vrg" and rest:
+            assert rest[0] not in MAY_NOT.get(room, ()), f"{place} imports {name}"
+            assert room not in LOWEST or rest[0] in LOWEST, f"{place} imports {name}"
+
+
+@pytest.mark.parametrize("folder", sorted(p for p in (ROOT / "games").iterdir() if (p / "rules.py").exists()))
+def test_a_games_rules_and_its_player_do_not_know_each_other(folder: Path) -> None:
+    """A referee loads the one and a player the other; what both need has a module of its own."""
+    game = f"vrg.games.{folder.name}"
+    rules, player = f"{game}.rules", f"{game}.player"
+    for path in folder.glob("*.py"):
+        named = {name for name, _ in _imports(path)}
+        if path.stem != "player":
+            assert player not in named, f"{path} imports {player}"
+        if path.stem == "player":
+            assert rules not in named, f"{path} imports {rules}"
+
+
+def test_no_module_imports_itself_by_way_of_others() -> None:
+    names = {".".join(("vrg", *p.relative_to(ROOT).with_suffix("").parts)).removesuffix(".__init__"): p for p in FILES}
+    graph = {
+        name: {other for other, at_once in _imports(path) if at_once and other in names and other != name}
+        for name, path in names.items()
+    }
+    finished: set[str] = set()
+
+    def visit(name: str, way: tuple[str, ...]) -> None:
+        assert name not in way, " imports ".join((*way[way.index(name) :], name))
+        if name not in finished:
+            for other in sorted(graph[name]):
+                visit(other, (*way, name))
+            finished.add(name)
+
+    for name in sorted(graph):
+        visit(name, ())
+
+
+def _loaded(code: str, names: tuple[str, ...]) -> list[str]:
+    code = f"import sys\n{code}\nprint(*(m for m in {names} if m in sys.modules))"
+    out = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=120, check=True)
+    return out.stdout.split()
 
 
 def test_a_window_is_not_loaded_by_the_command_line() -> None:
     """Whoever plays over ssh waits for no graphics library, and without a CAN bus for none of CAN."""
-    late = ("pygame", "matplotlib", "pybullet", "can", "canopen")
-    code = f"import sys, vrg.cli; print([m for m in {late} if m in sys.modules])"
-    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
-    assert out.stdout.strip() == "[]"
+    late = ("pygame", "matplotlib", "pybullet", "can", "canopen", "numpy", "pydantic")
+    assert _loaded("import vrg.cli", late) == []
+
+
+A_MATCH = """
+from pathlib import Path
+from vrg.config.setup import read_setup
+from vrg.launch import nodes
+setup = read_setup(Path({file!r}))
+"""
+
+
+@pytest.fixture(scope="module")
+def setup_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A match whose players' code, as soon as it is loaded, ends the process that loads it."""
+    from vrg.config.loading import load_match  # noqa: PLC0415 - it is what the other tests want unloaded
+    from vrg.config.setup import write_setup  # noqa: PLC0415
+    from vrg.games import GAMES  # noqa: PLC0415
+
+    folder = tmp_path_factory.mktemp("match")
+    (folder / "deadly.py").write_text("import os\nos._exit(9)\n", encoding="utf-8")
+    text = GAMES.get("sharks-and-minnows").default_match().read_text(encoding="utf-8")
+    match = folder / "match.toml"
+    match.write_text(text.replace("[[players]]", '[[players]]\nstrategy = "deadly:Player"'), encoding="utf-8")
+    file = folder / "setup.json"
+    write_setup(load_match(match), file)
+    return file
+
+
+def test_a_player_loads_no_world_and_no_rules(setup_file: Path) -> None:
+    unwanted = ("numpy", "pydantic", "typer", "pybullet", "can", "canopen", "pygame", "mcap", "vrg.hal.sim.world")
+    unwanted += ("vrg.games.sharks_and_minnows.rules", "vrg.coordinator.coordinator", "vrg.recording.recorder")
+    code = A_MATCH.format(file=str(setup_file))
+    code += "from msgspec.structs import replace\n"
+    code += "setup = replace(setup, players=[replace(p, strategy='sharks-and-minnows') for p in setup.players])\n"
+    assert _loaded(code + "nodes.player_node(setup, setup.players[0].name)", unwanted) == []
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        "import tempfile\nfrom vrg.launch.run_folder import RunFolder\n"
+        "with nodes.open_journal(setup, RunFolder(Path(tempfile.mkdtemp()))) as journal:\n"
+        "    nodes.coordinator_node(setup, journal)",
+        "nodes.world_node(setup)",
+        "import tempfile\nfrom vrg.launch.run_folder import RunFolder\n"
+        "nodes.recorder_node(setup, RunFolder(Path(tempfile.mkdtemp()))).stop()",
+    ],
+    ids=["referee", "world", "recorder"],
+)
+def test_no_referee_world_or_recorder_loads_a_students_code(setup_file: Path, make: str) -> None:
+    """A student's import may block or end its process: only that player's may suffer."""
+    assert _loaded(A_MATCH.format(file=str(setup_file)) + make, ("vrg.agents.player", "deadly", "vrg.commands")) == []

@@ -1,6 +1,6 @@
 """Virtual Robotic Games: games that robots play, in simulation, on hardware, or both at once.
 
-Lengths in metres, angles in radians, times in seconds. Frames: x forward, y left, z up.
+Lengths are in metres, angles in radians and times in seconds. In every frame x is forward, y left and z up.
 """
 
 __version__ = "0.1.0"

@@ -1,4 +1,4 @@
-"""`python -m vrg` is the `vrg` command."""
+"""Lets `python -m vrg` run the `vrg` command."""
 
 from vrg.cli import main
 

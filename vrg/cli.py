@@ -1,6 +1,7 @@
-"""The `vrg` command. Exit status: 0 good, 1 failed, 2 wrong usage, 130 interrupted.
+"""The `vrg` command. Its exit status is 0 for success, 1 for failure, 2 for wrong usage, and 130 if interrupted.
 
-A subcommand's module is imported when that subcommand is asked for: whoever halts a match waits for no physics.
+The module of a subcommand is imported only if that subcommand is asked for, so that a command such as
+`vrg official halt` does not wait for physics to load.
 """
 
 import os
@@ -13,7 +14,7 @@ from vrg import __version__
 from vrg.errors import ConfigError, VrgError
 from vrg.registry import load_object
 
-# What pygame prints on import would be the first line of every command.
+# Without this, a line that pygame prints on import would be the first line of every command.
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 
 _PROCESSES = "Single processes"
@@ -31,7 +32,7 @@ COMMANDS: dict[str, tuple[str, str | None]] = {
         for name in ("router", "world", "coordinator", "player", "recorder", "spectator")
     },
 }
-"""`module:object` of each subcommand, and the panel of the help in which it stands."""
+"""The `module:object` of each subcommand, and the panel of the help text in which it is listed."""
 
 
 def _version(wanted: bool) -> None:
@@ -49,7 +50,7 @@ def _options(
 
 
 def make_app(asked: str | None = None) -> typer.Typer:
-    """The command line, with the one subcommand that is asked for, or with all of them."""
+    """Make the command line with the one subcommand that is asked for, or with all if it is unknown or None."""
     app = typer.Typer(
         no_args_is_help=True,
         pretty_exceptions_enable=False,
@@ -67,7 +68,7 @@ def make_app(asked: str | None = None) -> typer.Typer:
 
 
 def main() -> None:
-    """Run the command line; expected errors are a message and status 1, never a traceback."""
+    """Run the command line. An expected error becomes a message and status 1, never a traceback."""
     asked = next((word for word in sys.argv[1:] if not word.startswith("-")), None)
     try:
         make_app(asked)()

@@ -1,4 +1,4 @@
-"""Colours that are told apart with every common kind of colour blindness, for whatever shows players."""
+"""The colours in which players are shown. People with any common kind of colour blindness can tell them apart."""
 
 from typing import Final
 

@@ -1,4 +1,4 @@
-"""Every error that VRG raises on purpose. Each says what was expected, what came, where, and what to do."""
+"""Every error that VRG raises on purpose. Each message says what was expected, what came, where, and what to do."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,9 +13,9 @@ class Problem:
 
     Args:
         text: what was expected and what was found.
-        path: the field that it is about; empty for the whole. Whoever knows the file finds the line for it at the end.
-            A player may be named in it in place of its number.
-        file, line: where it stands, once that is known; `line` counts from 1.
+        path: the field that it is about; empty for the whole file. The code that reads the file finds the line for it.
+            The path may name a player instead of its number.
+        file, line: the place of the field in the file, if that is known already. `line` counts from 1.
     """
 
     text: str
@@ -30,14 +30,14 @@ class Problem:
 
 
 class VrgError(Exception):
-    """Base of all errors below; the command line prints its message and exits with status 1."""
+    """The base class of all errors below. The command line prints its message and exits with status 1."""
 
 
 class ConfigError(VrgError, ValueError):
-    """A match file, a map or an option that cannot be used.
+    """A match file, a map or an option cannot be used.
 
     Args:
-        problems: everything that is wrong with the input at once. A plain string is a problem without a place.
+        problems: all problems of the input at once. A plain string is a problem without a place.
     """
 
     def __init__(self, problems: Sequence[Problem | str]) -> None:
@@ -49,11 +49,11 @@ class ConfigError(VrgError, ValueError):
 
 
 class MessageError(VrgError, ValueError):
-    """Bytes on the bus that are not the message that their key promises; names the key and the field."""
+    """Bytes on the bus are not the message that belongs to their key. The message names the key and the field."""
 
 
 class BusError(VrgError, ConnectionError):
-    """The router cannot be reached, or a session was used after it closed."""
+    """The router cannot be reached or cannot serve, or a process that is asked does not answer."""
 
 
 class DuplicateNodeError(BusError):
@@ -61,15 +61,15 @@ class DuplicateNodeError(BusError):
 
 
 class RobotError(VrgError, RuntimeError):
-    """A robot was used in a state that does not allow it (driven before it was armed, say), or it failed."""
+    """A robot was used in a state that does not allow it, such as driven before it was armed, or it has failed."""
 
 
 class StaleDataError(RobotError):
-    """A reading was asked for that never came or is too old to act on."""
+    """A reading was asked for that has never come or is too old to act on."""
 
 
 class WorldError(VrgError, ValueError):
-    """A request that the world refuses: an unknown robot, a place inside a wall."""
+    """The world refuses a request, for example because of an unknown robot or a place inside a wall."""
 
 
 class JournalError(VrgError, OSError):

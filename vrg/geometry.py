@@ -1,4 +1,4 @@
-"""Plane geometry of poses and bodies. Metres and radians; plain floats, because the sets are small."""
+"""Plane geometry of poses and bodies, in metres and radians. It uses plain floats, because the sets are small."""
 
 import math
 
@@ -6,24 +6,24 @@ from vrg.types import Pose, Vector
 
 
 def wrap(angle: float) -> float:
-    """The same angle in [-pi, pi)."""
+    """Return the same angle within [-pi, pi)."""
     return (angle + math.pi) % (2 * math.pi) - math.pi
 
 
 def compose(start: Pose, by: Pose) -> Pose:
-    """The pose `by`, told in the frame of `start`, told in the frame that `start` is told in."""
+    """Return the pose `by`, which is given in the frame of `start`, in the frame in which `start` is given."""
     cos, sin = math.cos(start.theta), math.sin(start.theta)
     return Pose(start.x + by.x * cos - by.y * sin, start.y + by.x * sin + by.y * cos, wrap(start.theta + by.theta))
 
 
 def inverse(pose: Pose) -> Pose:
-    """The pose of the frame in which `pose` is told, told in the frame of `pose`: composed with it, it is nothing."""
+    """Return the inverse of a pose: composed with `pose` it gives (0, 0, 0)."""
     cos, sin = math.cos(pose.theta), math.sin(pose.theta)
     return Pose(-pose.x * cos - pose.y * sin, pose.x * sin - pose.y * cos, wrap(-pose.theta))
 
 
 def interpolate(a: Pose, b: Pose, fraction: float) -> Pose:
-    """The pose between a (fraction 0) and b (fraction 1), turning the short way."""
+    """Return the pose between a (fraction 0) and b (fraction 1). The heading turns the short way."""
     return Pose(
         a.x + (b.x - a.x) * fraction,
         a.y + (b.y - a.y) * fraction,
@@ -32,17 +32,17 @@ def interpolate(a: Pose, b: Pose, fraction: float) -> Pose:
 
 
 def corners(pose: Pose, length: float, width: float) -> list[Vector]:
-    """The corners of a body's outline, counter-clockwise from front left."""
+    """Return the corners of a body's outline, counter-clockwise from front left, in m."""
     c, s = math.cos(pose.theta), math.sin(pose.theta)
     a, b = length / 2, width / 2
     return [(pose.x + c * u - s * v, pose.y + s * u + c * v) for u, v in ((a, b), (-a, b), (-a, -b), (a, -b))]
 
 
 def outline_distance(first: Pose, second: Pose, first_size: Vector, second_size: Vector) -> float:
-    """Distance between the outlines of two bodies; 0 where they touch or overlap.
+    """Return the distance between the outlines of two bodies in m; 0 if they touch or overlap.
 
     Args:
-        first_size, second_size: (length, width) of the bodies.
+        first_size, second_size: the (length, width) of the bodies, m.
     """
     a, b = corners(first, *first_size), corners(second, *second_size)
     if _overlap(first, first_size, b) and _overlap(second, second_size, a):
@@ -77,5 +77,5 @@ def _overlap(pose: Pose, size: Vector, points: list[Vector]) -> bool:
 
 
 def circumradius(size: Vector) -> float:
-    """Radius of the circle around a body of (length, width)."""
+    """Return the radius of the circle around a body of (length, width), in m."""
     return math.hypot(*size) / 2

@@ -1,8 +1,8 @@
 """Regions of a field: rectangles, circles, sectors and convex polygons behind one type.
 
-The referee judges a region, and the windows draw it, by the same object: `contains`, `inside` and `nearest` are exact,
-`outline` gives the points to draw. Every region is convex, so a straight way is inside of it for one stretch at most.
-A region travels on the bus as a map whose field `shape` says which of the four it is; match files and map files write
+The referee judges with the same object that the windows draw: `contains`, `inside` and `nearest` are exact, and
+`outline` gives the points to draw. Every region is convex, so at most one stretch of a straight way is inside it.
+A region travels on the bus as a map whose field `shape` says which of the four it is. Match files and map files write
 it in the same way, for example `{ shape = "circle", x = 1.0, y = 2.0, radius = 0.6 }`.
 """
 
@@ -18,31 +18,31 @@ Bounds = tuple[float, float, float, float]
 """The smallest axis-aligned rectangle around something: (x_min, y_min, x_max, y_max), m."""
 
 CHORD = 0.01
-"""m by which a drawn arc may differ from the true one."""
+"""The distance in m by which a drawn arc may differ from the true one."""
 _EPS = 1e-12
 
 
 class _Shape(Struct, frozen=True, tag_field="shape", forbid_unknown_fields=True):
-    """What all regions can do. The borders belong to a region."""
+    """The base class of all regions. The border belongs to the region."""
 
     def contains(self, x: float, y: float) -> bool:
         """Whether the point is inside or on the border."""
         raise NotImplementedError
 
     def inside(self, start: Vector, end: Vector) -> tuple[float, float] | None:
-        """The stretch of the straight way from start to end that is inside, as fractions of it, or None."""
+        """The stretch of the straight way from start to end that is inside, as two fractions of the way, or None."""
         raise NotImplementedError
 
     def nearest(self, x: float, y: float) -> Vector:
-        """The point of the region that is nearest to (x, y): that point itself if it is inside."""
+        """The point of the region that is nearest to (x, y), which is (x, y) itself if it is inside."""
         raise NotImplementedError
 
     def shrunk(self, margin: float) -> "Region":
-        """The region with its border moved inwards by `margin` m; too large a margin leaves its middle."""
+        """The region with its border moved inwards by `margin` m. If the margin is too large, a tiny part is left."""
         raise NotImplementedError
 
     def outline(self) -> list[Vector]:
-        """The corners, counter-clockwise; an arc is given by points that follow it within CHORD."""
+        """The corners, counter-clockwise. An arc is replaced by points whose chords follow it within CHORD."""
         raise NotImplementedError
 
     @property
@@ -53,17 +53,20 @@ class _Shape(Struct, frozen=True, tag_field="shape", forbid_unknown_fields=True)
 
     @property
     def bounds(self) -> Bounds:
-        """The axis-aligned rectangle around it."""
+        """The axis-aligned rectangle around the region."""
         points = self.outline()
         xs, ys = [x for x, _ in points], [y for _, y in points]
         return min(xs), min(ys), max(xs), max(ys)
 
     def distance(self, x: float, y: float) -> float:
-        """m from the point to the region, 0 inside."""
+        """The distance from the point to the region, m; 0 inside."""
         return 0.0 if self.contains(x, y) else math.dist((x, y), self.nearest(x, y))
 
     def exit_fraction(self, start: Vector, end: Vector) -> float | None:
-        """Where the way from start to end first leaves: 0 at start, 1 at end, None where it stays inside."""
+        """The fraction of the way from start to end at which it leaves the region; None if it ends inside.
+
+        It is 0 for a way that starts outside.
+        """
         if not self.contains(*start):
             return 0.0
         if self.contains(*end):
@@ -72,7 +75,10 @@ class _Shape(Struct, frozen=True, tag_field="shape", forbid_unknown_fields=True)
         return stretch[1] if stretch is not None else 0.0
 
     def entry_fraction(self, start: Vector, end: Vector) -> float | None:
-        """Where the way from start to end first enters: 0 for one that starts inside, None where it never does."""
+        """The fraction of the way from start to end at which it enters the region; None if it never does.
+
+        It is 0 for a way that starts inside.
+        """
         if self.contains(*start):
             return 0.0
         stretch = self.inside(start, end)
@@ -95,7 +101,7 @@ class Rectangle(_Shape, frozen=True, tag="rectangle"):
 
     @property
     def bounds(self) -> Bounds:
-        """The rectangle's own borders."""
+        """The borders of the rectangle itself."""
         return self.x_min, self.y_min, self.x_max, self.y_max
 
     def contains(self, x: float, y: float) -> bool:
@@ -103,7 +109,7 @@ class Rectangle(_Shape, frozen=True, tag="rectangle"):
         return self.x_min <= x <= self.x_max and self.y_min <= y <= self.y_max
 
     def inside(self, start: Vector, end: Vector) -> tuple[float, float] | None:
-        """See the base class (Liang and Barsky's clipping)."""
+        """The stretch that is inside, by Liang and Barsky's clipping."""
         enter, leave = 0.0, 1.0
         for a, b, low, high in ((start[0], end[0], self.x_min, self.x_max), (start[1], end[1], self.y_min, self.y_max)):
             if a == b:
@@ -119,7 +125,7 @@ class Rectangle(_Shape, frozen=True, tag="rectangle"):
         return min(max(x, self.x_min), self.x_max), min(max(y, self.y_min), self.y_max)
 
     def shrunk(self, margin: float) -> "Rectangle":
-        """Every side moved inwards; a side longer than that allows collapses to its middle."""
+        """The rectangle with its sides moved inwards. Sides that would cross meet in the middle."""
         x, y = self.middle
         return Rectangle(
             min(self.x_min + margin, x),
@@ -143,12 +149,12 @@ class Circle(_Shape, frozen=True, tag="circle"):
 
     @property
     def middle(self) -> Vector:
-        """The centre."""
+        """The centre of the circle."""
         return self.x, self.y
 
     @property
     def bounds(self) -> Bounds:
-        """The square around it."""
+        """The square around the circle."""
         return self.x - self.radius, self.y - self.radius, self.x + self.radius, self.y + self.radius
 
     def contains(self, x: float, y: float) -> bool:
@@ -156,11 +162,11 @@ class Circle(_Shape, frozen=True, tag="circle"):
         return math.hypot(x - self.x, y - self.y) <= self.radius
 
     def inside(self, start: Vector, end: Vector) -> tuple[float, float] | None:
-        """See the base class."""
+        """The stretch that is inside, from the roots of a quadratic equation."""
         return _in_disc(start, end, (self.x, self.y), self.radius)
 
     def nearest(self, x: float, y: float) -> Vector:
-        """The point itself, or the one of the border towards it."""
+        """The point itself if it is inside, or the nearest point of the border."""
         dx, dy = x - self.x, y - self.y
         away = math.hypot(dx, dy)
         if away <= self.radius:
@@ -168,11 +174,11 @@ class Circle(_Shape, frozen=True, tag="circle"):
         return self.x + dx * self.radius / away, self.y + dy * self.radius / away
 
     def shrunk(self, margin: float) -> "Circle":
-        """A smaller circle about the same centre."""
+        """A circle about the same centre, smaller by `margin` m but never smaller than 1e-6 m."""
         return Circle(self.x, self.y, max(self.radius - margin, 1e-6))
 
     def outline(self) -> list[Vector]:
-        """Points of the border."""
+        """Points of the border, counter-clockwise."""
         points = _arc(self.middle, self.radius, 0.0, math.tau)
         return points[:-1]
 
@@ -181,7 +187,8 @@ class Sector(_Shape, frozen=True, tag="sector"):
     """A part of a circle about (x, y), such as the quarter circle in a corner of a field.
 
     Args:
-        start: rad, the direction of its first edge. sweep: rad, counter-clockwise from there to the other edge.
+        start: the direction of its first edge, rad. sweep: the angle counter-clockwise from there to the other edge,
+            rad, at most pi.
     """
 
     x: Metres
@@ -192,7 +199,7 @@ class Sector(_Shape, frozen=True, tag="sector"):
 
     @property
     def middle(self) -> Vector:
-        """Between the edges, at 0.6 of the radius."""
+        """The point half-way between the edges, at 0.6 of the radius."""
         return self._at(0.6 * self.radius, self.start + self.sweep / 2)
 
     @property
@@ -213,13 +220,13 @@ class Sector(_Shape, frozen=True, tag="sector"):
         return math.hypot(dx, dy) <= self.radius and all(nx * dx + ny * dy >= -_EPS for nx, ny in self._normals())
 
     def inside(self, start: Vector, end: Vector) -> tuple[float, float] | None:
-        """See the base class: the part in the disc that is also on the inner side of both edges."""
+        """The stretch that is inside: the part in the disc that is also on the inner side of both edges."""
         stretch = _in_disc(start, end, (self.x, self.y), self.radius)
         planes = [(nx, ny, nx * self.x + ny * self.y) for nx, ny in self._normals()]
         return _on_inner_sides(start, end, planes, stretch)
 
     def nearest(self, x: float, y: float) -> Vector:
-        """The point itself, or the nearest one of the arc or of an edge."""
+        """The point itself if it is inside, or the nearest point of the arc or of an edge."""
         if self.contains(x, y):
             return x, y
         bearing = math.atan2(y - self.y, x - self.x)
@@ -232,7 +239,7 @@ class Sector(_Shape, frozen=True, tag="sector"):
         return min(candidates, key=lambda point: math.dist(point, (x, y)))
 
     def shrunk(self, margin: float) -> "Polygon":
-        """A polygon, as the edges of a smaller sector would not meet in the same corner."""
+        """A polygon, because a sector whose border is moved inwards is no sector any more."""
         return Polygon(tuple(self.outline())).shrunk(margin)
 
     def outline(self) -> list[Vector]:
@@ -243,7 +250,7 @@ class Sector(_Shape, frozen=True, tag="sector"):
         return self.x + distance * math.cos(bearing), self.y + distance * math.sin(bearing)
 
     def _normals(self) -> tuple[Vector, Vector]:
-        """Unit vectors from the two edges inwards."""
+        """The unit vectors that are perpendicular to the two edges and lead inwards."""
         end = self.start + self.sweep
         return (-math.sin(self.start), math.cos(self.start)), (math.sin(end), -math.cos(end))
 
@@ -269,11 +276,11 @@ class Polygon(_Shape, frozen=True, tag="polygon"):
         return all(nx * x + ny * y >= offset - _EPS for nx, ny, offset in self._planes())
 
     def inside(self, start: Vector, end: Vector) -> tuple[float, float] | None:
-        """See the base class (Cyrus and Beck's clipping)."""
+        """The stretch that is inside, by Cyrus and Beck's clipping."""
         return _on_inner_sides(start, end, self._planes(), (0.0, 1.0))
 
     def nearest(self, x: float, y: float) -> Vector:
-        """The point itself, or the nearest one of the border."""
+        """The point itself if it is inside, or the nearest point of the border."""
         if self.contains(x, y):
             return x, y
         edges = zip(self.points, _next(self.points), strict=True)
@@ -299,7 +306,7 @@ class Polygon(_Shape, frozen=True, tag="polygon"):
         return _centroid(self.points)
 
     def _planes(self) -> list[tuple[float, float, float]]:
-        """Of each side the unit vector inwards and its offset: inside is nx x + ny y >= offset."""
+        """For each side its inward unit normal and its offset. A point is inside if nx x + ny y >= offset for all."""
         planes = []
         for (ax, ay), (bx, by) in zip(self.points, _next(self.points), strict=True):
             length = math.hypot(bx - ax, by - ay)
@@ -310,11 +317,11 @@ class Polygon(_Shape, frozen=True, tag="polygon"):
 
 
 Region = Rectangle | Circle | Sector | Polygon
-"""Any of the four."""
+"""A region of any of the four shapes."""
 
 
 def touch(first: Region, second: Region) -> bool:
-    """Whether two regions have a point in common; arcs count as their outlines (separating axis theorem)."""
+    """Whether two regions have a point in common (separating-axis theorem). A sector counts as its outline."""
     if isinstance(second, Circle):
         first, second = second, first
     if isinstance(first, Circle):
@@ -364,7 +371,7 @@ def _on_inner_sides(
 
 
 def _arc(centre: Vector, radius: float, start: float, sweep: float) -> list[Vector]:
-    """Points of an arc, both ends included, so close that no chord is further than CHORD from it."""
+    """Points of an arc, both ends included, so close together that no chord is farther than CHORD from the arc."""
     step = 2 * math.acos(max(0.0, 1.0 - CHORD / radius)) if radius > CHORD else math.pi / 4
     count = max(8, math.ceil(sweep / step))
     return [
@@ -398,7 +405,7 @@ def _clip(corners: list[Vector], nx: float, ny: float, offset: float) -> list[Ve
 
 
 def _next(points: Sequence[Vector], by: int = 1) -> list[Vector]:
-    """The same corners, begun `by` later."""
+    """The same corners in the same cyclic order, beginning `by` corners later."""
     return [*points[by:], *points[:by]]
 
 

@@ -1,7 +1,7 @@
-"""Things that are found by name: games, strategies, robot models, sensors, maps, engines, backends, motor protocols.
+"""Objects that are found by name: games, strategies, robot models, sensors, maps, engines, backends, motor protocols.
 
-A registry is a table of names. Those that come with VRG stand in a lazy table, as `module:attribute`, and are imported
-when they are asked for. Any other package adds one by an entry point of the registry's group, without a change here:
+A registry is a table of names. The names that come with VRG are listed as `module:attribute`, and each is imported only
+when it is asked for. Any other package adds a name by an entry point of the registry's group, without a change here:
 
     [project.entry-points."vrg.games"]
     capture = "my_package.capture:GAME"
@@ -24,10 +24,11 @@ class Registry(Generic[T]):
     """One table of names.
 
     Args:
-        what: one of its things, as a message calls it: `game`.
-        group: of the entry points of other packages, such as `vrg.games`. A name that comes with VRG cannot be taken.
-        built_in: `module:attribute` by name.
-        check: says why an object cannot be in this table, or None where it can.
+        what: the word for one of its objects in messages, such as `game`.
+        group: the group of the entry points of other packages, such as `vrg.games`. An entry point cannot replace a
+            name that comes with VRG.
+        built_in: the `module:attribute` of each name that comes with VRG.
+        check: returns the reason why an object cannot be in this table, or None if it can.
     """
 
     def __init__(
@@ -41,34 +42,34 @@ class Registry(Generic[T]):
         self._unusable: set[str] = set()
 
     def names(self) -> list[str]:
-        """Everything that can be asked for, sorted, whether or not it can be imported."""
+        """All names, sorted, including those whose object cannot be imported."""
         return sorted({*self._built_in, *self._plugins()})
 
     def __contains__(self, name: str) -> bool:
         return name in self._built_in or name in self._plugins()
 
     def get(self, name: str) -> T:
-        """The thing of this name.
+        """Return the object of this name.
 
         Raises:
-            ConfigError: there is none of that name, it cannot be imported, or it is not what this table is for.
+            ConfigError: there is no such name, its object cannot be imported, or `check` refuses it.
         """
         if name not in self._found:
             self._found[name] = self._load(name)
         return self._found[name]
 
     def find(self, name: str) -> T | None:
-        """The thing of this name, or None where there is none or it cannot be used: for those who only show it."""
+        """Return the object of this name, or None if there is none or it cannot be used; for code that only shows it."""
         if name not in self._unusable:
             try:
                 return self.get(name)
             except ConfigError:
-                # Who shows things asks again and again, and a package that cannot be imported is not tried each time.
+                # Such code asks again and again; a package that cannot be imported must not be tried each time.
                 self._unusable.add(name)
         return None
 
     def unknown(self, name: str) -> str:
-        """What to say of a name that is not in the table."""
+        """The message about a name that is not in the table. It lists the names and guesses the one that was meant."""
         import difflib  # noqa: PLC0415 - only a mistake needs it
 
         names = self.names()
@@ -89,7 +90,7 @@ class Registry(Generic[T]):
                 raise ConfigError([self.unknown(name)])
         except ConfigError:
             raise
-        # A plug-in may raise anything while it is imported, and that must not look like a fault of VRG.
+        # A plug-in may raise any exception while it is imported, and that must not look like a fault of VRG.
         except Exception as error:
             where = target or f"{plugin.value} of the entry point group {self.group}"  # type: ignore[union-attr]
             raise ConfigError([f"{self.what} {name}: cannot import {where}: {error!r}"]) from error
@@ -104,17 +105,18 @@ class Registry(Generic[T]):
 
 @cache
 def plugins(group: str) -> "dict[str, EntryPoint]":
-    """The entry points of a group by name; looked up once in a process, as it reads the metadata of every package."""
-    from importlib.metadata import entry_points  # noqa: PLC0415 - it takes longer to load than all else that a player needs
+    """The entry points of a group by name. They are looked up once, because that reads every package's metadata."""
+    from importlib.metadata import entry_points  # noqa: PLC0415 - slow to load
 
     return {entry.name: entry for entry in entry_points(group=group)}
 
 
 def load_object(target: str) -> Any:
-    """The object that `module:attribute` names, imported now.
+    """Import and return the object that `module:attribute` names.
 
     Raises:
-        ImportError, AttributeError: there is none; or whatever the module raises while it is imported.
+        ImportError, AttributeError: there is no such object.
+        Exception: whatever the module raises while it is imported.
     """
     module, _, attribute = target.partition(":")
     return getattr(importlib.import_module(module), attribute)

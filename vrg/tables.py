@@ -1,4 +1,4 @@
-"""What the models of all files that people write have in common."""
+"""What the models of all TOML files that people write have in common."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path as FilePath
@@ -14,16 +14,16 @@ from vrg.toml_text import line_of
 
 
 class Table(BaseModel):
-    """A table of a TOML file: no field that is unknown, no number that is none, nothing that changes."""
+    """The base class of the tables of a TOML file. It refuses unknown fields, NaN and infinity, and is frozen."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 def one_of(value: str, known: Sequence[str]) -> str:
-    """The value, if it is one of those known.
+    """Return the value, if it is one of those known.
 
     Raises:
-        ValueError: it is not; lists them.
+        ValueError: it is not; the message lists those known.
     """
     if value not in known:
         raise ValueError(f"expected one of {', '.join(known)}, got {value!r}")
@@ -31,10 +31,10 @@ def one_of(value: str, known: Sequence[str]) -> str:
 
 
 def known_in(value: str, registry: "Registry[Any]") -> str:
-    """The value, if a registry has that name.
+    """Return the value, if a registry has that name.
 
     Raises:
-        ValueError: it does not; lists the names and guesses.
+        ValueError: it has not; the message lists the names and guesses the one that was meant.
     """
     if value not in registry:
         raise ValueError(registry.unknown(value).partition(": ")[2])
@@ -54,15 +54,15 @@ def _region(value: object) -> object:
 RegionSetting = Annotated[
     InstanceOf[Rectangle] | InstanceOf[Circle] | InstanceOf[Sector] | InstanceOf[Polygon], BeforeValidator(_region)
 ]
-"""A region as people write it, for example `{ shape = "circle", x = 0.0, y = 0.0, radius = 0.6 }`; without a shape it is
-a rectangle. Angles are radians."""
+"""A region as people write it, for example `{ shape = "circle", x = 0.0, y = 0.0, radius = 0.6 }`. Without a shape it
+is a rectangle. Angles are in radians."""
 
 
 def problems_of(error: ValidationError, prefix: Path = ()) -> list[Problem]:
-    """What pydantic has found, in the words of this project.
+    """Convert the errors that pydantic has found into problems, in the words of this project.
 
     Args:
-        prefix: where in the file the table stands that was checked.
+        prefix: the path in the file of the table that was checked.
     """
     problems = []
     for detail in error.errors():
@@ -76,7 +76,7 @@ def problems_of(error: ValidationError, prefix: Path = ()) -> list[Problem]:
 
 
 def located(problem: Problem, file: FilePath | str, lines: Mapping[Path, int]) -> Problem:
-    """A problem with its place in a file, unless it already has one: it may be about another file."""
+    """Return a problem with its place in a file. A problem that has a file already stays as it is."""
     if problem.file is not None:
         return problem
     return Problem(problem.text, problem.path, str(file), line_of(dict(lines), problem.path))

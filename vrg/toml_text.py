@@ -1,4 +1,4 @@
-"""TOML as text: on which line a field stands, which neither tomllib nor pydantic knows, and other values for some."""
+"""TOML as text: the line of each field, which neither tomllib nor pydantic tells, and the replacement of values."""
 
 import re
 import tomllib
@@ -12,7 +12,7 @@ _TOKEN = re.compile(r'"""|\'\'\'|\\.|["\'#\[\]{}]')
 
 
 def lines_of(text: str) -> dict[Path, int]:
-    """The line, from 1, of every table and key; items of an array of tables are numbered from 0."""
+    """The line, from 1, of every table and key. The items of an array of tables are numbered from 0 in the paths."""
     found: dict[Path, int] = {(): 1}
     counts: dict[Path, int] = {}
     table: Path = ()
@@ -35,7 +35,7 @@ def lines_of(text: str) -> dict[Path, int]:
 
 
 def _fresh_lines(text: str) -> Iterator[tuple[int, str]]:
-    """The numbered lines that begin outside of every value: a row of a long array looks like a table's header."""
+    """The numbered lines that do not begin inside a value. A row of a long array could look like a table's header."""
     depth, quote = 0, ""
     for number, line in enumerate(text.splitlines(), 1):
         begins_value = not (depth or quote)
@@ -49,7 +49,7 @@ def _after(line: str, depth: int, quote: str) -> tuple[int, str]:
     """How many brackets and which quotation mark are open after a line."""
     for token in _TOKEN.findall(line):
         if quote:
-            # In a literal string a backslash is nothing but a backslash.
+            # In a literal string a backslash does not escape the quotation mark.
             if token == quote or (quote[0] == token[-1] == "'" and len(quote) == 1):
                 quote = ""
         elif token == "#":
@@ -60,12 +60,12 @@ def _after(line: str, depth: int, quote: str) -> tuple[int, str]:
             depth += 1
         elif token in "]}":
             depth = max(0, depth - 1)
-    # Only the threefold marks may go on in the next line.
+    # Only strings in triple quotation marks may go on in the next line.
     return depth, quote if len(quote) == 3 else ""
 
 
 def line_of(lines: dict[Path, int], path: Sequence[str | int]) -> int:
-    """The line of a field, or of the nearest table around it where the field is missing."""
+    """The line of a field, or of the nearest table around it if the field is missing."""
     wanted = tuple(path)
     while wanted not in lines:
         wanted = wanted[:-1]
@@ -73,7 +73,7 @@ def line_of(lines: dict[Path, int], path: Sequence[str | int]) -> int:
 
 
 def syntax_error_line(error: tomllib.TOMLDecodeError) -> int:
-    """The line that a parser's message names, 1 where it names none."""
+    """The line that a parser's message names, or 1 if it names none."""
     match = re.search(r"line (\d+)", str(error))
     return int(match[1]) if match else 1
 
@@ -83,7 +83,7 @@ def _parts(dotted: str) -> Path:
 
 
 def with_values(text: str, values: dict[str, str | int | float | bool]) -> str:
-    """The same file with other values of top-level fields."""
+    """Return the text of the file with other values of top-level fields."""
     lines = text.splitlines()
     known = lines_of(text)
     fresh = []

@@ -1,7 +1,8 @@
-"""Values that every room of the house shares: poses, twists, and the bounds of numbers. This imports nothing of VRG.
+"""Types that every package of VRG shares: poses, twists, and the bounds of numbers. This module imports nothing of VRG.
 
-They are frozen structs, so that the same values travel on the bus without conversion. A struct does not check itself
-when it is made; the bounds are checked where a message is decoded. Lengths are metres, angles radians, times seconds.
+Poses and twists are frozen structs, so that they travel on the bus without conversion. A struct does not check its
+values when it is made; the bounds are checked when a message is decoded. Lengths are in metres, angles in radians, and
+times in seconds.
 """
 
 import math
@@ -15,9 +16,9 @@ Length = Annotated[float, Meta(gt=0.0, le=1e5)]
 """A length above 0 m."""
 Radians = Annotated[float, Meta(ge=-1e4, le=1e4)]
 Speed = Annotated[float, Meta(ge=-100.0, le=100.0)]
-"""m/s."""
+"""A speed in m/s."""
 AngularSpeed = Annotated[float, Meta(ge=-1000.0, le=1000.0)]
-"""rad/s."""
+"""An angular speed in rad/s."""
 Seconds = Annotated[float, Meta(ge=0.0, le=1e8)]
 Count = Annotated[int, Meta(ge=0)]
 Fraction = Annotated[float, Meta(ge=0.0, le=1.0)]
@@ -44,9 +45,9 @@ class Twist(Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def is_finite(self) -> bool:
-        """Whether both numbers are numbers."""
+        """Whether both numbers are finite."""
         return math.isfinite(self.v) and math.isfinite(self.w)
 
 
 STILL = Twist(0.0, 0.0)
-"""The twist of a body that stands."""
+"""The twist of a body that stands still."""

@@ -75,8 +75,8 @@ def referee_state(
 ) -> m.RefereeState:
     status = m.PlayerStatus(name=name, team="t", role="r", state="active", may_move=may_move, radius=0.35, pose=POSE)
     return m.RefereeState(
-        game="g", stage=m.Stage.PLAY_ROUND, halted=halted, way_out=None, waiting=[], clock=0.0, total=0.0, round=1, rounds=1,
-        score={}, players=[status], zones=[], estop=estop,
+        game="g", stage=m.Stage.PLAY_ROUND, halted=halted, way_out=None, waiting=[], clock=0.0, total=0.0, round=1,
+        rounds=1, score={}, players=[status], zones=[], estop=estop,
     )  # fmt: skip
 
 

@@ -82,7 +82,8 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
     m.Manual: st.builds(m.Manual, forward=st.floats(-1, 1), turn=st.floats(-1, 1), lease=st.floats(0, 1)),
     m.RefereeState: st.builds(
         m.RefereeState,
-        game=names, stage=st.sampled_from(m.Stage), halted=st.none() | st.text(max_size=40), way_out=st.none() | st.text(max_size=40),
+        game=names, stage=st.sampled_from(m.Stage), halted=st.none() | st.text(max_size=40),
+        way_out=st.none() | st.text(max_size=40),
         waiting=st.lists(st.text(max_size=20), max_size=3), clock=seconds, total=seconds, round=counts, rounds=counts,
         score=st.dictionaries(names, st.integers(0, 99), max_size=3), players=st.lists(statuses, max_size=3),
         zones=st.lists(zones, max_size=3), winner=st.none() | names, estop=st.booleans(),

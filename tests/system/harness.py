@@ -137,6 +137,8 @@ class Match:
         text: of the match file.
         environment: added to this process' own.
         window: with a spectator's window.
+        movers: players that move as soon as play goes on.
+        here: the launcher's working folder.
     """
 
     def __init__(
@@ -147,7 +149,10 @@ class Match:
         environment: dict[str, str] | None = None,
         window: bool = False,
         disk: Disk | None = None,
+        movers: Sequence[str] = MINNOWS,
+        here: Path | None = None,
     ) -> None:
+        self.movers = movers
         self.file = folder / "match.toml"
         self.file.write_text(text, encoding="utf-8")
         self.output = folder / "output.txt"
@@ -158,7 +163,7 @@ class Match:
         gone = ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER", "SDL_AUDIODRIVER")
         self._environment = {k: v for k, v in os.environ.items() if k not in gone} | (environment or {})
         self._environment |= {"XDG_STATE_HOME": str(self._state_home), "PYTHONUNBUFFERED": "1"}
-        command = [sys.executable, "-m", "vrg", "play", str(self.file), "--runs", str(self._disk.folder)]
+        command = [sys.executable, "-P", "-m", "vrg", "play", str(self.file), "--runs", str(self._disk.folder)]
         with self.output.open("wb") as output:
             self.launcher = subprocess.Popen(
                 [*self._disk.wrap, *command, *([] if window else ["--headless"])],
@@ -166,6 +171,7 @@ class Match:
                 stdout=output,
                 stderr=subprocess.STDOUT,
                 env=self._environment,
+                cwd=here,
                 start_new_session=True,
             )
         self._resources = contextlib.ExitStack()
@@ -195,7 +201,7 @@ class Match:
         self.run = RunFolder(run)
         self.observer = self.join()
         self.observer.wait_until(lambda: self.observer.playing, "play to begin")
-        self.observer.wait_until(lambda: self.observer.moving(*MINNOWS), "minnows to move")
+        self.observer.wait_until(lambda: self.observer.moving(*self.movers), "players to move")
 
     def join(self) -> Observer:
         """A further observer, from now on."""
@@ -215,13 +221,9 @@ class Match:
 
     def child(self, name: str) -> psutil.Process:
         """A player's process by its name, or `router`, `world`, `coordinator`, `recorder`, `spectator`, `drives`."""
-        for process in psutil.Process(self.launcher.pid).children():
+        for process in psutil.Process(self.launcher.pid).children(recursive=True):
             with contextlib.suppress(psutil.NoSuchProcess):
-                # python -P -m module kind router run name
-                arguments = process.cmdline()[4:]
-                kind = arguments[0] if arguments else ""
-                own = {"player": arguments[3:4], "can": ["drives"]}.get(kind, [kind])
-                if own == [name]:
+                if _node(process.cmdline()) == name:
                     return process
         raise AssertionError(f"no process {name} runs; {self.said()}")
 
@@ -249,7 +251,7 @@ class Match:
         observer.wait_until(lambda: observer.state.halted and not observer.state.waiting, "nothing to hinder a resume")
         self.command("official", "resume", "--reason", "the test goes on")
         observer.wait_until(lambda: observer.playing, "play to go on")
-        observer.wait_until(lambda: observer.moving(*MINNOWS), "minnows to move again")
+        observer.wait_until(lambda: observer.moving(*self.movers), "players to move again")
 
     def wait_replaced(self, name: str, old: psutil.Process) -> psutil.Process:
         """Wait until another process has taken the place of one that died or hung; the old one is gone."""
@@ -266,7 +268,8 @@ class Match:
 
     def survivors(self) -> list[psutil.Process]:
         """Every process that this match has started, the launcher included, and that runs."""
-        return [p for p in psutil.process_iter() if p.pid != os.getpid() and _lives_in(p, str(self._state_home))]
+        mine = (str(self._state_home), str(self._disk.folder))
+        return [p for p in psutil.process_iter() if p.pid != os.getpid() and _lives_in(p, *mine)]
 
     def wait_ended(self, patience: float = PATIENCE) -> int:
         """Wait for the launcher's end, and assert that no process is left; the launcher's exit status."""
@@ -308,14 +311,26 @@ class Match:
         assert not left, f"left behind: {left}\n{self.said()}"
 
 
-def _lives_in(process: psutil.Process, state_home: str) -> bool:
-    """Whether a process has inherited a match's state folder: nobody else has one of that name."""
-    try:
+def _node(command: list[str]) -> str | None:
+    """Which process of a match this is, by its command line or its title; None for any other."""
+    if command[1:4] == ["-P", "-m", "vrg"]:  # python -P -m vrg can node ...
+        return "drives"
+    if command[1:4] == ["-P", "-m", "vrg.launch.child"]:
+        command = ["vrg", command[4], *command[7:8]]
+    words = " ".join(command).split()  # vrg player NAME in RUN
+    if words[:1] != ["vrg"] or len(words) < 2:
+        return None
+    return words[2] if words[1] == "player" else words[1]
+
+
+def _lives_in(process: psutil.Process, state_home: str, runs: str) -> bool:
+    """Whether a process has inherited a match's state folder, or writes to a log of it: nobody else does."""
+    with contextlib.suppress(psutil.NoSuchProcess, psutil.AccessDenied, OSError):
         if process.status() == psutil.STATUS_ZOMBIE:
             return False
-        return bool(process.environ().get("XDG_STATE_HOME") == state_home)
-    except (psutil.NoSuchProcess, psutil.AccessDenied):
-        return False
+        output = os.readlink(f"/proc/{process.pid}/fd/1")
+        return process.environ().get("XDG_STATE_HOME") == state_home or output.startswith(runs)
+    return False
 
 
 def wait_until(

@@ -1,6 +1,7 @@
 """`vrg can ...` as a user types it, on vcan0."""
 
 import contextlib
+import re
 import signal
 import subprocess
 import sys
@@ -12,10 +13,11 @@ import pytest
 
 from tests.system.harness import match_text, wait_until
 from tests.vcan import INTERFACE
-from vrg.hal.can import odrive
 from vrg.hal.can.bus import CanBus
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
+from vrg.hal.can.odrive import codec, messages
+from vrg.hal.models import robot_model
 
 pytestmark = pytest.mark.vcan
 
@@ -27,6 +29,13 @@ def vrg(*arguments: str, said: str = "") -> subprocess.CompletedProcess[str]:
     """Run a command of vrg's to its end; `said` is what is typed."""
     command = [sys.executable, "-m", "vrg", *arguments]
     return subprocess.run(command, input=said, capture_output=True, text=True, timeout=PATIENCE, check=False)
+
+
+def told(pattern: str, done: subprocess.CompletedProcess[str]) -> float:
+    """The number in what a command has printed that the pattern's group matches."""
+    found = re.search(pattern, done.stdout)
+    assert found is not None, done.stdout
+    return float(found[1])
 
 
 @pytest.fixture
@@ -79,7 +88,7 @@ def test_monitor_shows_a_drive_that_falls_silent(node: Callable[..., object]) ->
     bus = CanBus(Link(channel=INTERFACE), asked.append)
     bus.start()
     monitor = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-    version = odrive.request(2, odrive.Command.VERSION)
+    version = codec.request(2, messages.Command.VERSION)
     wait_until(lambda: any(f.id == version.id and f.remote for f in asked), "the monitor to have found the drive")
     bus.stop()
     vrg("can", "fault", "silence", *ON, "--id", "2", "--for", "60")
@@ -126,9 +135,11 @@ def test_calibrate_writes_a_file_that_the_robot_then_uses(node: Callable[..., ob
     assert written["robot"] == "ann"
     assert written["axes"]["0"]["direction"] == 1
     assert written["axes"]["1"]["direction"] == -1
-    assert written["axes"]["0"]["ratio"] == written["axes"]["1"]["ratio"]
-    assert 30.0 < written["axes"]["0"]["ratio"] < 50.0
-    assert 0.4 < written["track"] < 0.8
+    # How far it went beyond what was asked for depends on how busy this computer is.
+    assert written["axes"]["0"]["ratio"] == pytest.approx(50.0 * told(r"it went ([\d.]+) m", done) / 0.5, rel=0.01)
+    assert written["axes"]["1"]["ratio"] == written["axes"]["0"]["ratio"]
+    turned = told(r"it turned ([\d.]+) degrees", done)
+    assert written["track"] == pytest.approx(robot_model("P2AT").effective_track * turned / 90.0, rel=0.01)
     assert 'calibration = "ann.cal.toml"' in done.stdout
 
     # The file is used: asked to go ahead, the motors now turn against one another.
@@ -137,14 +148,15 @@ def test_calibrate_writes_a_file_that_the_robot_then_uses(node: Callable[..., ob
     frames: list[Frame] = []
     bus = CanBus(Link(channel=INTERFACE), frames.append)
     bus.start()
-    vrg("can", "calibrate", str(match), "ann", *quick, said="\ny\ny\n\n0.4\n\n90\n")
+    again = vrg("can", "calibrate", str(match), "ann", *quick, said="\ny\ny\n\n0.4\n\n90\n")
     bus.stop()
+    assert again.returncode == 0, again.stdout + again.stderr
     speeds = {0: [0.0], 1: [0.0]}
     for frame in frames:
-        if odrive.command_of(frame.id) == odrive.Command.SET_INPUT_VEL and not frame.remote:
-            message = odrive.decode(frame)
-            assert isinstance(message, odrive.SetInputVel)
-            speeds[odrive.node_of(frame.id)].append(message.velocity)
+        if codec.command_of(frame.id) == messages.Command.SET_INPUT_VEL and not frame.remote:
+            message = codec.decode(frame)
+            assert isinstance(message, messages.SetInputVel)
+            speeds[codec.node_of(frame.id)].append(message.velocity)
     assert max(speeds[0]) > 10.0
     assert min(speeds[1]) < -10.0
 

@@ -1,8 +1,10 @@
 """Matches of physical and virtual robots: real processes, emulated drives, a real CAN bus."""
 
 import json
+import math
 import signal
 import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -13,11 +15,13 @@ from tests.system.conftest import Arena
 from tests.system.harness import STUCK_ONCE, Match, match_text
 from tests.vcan import INTERFACE
 from vrg.bus import messages as m
-from vrg.hal.can import odrive
 from vrg.hal.can.bus import CanBus
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
+from vrg.hal.can.odrive import codec, messages
+from vrg.hal.models import robot_model
 from vrg.recording.reader import read_tracks
+from vrg.types import Pose
 
 pytestmark = [pytest.mark.system, pytest.mark.vcan]
 
@@ -45,25 +49,34 @@ class Tap:
     def __exit__(self, *_: object) -> None:
         self.bus.stop()
 
-    def newest(self, node: int, command: odrive.Command) -> odrive.Message | None:
+    def newest(self, node: int, command: messages.Command) -> messages.Message | None:
         """The newest of this kind."""
-        wanted = odrive.frame_id(node, command)
+        wanted = codec.frame_id(node, command)
         found = next((f for f in reversed(self.frames) if f.id == wanted and not f.remote), None)
-        return odrive.decode(found) if found is not None else None
+        return codec.decode(found) if found is not None else None
 
-    def count(self, node: int, command: odrive.Command, since: int = 0) -> int:
+    def count(self, node: int, command: messages.Command, since: int = 0) -> int:
         """How many of this kind have come since frame number `since`."""
-        return sum(f.id == odrive.frame_id(node, command) for f in self.frames[since:])
+        return sum(f.id == codec.frame_id(node, command) for f in self.frames[since:])
+
+    def late(self, *nodes: int, since: int) -> bool:
+        """Whether the watchdog of one of these has met a commander that was late, since frame number `since`."""
+        beats = [
+            f for f in self.frames[since:] if f.id in {codec.frame_id(n, messages.Command.HEARTBEAT) for n in nodes}
+        ]
+        told = [codec.decode(beat) for beat in beats]
+        watchdog = messages.AxisError.WATCHDOG_TIMER_EXPIRED
+        return any(beat.error & watchdog for beat in told if isinstance(beat, messages.Heartbeat))
 
     def velocity(self, node: int) -> float:
         """turn/s, by the encoder; a motor that has not been heard does not stand."""
-        estimate = self.newest(node, odrive.Command.ENCODER_ESTIMATES)
-        return estimate.velocity if isinstance(estimate, odrive.EncoderEstimates) else float("inf")
+        estimate = self.newest(node, messages.Command.ENCODER_ESTIMATES)
+        return estimate.velocity if isinstance(estimate, messages.EncoderEstimates) else float("inf")
 
     def errors(self, node: int) -> int:
         """By the newest heartbeat."""
-        heartbeat = self.newest(node, odrive.Command.HEARTBEAT)
-        return heartbeat.error if isinstance(heartbeat, odrive.Heartbeat) else 0
+        heartbeat = self.newest(node, messages.Command.HEARTBEAT)
+        return heartbeat.error if isinstance(heartbeat, messages.Heartbeat) else 0
 
     def standing(self, *nodes: int) -> bool:
         """Whether these motors stand."""
@@ -99,6 +112,11 @@ def stays(match: Match, tap: Tap, *nodes: int) -> None:
     assert len(match.observer.heard.poses) > began
 
 
+def off(pose: Pose, place: Pose) -> float:
+    """m from one to the other."""
+    return math.hypot(pose.x - place.x, pose.y - place.y)
+
+
 def vrg_can(match: Match, *arguments: str) -> None:
     match.command("can", *arguments)
 
@@ -121,9 +139,9 @@ def test_the_drives_stop_the_motors_of_a_player_that_fails(mixed: Match, tap: Ta
     old.send_signal(fault)
     since = len(tap.frames)
     observer.wait_until(lambda: tap.standing(0, 1), "ann's motors to stand")
-    watchdog = odrive.AxisError.WATCHDOG_TIMER_EXPIRED
+    watchdog = messages.AxisError.WATCHDOG_TIMER_EXPIRED
     observer.wait_until(lambda: tap.errors(0) & watchdog and tap.errors(1) & watchdog, "the drives to say why")
-    sent = tap.count(0, odrive.Command.SET_INPUT_VEL, since)
+    sent = tap.count(0, messages.Command.SET_INPUT_VEL, since)
     assert sent <= 1, f"{sent} setpoints came from a process that does nothing"
     halted_because(mixed, "ann: its pose is older than")
     mixed.wait_replaced("ann", old)
@@ -146,8 +164,8 @@ def test_the_drives_stop_the_motors_of_a_player_in_an_endless_loop(
     observer.wait_until((tmp_path / "was_stuck").exists, "bob to be stuck")
     since = len(tap.frames)
     observer.wait_until(lambda: tap.standing(2, 3), "bob's motors to stand")
-    assert tap.count(2, odrive.Command.SET_INPUT_VEL, since) == 0
-    watchdog = odrive.AxisError.WATCHDOG_TIMER_EXPIRED
+    assert tap.count(2, messages.Command.SET_INPUT_VEL, since) == 0
+    watchdog = messages.AxisError.WATCHDOG_TIMER_EXPIRED
     observer.wait_until(lambda: tap.errors(2) & watchdog and tap.errors(3) & watchdog, "the drives to say why")
     halted_because(match, "bob: its pose is older than")
     match.wait_replaced("bob", old)
@@ -172,10 +190,10 @@ def test_the_emergency_stop_reaches_the_drives_and_is_released_by_hand(mixed: Ma
     observer = mixed.observer
     mixed.command("estop", "--reason", "test")
     observer.wait_until(
-        lambda: tap.count(0, odrive.Command.ESTOP) and tap.count(3, odrive.Command.ESTOP), "Estop frames"
+        lambda: tap.count(0, messages.Command.ESTOP) and tap.count(3, messages.Command.ESTOP), "Estop frames"
     )
     observer.wait_until(lambda: tap.standing(0, 1, 2, 3), "all motors to stand")
-    estop = odrive.AxisError.ESTOP_REQUESTED
+    estop = messages.AxisError.ESTOP_REQUESTED
     observer.wait_until(lambda: all(tap.errors(n) & estop for n in range(4)), "every drive to have latched it")
     stays(mixed, tap, 0, 1, 2, 3)
     mixed.command("estop", "--release")
@@ -221,6 +239,55 @@ def test_an_interface_that_goes_down(mixed: Match, tap: Tap) -> None:
     mixed.command("official", "recover")
     mixed.resume()
     observer.wait_until(lambda: observer.moving("ann", "bob"), "both to move again")
+
+
+def test_a_second_player_of_a_live_robot_is_refused_and_the_robot_notices_nothing(
+    mixed: Match, tap: Tap, tmp_path: Path
+) -> None:
+    """It claims its name before it opens the bus: a second program that speaks to the drives would stop the robot."""
+    observer = mixed.observer
+    reports, since = len(observer.heard.reports["ann"]), len(tap.frames)
+    command = [sys.executable, "-m", "vrg", "player", str(mixed.run.match_file), "ann"]
+    where = ["--router", mixed.endpoint, "--run", str(tmp_path / "other")]
+    # It loads at the lowest priority: what is tested is not whether the machine is too busy for the first one.
+    second = subprocess.Popen(["nice", "-n", "19", *command, *where], stderr=subprocess.PIPE, text=True)
+    try:
+        observer.wait_until(lambda: second.poll() is not None, "the second player to end", patience=60.0)
+    finally:
+        second.kill()
+        _, said = second.communicate()
+    assert second.returncode == 1
+    assert "match 'mixed-long' already has a player named 'ann'" in said
+    observer.time_passes(1.0, "the first one plays on")
+    heard = [report.body for report in observer.heard.reports["ann"][reports:]]
+    assert len(heard) > 5
+    assert [report.fault for report in heard if report.latched] == []
+    assert tap.late(*WIRING["ann"], since=since) or all(report.armed for report in heard)
+    for node in WIRING["ann"]:
+        assert tap.count(node, messages.Command.SET_INPUT_VEL, since) > 5
+        for order in (messages.Command.VERSION, messages.Command.SET_CONTROLLER_MODE):
+            assert tap.count(node, order, since) == 0, f"somebody has met node {node}"
+    observer.wait_until(lambda: observer.moving("ann"), "ann to move")
+    assert observer.playing
+
+
+def test_a_robot_that_was_carried_goes_on_where_an_official_says_that_it_stands(mixed: Match) -> None:
+    observer = mixed.observer
+    mixed.command("official", "halt", "--reason", "ann is carried")
+    observer.wait_until(observer.standing, "all robots to stand")
+    before, other = observer.body("ann").pose, observer.body("bob").pose
+    place = Pose(round(before.x) + 4.0, round(before.y) - 3.0, math.radians(-60.0))
+    said = mixed.command("official", "place", "ann", "--at", f"{place.x:g}", f"{place.y:g}", "-60")
+    assert f"ann stands at ({place.x:.2f}, {place.y:.2f}), -60 degrees" in said
+    observer.wait_until(lambda: off(observer.body("ann").pose, place) < 0.05, "the world to show ann at its place")
+    assert observer.body("ann").pose.theta == pytest.approx(place.theta, abs=0.05)
+    assert off(observer.body("bob").pose, other) < 0.05
+    placed, shown = observer.now, len(observer.heard.poses)
+    mixed.resume()
+    observer.wait_until(lambda: off(observer.body("ann").pose, place) > 0.3, "ann to have driven on")
+    for poses in observer.heard.poses[shown:]:
+        drifted = off(observer.body("ann", poses).pose, place)
+        assert drifted < 0.1 + robot_model("P2AT").v_max * (poses.stamp - placed), "it drives on from its place"
 
 
 def test_a_mixed_match_is_played_to_its_end(start: Callable[..., Match]) -> None:

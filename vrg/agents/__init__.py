@@ -1,6 +1,6 @@
 """The player: its runtime, hybrid automata, control laws, and what a strategy is made from.
 
-A strategy of one's own needs `from vrg.agents import Strategy, Twist, View`, and no more.
+To write a strategy, `from vrg.agents import Strategy, Twist, View` is enough.
 """
 
 from vrg.agents.strategy import Action, Strategy, View

@@ -1,4 +1,4 @@
-"""Keeping clear of bodies and borders: the nearest free direction to the one that is wanted."""
+"""Avoidance of bodies and borders: the free direction that is nearest to the wanted one."""
 
 import math
 from collections.abc import Sequence
@@ -8,15 +8,16 @@ from vrg.regions import Region
 from vrg.types import Vector
 
 TURNS = (0.0, 0.3, -0.3, 0.6, -0.6, 0.9, -0.9, 1.25, -1.25, 1.6, -1.6, 2.1, -2.1, 2.6, -2.6, math.pi)
-"""Directions that are tried, in this order, as turns from the wanted one (rad)."""
+"""The directions that are tried, in this order, as turns from the wanted direction in rad."""
 
 
 @dataclass(frozen=True, slots=True)
 class Obstacle:
-    """A body in the way.
+    """A body that must be avoided.
 
     Args:
-        position: m. velocity: m/s. clearance: m to keep between the centres.
+        position: the body's centre, m. velocity: its velocity, m/s.
+        clearance: the distance to keep between the two centres, m.
     """
 
     position: Vector
@@ -25,14 +26,15 @@ class Obstacle:
 
 
 def steer(position: Vector, wanted: Vector, obstacles: Sequence[Obstacle], bounds: Region, horizon: float) -> Vector:
-    """The velocity, as fast as the wanted one, that stays clear for `horizon` s and deviates least.
+    """Return the velocity nearest to the wanted direction that stays clear of the obstacles for `horizon` s.
 
-    A body that is already too near may be moved away from, never closer to. Where no direction is clear, the result is
-    the zero vector.
+    It is as fast as the wanted velocity. It also stays within the bounds for one second. From an obstacle that is
+    already too near, it may only lead away. If no direction of TURNS is clear, the result is the zero vector.
 
     Args:
-        wanted: m/s.
-        bounds: where the body's centre may be; from outside, only ways back in are clear.
+        position: the centre of the body that moves, m.
+        wanted: the wanted velocity, m/s.
+        bounds: where the body's centre may be. If it is outside, only directions that lead back are clear.
     """
     speed = math.hypot(*wanted)
     if speed < 1e-6:
@@ -51,7 +53,7 @@ def steer(position: Vector, wanted: Vector, obstacles: Sequence[Obstacle], bound
 
 
 def _in_bounds(position: Vector, u: Vector, bounds: Region) -> bool:
-    """One second ahead: inside, or nearer to the inside than now."""
+    """Whether the body is inside after one second, or nearer to the inside than now."""
     ahead = position[0] + u[0], position[1] + u[1]
     if bounds.contains(*ahead):
         return True
@@ -59,7 +61,7 @@ def _in_bounds(position: Vector, u: Vector, bounds: Region) -> bool:
 
 
 def _clear(position: Vector, u: Vector, obstacle: Obstacle, horizon: float) -> bool:
-    """Whether the closest approach within the horizon keeps the clearance."""
+    """Whether the distance at the closest approach within the horizon is at least the clearance."""
     px, py = obstacle.position[0] - position[0], obstacle.position[1] - position[1]
     vx, vy = obstacle.velocity[0] - u[0], obstacle.velocity[1] - u[1]
     closing = -(px * vx + py * vy)

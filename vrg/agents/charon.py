@@ -1,8 +1,8 @@
 """Hybrid automata in the notation of CHARON (thesis 2.4).
 
-An agent has modes, a mode has submodes. A submode holds continuous control; control passes along transitions, each
-named by the event that triggers it. Ports are what an agent reads and writes. Declared as data, so that a diagram is
-drawn from what runs.
+An agent has modes, and a mode has submodes. A submode holds a continuous control law. Control passes along transitions,
+each named by the event that triggers it. Ports are what an agent reads and writes. An automaton is declared as data, so
+that a diagram can be drawn from the automaton that runs.
 """
 
 from collections.abc import Callable, Sequence
@@ -12,19 +12,19 @@ from typing import Generic, TypeVar
 from vrg.errors import ConfigError
 
 V = TypeVar("V")
-"""What guards and controls look at."""
+"""The type of what guards and control laws look at."""
 C = TypeVar("C")
-"""What controls return: the command."""
+"""The type of the command that control laws return."""
 
 
 @dataclass(frozen=True)
 class Transition(Generic[V]):
-    """From one place to another when its event happens.
+    """A transition from one mode or submode to another, taken when its event happens.
 
     Args:
-        source, target: names of modes, or of submodes of one mode.
-        event: its name, as the diagram shows it.
-        when: the guard.
+        source, target: the names of two modes, or of two submodes of one mode.
+        event: the name of the event, as the diagram shows it.
+        when: the guard, which returns True when the event has happened.
     """
 
     source: str
@@ -35,7 +35,7 @@ class Transition(Generic[V]):
 
 @dataclass(frozen=True)
 class Submode(Generic[V, C]):
-    """One control law."""
+    """A submode: one control law under a name."""
 
     name: str
     control: Callable[[V], C]
@@ -43,7 +43,7 @@ class Submode(Generic[V, C]):
 
 @dataclass(frozen=True)
 class Mode(Generic[V, C]):
-    """A strategy: submodes, the first of which is entered with the mode, and the transitions between them."""
+    """A mode: its submodes, the first of which is entered with the mode, and the transitions between them."""
 
     name: str
     submodes: Sequence[Submode[V, C]]
@@ -52,15 +52,16 @@ class Mode(Generic[V, C]):
 
 @dataclass(frozen=True)
 class Agent(Generic[V, C]):
-    """The whole automaton.
+    """The declaration of a whole automaton.
 
     Args:
-        initial: chooses the mode to begin in, by name.
-        starts: modes that `initial` may choose, with the event that each begins with.
-        inputs, outputs: its ports, for the diagram.
+        modes: the modes. transitions: the transitions between the modes.
+        initial: returns the name of the mode to begin in.
+        starts: the modes that `initial` may choose, each with the event that it begins with, for the diagram.
+        inputs, outputs: the names of its ports, for the diagram.
 
     Raises:
-        ConfigError: a name that is used twice, or a transition from or to nowhere.
+        ConfigError: a name is used twice, a mode has no submode, or a transition or a start names an unknown mode.
     """
 
     name: str
@@ -95,7 +96,11 @@ def _check(where: str, names: Sequence[str], transitions: Sequence[Transition[V]
 
 
 class Automaton(Generic[V, C]):
-    """A running agent. Where it stands is a function of what it has been shown alone."""
+    """A running agent. Its mode and submode depend only on the views that `step` was given.
+
+    Args:
+        agent: the declaration of the automaton.
+    """
 
     def __init__(self, agent: Agent[V, C]) -> None:
         self._agent = agent
@@ -105,13 +110,14 @@ class Automaton(Generic[V, C]):
 
     @property
     def where(self) -> str:
-        """Such as `Minnows/Cross`; `-` before the first step."""
+        """The mode and the submode, such as `Minnows/Cross`; `-` before the first step."""
         return f"{self.mode}/{self.submode}" if self.mode else "-"
 
     def step(self, view: V) -> C:
-        """Take the transitions whose events have happened, outer ones first, then run the control law.
+        """Take the transitions whose events have happened, then run the control law of the submode.
 
-        In one step at most one transition of each level is taken, the first in the order of declaration.
+        A step takes at most one transition between modes and then at most one between submodes: the first in the order
+        of declaration whose guard is true.
         """
         if self.mode is None:
             self._enter(self._agent.initial(view))
@@ -127,7 +133,7 @@ class Automaton(Generic[V, C]):
         return next(s for s in mode.submodes if s.name == self.submode).control(view)
 
     def restart(self) -> None:
-        """Begin anew at the next step: for events that are none of the automaton's own, such as an overruled call."""
+        """Begin anew at the next step. Use it for events from outside the automaton, such as an overruled call."""
         self.mode = self.submode = None
 
     def _enter(self, name: str) -> None:

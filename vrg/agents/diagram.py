@@ -1,4 +1,4 @@
-"""Automata as Mermaid statecharts."""
+"""Diagrams of automata as Mermaid statecharts."""
 
 from typing import Any
 
@@ -6,13 +6,13 @@ from vrg.agents.charon import Agent
 
 
 def mermaid(agent: Agent[Any, Any]) -> str:
-    """A `stateDiagram-v2` of an agent: modes as composite states, events on the arrows, ports as a note."""
+    """Return the text of an agent's `stateDiagram-v2`: modes as composite states, events on arrows, ports as a note."""
     lines = ["stateDiagram-v2", f"    %% {agent.name}"]
     lines += [f"    [*] --> {mode}: {event}" for mode, event in agent.starts]
     lines += [f"    {t.source} --> {t.target}: {t.event}" for t in agent.transitions]
     for mode in agent.modes:
         lines.append(f"    state {mode.name} {{")
-        # A submode's state is named after its mode too: the names of all states of a statechart share one space.
+        # The name of a submode's state begins with its mode, because no two states of a statechart may share a name.
         lines.append(f"        [*] --> {mode.name}_{mode.submodes[0].name}")
         lines += [f"        {mode.name}_{s.name}: {s.name}" for s in mode.submodes]
         lines += [f"        {mode.name}_{t.source} --> {mode.name}_{t.target}: {t.event}" for t in mode.transitions]

@@ -1,4 +1,4 @@
-"""Finding the class that a match file names."""
+"""The import of the class that a match file names."""
 
 import hashlib
 import importlib
@@ -11,12 +11,12 @@ from vrg.errors import ConfigError
 
 
 def import_object(target: str, base: Path) -> object:
-    """`module:Class`, or `file.py:Class` with the file relative to `base`.
+    """Import `module:Class`, or `file.py:Class` with the file relative to `base`.
 
-    What lies in `base` can be imported as a module, too, after everything that is installed.
+    A module may also be a file in `base`. Installed modules are found first.
 
     Raises:
-        ConfigError: there is no such thing, or importing it fails; says how.
+        ConfigError: there is no such object, or its import fails; the message says why.
     """
     module_name, _, name = target.rpartition(":")
     if not module_name or not name:
@@ -34,9 +34,9 @@ def import_object(target: str, base: Path) -> object:
 
 
 def _import_file(path: Path) -> ModuleType:
-    """Import a file under a name of its own, so that `queue.py` of a student's is not taken for the library's.
+    """Import a file under a name of its own, so that a student's `queue.py` does not replace the library's module.
 
-    What lies beside it can be imported, after everything that is installed.
+    The file can import the modules beside it. Installed modules are found first.
     """
     name = f"vrg_strategy_{hashlib.sha256(str(path).encode()).hexdigest()[:16]}"
     if name in sys.modules:
@@ -56,6 +56,6 @@ def _import_file(path: Path) -> ModuleType:
 
 
 def _append_path(folder: Path) -> None:
-    """Let what lies in a folder be imported. Last, so that a student's `random.py` is not taken for the library's."""
+    """Append a folder to the import path. It comes last, so that a student's `random.py` hides no installed module."""
     if str(folder) not in sys.path:
         sys.path.append(str(folder))

@@ -1,4 +1,4 @@
-"""Where and when a pursuer can meet somebody who keeps its course (thesis, eq. 4.4)."""
+"""Where and when a pursuer can meet a target that keeps its course (thesis, eq. 4.4)."""
 
 import math
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from vrg.types import Vector
 
 @dataclass(frozen=True, slots=True)
 class Interception:
-    """A meeting: after `time` s at `point`."""
+    """A meeting of pursuer and target: after `time` s, with the target at `point` (m)."""
 
     time: float
     point: Vector
@@ -19,15 +19,16 @@ def intercept(
 ) -> Interception | None:
     """The earliest meeting of a pursuer that drives straight at `speed` with a target that keeps its velocity.
 
-    Solves |target + velocity t - pursuer| - reach = k speed t: with reach = 0, distance_pursuer / speed = k
-    distance_target / |velocity|, eq. 4.4.
+    It solves |target + velocity t - pursuer| - reach = k speed t. With reach = 0 this is eq. 4.4: distance_pursuer /
+    speed = k distance_target / |velocity|.
 
     Args:
-        reach: m; being this near is enough.
-        k: 0 < k <= 1; the pursuer arrives 1/k times sooner than the target.
+        pursuer, target: positions, m. speed: m/s. velocity: the target's, m/s.
+        reach: the distance in m that counts as met.
+        k: 0 < k <= 1; the pursuer needs only the fraction k of the target's time to reach the point.
 
     Returns:
-        None where the target cannot be met.
+        the meeting, or None if the target cannot be met.
     """
     dx, dy = target[0] - pursuer[0], target[1] - pursuer[1]
     distance = math.hypot(dx, dy)
@@ -44,13 +45,13 @@ def intercept(
 
 
 def _smallest_positive_root(a: float, b: float, c: float) -> float | None:
-    """Of a t^2 + b t + c = 0 with c > 0."""
+    """The smallest positive root of a t^2 + b t + c = 0 with c > 0, or None if there is none."""
     if abs(a) < 1e-9:
         return -c / b if b < -1e-12 else None
     discriminant = b * b - 4 * a * c
     if discriminant < 0:
         return None
-    # The form that loses no digits where b is large.
+    # This form of the solution does not subtract numbers that are nearly equal.
     q = -(b + math.copysign(math.sqrt(discriminant), b)) / 2
     roots = [q / a] + ([c / q] if q else [])
     return min((r for r in roots if r > 0), default=None)

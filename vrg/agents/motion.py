@@ -1,15 +1,19 @@
-"""How fast the others move, from where they were seen."""
+"""Estimates of speeds: those of all players from where they were seen, and the top speed of one's own robot."""
 
 from collections.abc import Mapping
 
 from vrg.types import Vector
 
 SMOOTHING = 0.5
-"""Weight of the newest difference."""
+"""The weight of the newest difference, 0 to 1."""
 
 
 class VelocityEstimator:
-    """Smoothed differences of positions, in m/s."""
+    """Estimates velocities as smoothed differences of positions.
+
+    Attributes:
+        velocities: the newest estimate for every name, in m/s.
+    """
 
     def __init__(self) -> None:
         self._stamp: float | None = None
@@ -17,14 +21,14 @@ class VelocityEstimator:
         self.velocities: dict[str, Vector] = {}
 
     def update(self, stamp: float, positions: Mapping[str, Vector]) -> None:
-        """Take a new sighting of everybody; one with an old stamp changes nothing.
+        """Take in new positions. Positions with an old stamp change nothing.
 
         Args:
-            stamp: s, of the sighting.
+            stamp: the match time of the positions, s. positions: each player's position by name, m.
         """
         if self._stamp is not None and stamp <= self._stamp:
             if stamp < self._stamp - 1.0:
-                self._stamp = None  # time has stepped back: a world taken up again
+                self._stamp = None  # time has stepped back: the world was restarted from a snapshot
             return
         dt = stamp - self._stamp if self._stamp is not None else 0.0
         for name, position in positions.items():
@@ -42,21 +46,21 @@ class VelocityEstimator:
 
 
 class TopSpeed:
-    """How fast one's own robot really goes, which nobody tells: the mean speed while it goes about as fast as it can.
+    """Estimates the top speed of one's own robot, which nobody tells: its mean speed while it is near the peak.
 
-    The greatest single measurement would be too high, by as much as the measurements are noisy. So the speed is smoothed,
-    and the measurements are averaged that were taken while the smoothed speed was near its peak.
+    The greatest single measurement would be too high, because measurements are noisy. So the speed is smoothed, and
+    the result is the mean of the measurements that were taken while the smoothed speed was near its peak.
 
     Args:
-        prior: m/s, believed until it has had time to speed up.
+        prior: the value that is used until the robot has had time to speed up, m/s.
     """
 
     SETTLING = 3.0
-    """s on the move after which the measured top speed is believed."""
+    """The time in s that the robot must have moved before the measured top speed is used."""
     NEAR = 0.93
-    """The part of the peak from which on a speed counts as about as fast as the robot can go."""
+    """The fraction of the peak above which a smoothed speed counts as near the peak."""
     SMOOTHING_TIME = 0.5
-    """s."""
+    """The time constant of the smoothing, s."""
 
     def __init__(self, prior: float) -> None:
         self._prior = prior
@@ -66,7 +70,7 @@ class TopSpeed:
         self._sum = self._count = 0.0
 
     def update(self, time: float, v: float) -> None:
-        """Take the robot's speed (m/s) at a match time (s)."""
+        """Take in the robot's speed (m/s) at a match time (s)."""
         dt = 0.0 if self._last is None else max(0.0, time - self._last)
         self._last = time
         speed = abs(v)
@@ -74,7 +78,7 @@ class TopSpeed:
             self._moving += dt
         self._smooth += (speed - self._smooth) * min(1.0, dt / self.SMOOTHING_TIME)
         if self._smooth * self.NEAR > self._peak:
-            # What was averaged before was not yet the top speed.
+            # The measurements that were averaged so far were not yet near the top speed.
             self._sum = self._count = 0.0
         self._peak = max(self._peak, self._smooth)
         if self._smooth > self.NEAR * self._peak:
@@ -83,7 +87,7 @@ class TopSpeed:
 
     @property
     def value(self) -> float:
-        """m/s."""
+        """The estimate of the top speed, m/s."""
         if self._moving < self.SETTLING or self._count < 1.0:
             return self._prior
         return self._sum / self._count

@@ -1,10 +1,10 @@
-"""The player's runtime: it reads the robot, keeps the order of who may command it, and asks the strategy.
+"""The player's runtime: it reads the robot, decides who may command it, and asks the strategy.
 
-From the strongest to the weakest: the emergency stop, a stopped clock, a silent or halting referee, a human with a
-lease, the strategy. Every way out of a tick but the last two leaves the robot stopped.
+From the strongest to the weakest, these command the robot: the emergency stop, a stopped clock, a silent or halting
+referee, a human with a lease, the strategy. If a tick ends with any but the last two, the robot is stopped.
 
-A tick has two halves. `look` gives the view, or None where the robot has to stand; `drive` takes an action. So a loop
-outside can ask for observations and give actions in place of a strategy.
+A tick has two halves. `look` returns the view, or None if the robot has to stand still; `drive` takes an action. So an
+outer loop can ask for views and give actions in place of a strategy.
 """
 
 from vrg.agents.motion import VelocityEstimator
@@ -24,20 +24,22 @@ EMERGENCY = "emergency stop"
 NO_REFEREE = "no referee"
 
 PERIOD = 0.1
-"""s between decisions."""
+"""The match time in s between two decisions."""
 REFEREE_TIMEOUT = 0.3
-"""s of match time without the referee's state after which a player stops."""
+"""The match time in s without the referee's state after which a player stops."""
 SENSOR_TIMEOUT = 0.3
-"""s of match time without a reading after which a player stops."""
+"""The match time in s without a reading after which a player stops."""
 
 
 class Player(Node):
-    """One player.
+    """The node of one player.
 
     Args:
-        device: of its robot; it is connected by `start`, and armed only once the referee lets the match go on.
-        strategy: decides where nothing stronger does.
-        radio: to its team.
+        mailbox: the node's own mailbox. keys: the keys of the match.
+        device: the device of its robot. `start` connects it; it is armed only when the referee lets the match go on.
+        strategy: decides what the robot does while nothing stronger commands it.
+        radio: the radio to its team.
+        period: the match time between ticks, s.
     """
 
     kind = "player"
@@ -65,7 +67,7 @@ class Player(Node):
         self._mode = "-"
 
     def start(self) -> None:
-        """Reach the robot.
+        """Connect to the robot.
 
         Raises:
             RobotError: it cannot be reached.
@@ -73,17 +75,17 @@ class Player(Node):
         self._device.start()
 
     def tick(self, tick: Tick) -> None:
-        """Decide once, drive once, report once."""
+        """Look, let the strategy decide, drive, and report."""
         view = self.look(tick)
         if view is not None:
-            # The strategy is always asked, so that it sees every event; it is obeyed only while nobody holds the lease.
+            # The strategy is always asked, so that it sees every event. Its twist counts only while no human drives.
             answer = self._strategy.act(view)
             self._mode = self._strategy.mode
             self.drive(view, self._checked(answer))
         self.report()
 
     def look(self, tick: Tick) -> View | None:
-        """What the player sees; None where something stronger lets its robot stand, which then stands already."""
+        """Return what the player sees, or None if its robot has to stand still. The robot is then stopped already."""
         self._fault, self._latched = None, False
         self._device.hear()
         referee = self._referee.latest
@@ -102,7 +104,11 @@ class Player(Node):
         return view
 
     def drive(self, view: View, action: Action) -> None:
-        """Do what was decided upon a view, unless a human holds the lease or the player may not move."""
+        """Carry out an action. The twist is replaced if a human holds the lease or the player may not move.
+
+        Raises:
+            TypeError, ValueError: what the action says cannot be sent to the team.
+        """
         if action.say is not None:
             try:
                 self._radio.say(action.say)
@@ -114,7 +120,7 @@ class Player(Node):
         self._command((manual or action.twist) if view.me.may_move else STILL)
 
     def report(self) -> None:
-        """Tell everybody what the player does and what it lacks."""
+        """Publish what the player does and what keeps it from playing."""
         self.mailbox.publish(
             self._report,
             Report(
@@ -128,11 +134,11 @@ class Player(Node):
         )
 
     def stop(self) -> None:
-        """Stop the robot and let go of it."""
+        """Stop the robot and close its device."""
         self._device.close()
 
     def _reason_to_stand(self, tick: Tick, referee: Received[RefereeState] | None) -> str | None:
-        """What is stronger than a human's lease and the strategy, if anything is."""
+        """The reason why the robot has to stand still whatever a human or the strategy wants, or None."""
         if referee is None:
             return NO_REFEREE if tick.live else "no clock"
         state = referee.body
@@ -187,7 +193,7 @@ class Player(Node):
         return readings
 
     def _arm(self, readings: Readings) -> bool:
-        """Whether the robot may be driven; asked for again until the robot itself says that it is armed."""
+        """Whether the robot may be driven. It arms the robot at every tick until the readings say that it is armed."""
         if readings.armed:
             return True
         try:
@@ -204,6 +210,6 @@ class Player(Node):
         try:
             self._device.drive(twist)
         except RobotError as error:
-            # The robot was disarmed since its last reading; it is armed again at the next tick, if it may be.
+            # The robot was disarmed since its last reading. The next tick tries to arm it again.
             self._fault = str(error)
             self._device.stop()

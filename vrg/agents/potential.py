@@ -1,4 +1,4 @@
-"""The minnow's potential field (thesis, Figure 4.13) and what it does with a shark that is near."""
+"""The minnow's potential field (thesis, Figure 4.13), and how it evades a shark that is near."""
 
 import math
 from collections.abc import Sequence
@@ -8,14 +8,15 @@ from vrg.regions import Region
 from vrg.types import Vector
 
 SHARK_WEIGHT = 0.6
-"""Push away from the sharks' barycentre against the pull of the safe zone. Below 1, so that a minnow never stands
-still or turns back for sharks that are far."""
+"""The push away from the sharks' barycentre, relative to the pull of the safe zone. It is below 1, so that a minnow
+never stands still or turns back because of sharks that are far away."""
 
 
 def descent(position: Vector, safe: Region, sharks: Sequence[Vector]) -> Vector:
-    """-grad F: linear towards the safe zone, linear away from the barycentre of the sharks. A direction, not a speed.
+    """The descent direction -grad F of the potential F. Its length is no speed.
 
-    A field that is linear in the distance has a gradient of constant length: each part is a unit vector.
+    F grows linearly with the distance from the safe zone, and falls linearly with the distance from the barycentre of
+    the sharks. So each of the two parts of the gradient has a constant length: 1 and SHARK_WEIGHT.
     """
     target = safe.shrunk(0.5).nearest(*position)
     ux, uy = scaled((target[0] - position[0], target[1] - position[1]), 1.0)
@@ -28,9 +29,9 @@ def descent(position: Vector, safe: Region, sharks: Sequence[Vector]) -> Vector:
 
 
 def evade(position: Vector, shark: Vector, safe: Region, bounds: Region) -> Vector:
-    """Directly away from one shark, along the border where away would be out of bounds.
+    """The unit vector that leads directly away from one shark, or along the border if away is out of bounds.
 
-    Along a border the way that leads to the safe zone is taken unless the shark is on it.
+    Along a border it leads to the side that has more room and is more towards the safe zone.
 
     Args:
         bounds: where the body's centre may be.
@@ -41,7 +42,7 @@ def evade(position: Vector, shark: Vector, safe: Region, bounds: Region) -> Vect
     moved = x - position[0], y - position[1]
     if math.hypot(*moved) > step / 2:
         return scaled(moved, 1.0)
-    # In a corner or against a border: past the shark on the side with more room.
+    # In a corner or at a border, the minnow passes the shark on the side with more room.
     target = safe.nearest(*position)
     goal = scaled((target[0] - position[0], target[1] - position[1]), 1.0)
     left, right = (-away[1], away[0]), (away[1], -away[0])

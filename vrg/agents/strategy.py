@@ -1,4 +1,4 @@
-"""What a student writes: a strategy, the brain of one player."""
+"""The strategy, which decides what one player does. It is the part that a student writes."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
@@ -19,7 +19,7 @@ class Action:
 
     Args:
         twist: the motion to drive with until the next tick.
-        say: what it says to its team: numbers, texts, lists and tables of these; None says nothing.
+        say: what it says to its team: numbers, texts, lists and tables of these. None says nothing.
     """
 
     twist: Twist = STILL
@@ -31,14 +31,14 @@ class View:
     """What a player knows at one tick.
 
     Args:
-        time: match time, s.
-        me: what the referee says of this player.
-        readings: of its own robot's sensors.
-        referee: the state that everybody is told.
-        velocities: of every player whose pose is published, m/s, estimated from those poses.
-        robot: its own robot's description.
+        time: the match time, s.
+        me: this player as the referee sees it.
+        readings: the readings of its own robot.
+        referee: the referee's state, which everybody is told.
+        velocities: the velocity of every player whose pose is published, m/s, estimated from those poses.
+        robot: the description of its own robot.
+        pose: where this player is according to its robot's own measurement, in the map's frame.
         heard: what others of its team have said since the last tick.
-        pose: where this player is, by its robot's own measurement.
     """
 
     time: float
@@ -52,12 +52,12 @@ class View:
 
     @property
     def position(self) -> Vector:
-        """This player's own place."""
+        """The position of this player, m."""
         return self.pose.x, self.pose.y
 
     @property
     def speed(self) -> float | None:
-        """This player's own speed ahead by its wheels, m/s; None where its robot does not measure it."""
+        """The forward speed of this player according to its wheels, m/s; None if its robot does not measure it."""
         odometry = self.readings.odometry
         return None if odometry is None else odometry.value.twist.v
 
@@ -66,16 +66,16 @@ class View:
         return [p for p in self.referee.players if p.name != self.me.name and p.pose is not None]
 
     def zone(self, kind: str) -> Region | None:
-        """The region of the first zone of a kind, such as `field` or `safe`."""
+        """The region of the first zone of a kind, such as `field` or `safe`; None if there is no such zone."""
         return next((zone.region for zone in self.referee.zones if zone.kind == kind), None)
 
 
 class Strategy(ABC):
-    """Decides how one player moves. A subclass and one line in a match file make a player of one's own.
+    """Decides how one player moves. A subclass and one line in a match file make a new kind of player.
 
     Args:
-        name: the player's.
-        robot: its robot's description.
+        name: the player's name.
+        robot: the description of its robot.
     """
 
     def __init__(self, name: str, robot: RobotModel) -> None:
@@ -84,12 +84,12 @@ class Strategy(ABC):
 
     @property
     def mode(self) -> str:
-        """What it does now, in a word or two, for those who watch."""
+        """What the strategy does now, in one or two words, for spectators."""
         return "-"
 
     @abstractmethod
     def act(self, view: View) -> Twist | Action:
-        """The twist to drive with until the next tick, or an action with what the player says to its team.
+        """Return the twist to drive with until the next tick, or an action that also says something to the team.
 
         It is called at each tick while the match is not halted and the robot has no fault. While the player may not
         move, the twist is ignored. Numbers may be Python's or numpy's.
@@ -97,12 +97,12 @@ class Strategy(ABC):
 
 
 def action_of(answer: object) -> Action:
-    """What a strategy has answered, with Python's own numbers.
+    """Convert what a strategy has answered into an action with Python's own numbers.
 
-    A number that is none, such as NaN, passes: the robot's device refuses it, and says so as a fault of the player.
+    NaN and infinity pass here. The robot's device refuses them, which becomes a fault of the player.
 
     Raises:
-        TypeError: it is neither a twist nor an action.
+        TypeError: the answer is neither a twist of two numbers nor an action.
     """
     action = answer if isinstance(answer, Action) else Action(answer)  # type: ignore[arg-type]
     twist = action.twist

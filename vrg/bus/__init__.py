@@ -1,1 +1,1 @@
-"""The bus: what nodes say to each other, and who calls them when."""
+"""The bus: the messages that nodes send each other, and the executors that call the nodes."""

@@ -1,4 +1,4 @@
-"""Messages to MessagePack and back.
+"""The codec that turns messages into MessagePack and back.
 
 On the wire a message is a MessagePack array `[version, sequence, stamp, body]`; body is a map by field name.
 """
@@ -22,11 +22,13 @@ _bodies: dict[type[Message], msgspec.msgpack.Decoder[Message]] = {}
 
 @dataclass(frozen=True, slots=True)
 class Received(Generic[T_co]):
-    """A message with where it came on and when it was sent.
+    """A message that has arrived, with its key, its stamp and its number.
 
     Args:
-        stamp: match time of the sender's tick, s.
+        key: the key that it came on.
+        stamp: the match time of the measurement, or of the sender's tick, s.
         sequence: counts the sender's messages on this key from 0.
+        body: the message itself.
     """
 
     key: str
@@ -44,8 +46,8 @@ def decode(payload: bytes, message_type: type[T], key: str) -> Received[T]:
     """Decode and validate a message.
 
     Raises:
-        MessageError: truncated, nested too deep, of another version, an unknown or missing field, a value out of
-            range or NaN.
+        MessageError: the payload is truncated, nested too deep or of another version, a field is unknown or missing, or
+            a value is out of range or NaN.
     """
     decoder = _bodies.get(message_type)
     if decoder is None:

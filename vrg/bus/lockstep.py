@@ -1,8 +1,9 @@
 """The in-process executor: all nodes of a virtual match in lockstep, as fast as the processor allows.
 
-No threads, no network, no wall clock: the same nodes with the same seeds say the same things, byte for byte.
-Each tick has two halves. First the world steps and speaks; then every other node that is due hears what the world
-has just said and what the others said in earlier ticks. So no node's place in the list gives it an advantage.
+It uses no threads, no network and no wall clock: the same nodes with the same seeds publish the same messages, byte for
+byte. Each tick has two halves. First the world steps and publishes. Then every other node that is due is called: it
+hears what the world has just published and what the others published in earlier ticks. So the order of the nodes gives
+none of them an advantage.
 """
 
 from collections.abc import Sequence
@@ -18,10 +19,10 @@ class Lockstep:
     """Runs one world and any number of other nodes.
 
     Args:
-        world: the node that owns time; ticked every `world.period`.
-        nodes: the others. They are ticked in the order of (kind, name).
-        strict: pass every message through the codec of the wire, so that what is not allowed there is not allowed
-            here either, at the price of speed.
+        world: the node that owns time. It is ticked every `world.period`.
+        nodes: the other nodes. They are ticked in the order of (kind, name).
+        strict: True passes every message through the codec of the bus, so that a message that could not travel over the
+            bus is refused here too. This is slower.
     """
 
     def __init__(self, world: Node, nodes: Sequence[Node], *, strict: bool = False) -> None:
@@ -36,15 +37,15 @@ class Lockstep:
 
     @property
     def time(self) -> float:
-        """Match time of the last tick, s."""
+        """The match time of the next tick, s."""
         return self._ticks * self._world.period
 
     def step(self) -> None:
         """Advance by one tick of the world. The first step is at time 0; it starts the nodes.
 
         Raises:
-            Exception: whatever a node raises, with a note of which node it was.
-            TypeError, MessageError: a message could not go over the wire; only where this is strict.
+            Exception: whatever a node raises, with a note that names the node.
+            TypeError, MessageError: a message could not travel over the bus; only raised if `strict` is set.
         """
         if not self._started:
             self._started = True
@@ -66,7 +67,7 @@ class Lockstep:
         self._ticks += 1
 
     def stop(self) -> None:
-        """Stop every node, robots first, and let the world see it."""
+        """Stop every node, the world last, so that the world still hears the robots' last commands."""
         for node in self._nodes:
             node.stop()
             self._deliver(node.mailbox)

@@ -1,4 +1,4 @@
-"""What one node hears and says. Executors fill and empty it between ticks; nodes only read and publish."""
+"""The mailbox of one node. Executors fill and empty it between ticks; nodes only read from it and publish to it."""
 
 import logging
 from collections.abc import Callable
@@ -15,19 +15,24 @@ T = TypeVar("T", bound=Message)
 log = logging.getLogger(__name__)
 
 QUEUE_LIMIT = 10_000
-"""Events held for a node that does not tick; beyond it the oldest are dropped and counted."""
+"""The number of events that are kept for a node that does not tick. Beyond it the oldest are dropped and counted."""
 LOUD_DROPS = 5
-"""Bad messages of one subscription that are logged one by one; then only each tenfold."""
+"""The number of bad messages of a subscription that are logged one by one; then only the 10th, the 100th and so on."""
 
 
 class Inlet(Generic[T]):
     """One subscription of a node.
 
-    Between ticks arrivals wait outside, and `handover` brings them in, so that what a node sees does not change
-    while it computes.
+    Messages that arrive between ticks wait outside, and `handover` brings them in, so that what a node sees does not
+    change while it computes.
 
     Args:
-        alarm: called with each arrival before the tick that hands it over; see `Mailbox.subscribe`.
+        topic: what is subscribed to.
+        alarm: called with each message before the tick that hands it over; see `Mailbox.subscribe`.
+
+    Attributes:
+        by_key: the newest message of each key.
+        dropped: the number of bad messages, and of events that came faster than they were taken.
     """
 
     def __init__(self, topic: Topic[T], alarm: Callable[[Received[T]], None] | None = None) -> None:
@@ -42,15 +47,16 @@ class Inlet(Generic[T]):
 
     @property
     def latest(self) -> Received[T] | None:
-        """The newest message over all keys of the topic, or None before the first."""
+        """The newest message of all keys of the topic, or None before the first."""
         if len(self.by_key) == 1:
             return next(iter(self.by_key.values()))
         return max(self.by_key.values(), key=_order, default=None)
 
     def take(self) -> list[Received[T]]:
-        """The messages handed over since the last call; those of one handover by (stamp, key, sequence).
+        """Return the messages handed over since the last call.
 
-        Every one for an EVENT topic; for the others at most the newest of each key and handover.
+        For an EVENT topic these are all messages; for the others only the newest of each key. The messages of one
+        handover are in the order of (stamp, key, sequence).
         """
         fresh, self._fresh = self._fresh, []
         return fresh
@@ -60,7 +66,7 @@ class Inlet(Generic[T]):
         self._waiting.append(message)
 
     def offer_bytes(self, key: str, payload: bytes) -> None:
-        """Executor only: decode what came over the wire; a bad message is counted, logged and dropped."""
+        """Executor only: decode what came over the bus. A bad message is counted, logged and dropped."""
         try:
             self.offer(decode(payload, self.topic.type, key))
         except MessageError as error:
@@ -69,20 +75,20 @@ class Inlet(Generic[T]):
                 log.warning("dropped a bad message (number %d here): %s", self.dropped, error)
 
     def forget(self) -> None:
-        """Executor only: drop what was handed over and is no event."""
+        """Executor only: drop what was handed over, unless it is an event."""
         if not self._queued:
             self.by_key.clear()
             self._fresh.clear()
 
     def sound(self) -> None:
-        """Executor only: raise the alarm for what has arrived since the last call."""
+        """Executor only: call the alarm for each message that has arrived since the last call."""
         if self.alarm is not None:
             fresh, self._alarmed = self._waiting[self._alarmed :], len(self._waiting)
             for message in fresh:
                 self.alarm(message)
 
     def handover(self) -> None:
-        """Executor only: bring in what waits."""
+        """Executor only: bring in the messages that wait."""
         if not self._waiting:
             return
         self.sound()
@@ -105,14 +111,19 @@ class Inlet(Generic[T]):
 
 @dataclass(frozen=True, slots=True)
 class Outgoing:
-    """A message on its way out, with what the wire needs to know of it."""
+    """A message on its way out, with its topic."""
 
     topic: Topic[Message]
     message: Received[Message]
 
 
 class Mailbox:
-    """All inlets of a node and the messages that it has published since the executor last looked."""
+    """All inlets of a node, and the messages that it has published since the executor last collected them.
+
+    Attributes:
+        inlets: the subscriptions.
+        now: the match time of this tick, s.
+    """
 
     def __init__(self) -> None:
         self.inlets: list[Inlet[Message]] = []
@@ -121,21 +132,23 @@ class Mailbox:
         self._sequences: dict[str, int] = {}
 
     def subscribe(self, topic: Topic[T], alarm: Callable[[Received[T]], None] | None = None) -> Inlet[T]:
-        """Declare that the node hears this topic. Only before its first tick.
+        """Subscribe the node to a topic. It must be called before the node's first tick.
 
         Args:
-            alarm: called at once with what arrives, on the node's own thread, between its ticks: for an emergency
-                stop, which cannot wait for the next one. It may make a robot safe; it publishes nothing.
+            topic: the topic to hear.
+            alarm: called with each message as soon as it arrives, on the node's own thread, between its ticks. It is
+                for an emergency stop, which cannot wait for the next tick. It may make a robot safe; it must not
+                publish.
         """
         inlet = Inlet(topic, alarm)
         self.inlets.append(inlet)  # type: ignore[arg-type]
         return inlet
 
     def publish(self, topic: Topic[T], body: T, stamp: float | None = None) -> None:
-        """Send a message when the tick is over.
+        """Publish a message. It is sent when the tick is over.
 
         Args:
-            stamp: match time of the measurement, s; the time of this tick if it is missing.
+            stamp: the match time of the measurement, s; the default is the time of this tick.
         """
         key = topic.key
         sequence = self._sequences.get(key, 0)
@@ -143,12 +156,12 @@ class Mailbox:
         self._out.append(Outgoing(topic, Received(key, self.now if stamp is None else stamp, sequence, body)))
 
     def sound(self) -> None:
-        """Executor only: raise the alarms of what has arrived since the last call."""
+        """Executor only: call the alarms for the messages that have arrived since the last call."""
         for inlet in self.inlets:
             inlet.sound()
 
     def forget(self) -> None:
-        """Executor only: the world has stepped back in time; sensors, commands and states count no more."""
+        """Executor only: drop everything but events, because the world has stepped back in time."""
         for inlet in self.inlets:
             inlet.forget()
 
@@ -159,7 +172,7 @@ class Mailbox:
             inlet.handover()
 
     def collect(self) -> list[Outgoing]:
-        """Executor only: what was published since the last call."""
+        """Executor only: return what was published since the last call."""
         out, self._out = self._out, []
         return out
 

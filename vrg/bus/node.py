@@ -1,4 +1,4 @@
-"""The contract of everything that runs: the executor calls the node, the node never calls the executor."""
+"""The contract of everything that runs: the executor calls the node, and the node never calls the executor."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -7,10 +7,10 @@ from typing import ClassVar
 from vrg.bus.mailbox import Mailbox
 
 TIME_TOLERANCE = 1e-6
-"""s; match times closer than this are the same instant."""
+"""The time in s below which two match times count as the same instant."""
 
 CLOCK_SKEW = 0.2
-"""s of match time by which a stamp of another node may be ahead."""
+"""The match time in s by which a stamp of another node may be ahead."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,9 +18,9 @@ class Tick:
     """One call of a node.
 
     Args:
-        time: match time, s.
-        live: False when the world's clock has stopped: `time` is then the last that was heard, the tick comes by
-            real time, and a node may only stop things and tell of it.
+        time: the match time, s.
+        live: False if the world's clock has stopped. `time` is then the last match time that was heard, the ticks come
+            in real time, and a node may only stop things and report it.
     """
 
     time: float
@@ -28,16 +28,18 @@ class Tick:
 
 
 class Node(ABC):
-    """A referee, a player, the world, a window, the recorder.
+    """The base class of the referee, the players, the world, the windows and the recorder.
 
-    A node declares its subscriptions in its constructor, on the mailbox it is given, and opens nothing there: that is
-    for `start`. It never blocks, sleeps, reads a
-    clock or touches the network; what it does is a function of its ticks and its messages alone.
+    A node subscribes in its constructor, on the mailbox that it is given, but opens nothing there: that is for `start`.
+    It never blocks, sleeps, reads a clock or touches the network. What it does depends on its ticks and messages alone.
 
     Args:
-        name: unique among the nodes of its kind in a match.
-        mailbox: the node's own.
-        period: s of match time between ticks.
+        name: the node's name, unique among the nodes of its kind in a match.
+        mailbox: the node's own mailbox.
+        period: the match time between ticks, s.
+
+    Attributes:
+        kind: the word that stands for this kind of node in keys, such as `player`.
     """
 
     kind: ClassVar[str]
@@ -55,23 +57,24 @@ class Node(ABC):
         """Read the inlets, decide, publish."""
 
     def stop(self) -> None:  # noqa: B027 - a node without a robot has nothing to stop
-        """Called once, when the node will not be ticked again: leave every robot stopped.
+        """Leave every robot stopped. Called once, when the node will not be ticked again.
 
-        What it publishes is still sent.
+        What the node publishes here is still sent.
         """
 
 
 def due_index(time: float, period: float) -> int:
-    """How many periods have begun by `time`: a node is due when this has risen since its last tick.
+    """The number of periods that are complete at `time`. A node is due if it has risen since the node's last tick.
 
-    A function of time alone, so that every executor ticks a node at the same instants.
+    It depends on time alone, so that every executor ticks a node at the same instants.
     """
     return int((time + TIME_TOLERANCE) / period)
 
 
 def is_fresh(stamp: float, now: float, limit: float) -> bool:
-    """Whether what was stamped is at most `limit` seconds of match time old.
+    """Whether a message with this stamp is at most `limit` seconds of match time old.
 
-    Two nodes' clocks differ by a tick; a stamp further ahead is of before the world stepped back to a snapshot.
+    The clocks of two nodes may differ by CLOCK_SKEW. A stamp further in the future is from before the world stepped
+    back to a snapshot, so it does not count as fresh.
     """
     return -CLOCK_SKEW <= now - stamp <= limit

@@ -18,25 +18,25 @@ from vrg.errors import DuplicateNodeError
 log = logging.getLogger(__name__)
 
 STALL = 0.5
-"""s of real time without the world's clock after which a node is told that time has stopped."""
+"""The real time in s without the world's clock after which a node is told that time has stopped."""
 STALLED_PERIOD = 0.1
-"""s of real time between a node's ticks while time has stopped."""
+"""The real time in s between a node's ticks while match time has stopped."""
 TAKEOVER_PATIENCE = 3.0
-"""s of real time that a restarted node waits for the token of its crashed forerunner to go."""
+"""The real time in s that a restarted node waits until the token of its crashed predecessor is gone."""
 CLAIM_SETTLES = 0.1
-"""s of real time for two tokens declared at the same moment to be seen by both."""
+"""The real time in s that two tokens declared at the same moment need until both processes see both."""
 PULSE_PERIOD = 0.5
-"""s of real time between a node's signs of life."""
+"""The real time in s between a node's signs of life."""
 
 
 @dataclass
 class Statistics:
-    """How a node's process has fared.
+    """What a node's process has done.
 
     Args:
-        ticks: ticks done. missed: ticks that were due and never came.
-        cpu: s of processor time, wall: s of real time, both since the executor began.
-        dropped: bad messages, and events that came faster than they were taken.
+        ticks: the number of ticks done. missed: the number of ticks that were due but never done.
+        cpu: processor time, wall: real time, both since the executor began, s.
+        dropped: the number of bad messages, and of events that came faster than they were taken.
     """
 
     ticks: int = 0
@@ -47,12 +47,12 @@ class Statistics:
 
 
 def claim(session: Session, keys: Keys, kind: str, name: str) -> None:
-    """Declare that this node is alive; only one of a kind and name may be.
+    """Declare that this node is alive. Only one node of a kind and name may be alive.
 
-    Whoever is there already stays; of two that come at the same moment, the one with the lower instance does.
+    A node that is alive already stays. Of two that come at the same moment, the one with the lower instance id stays.
 
     Raises:
-        DuplicateNodeError: another process already is, and does not go away within TAKEOVER_PATIENCE.
+        DuplicateNodeError: another such node is alive, and does not end within TAKEOVER_PATIENCE.
     """
     everyone = keys.alive(kind, name)
     deadline = time.monotonic() + TAKEOVER_PATIENCE
@@ -85,11 +85,11 @@ def run_node(
 ) -> Statistics:
     """Claim the node's name, start it, and tick it by the match clock until `stop` is set or it has `finished`.
 
-    An exception of the node stops its robot, and goes on to the caller.
+    If the node raises an exception, its robot is stopped and the exception goes on to the caller.
 
     Args:
-        idle: s of real time after which a window is ticked also when it is not due, so that its keys work however slow
-            match time is.
+        idle: the real time in s after which a window is ticked even if it is not due, so that its keys work however
+            slow match time is.
 
     Raises:
         DuplicateNodeError: a node of this kind and name is alive already.
@@ -106,7 +106,7 @@ def run_node(
         while not stop.is_set() and not finished():
             restarted = clock.wait(idle or STALLED_PERIOD)
             if restarted:
-                # What was said at a time that is yet to come again must not pass for news.
+                # The world has stepped back in time, so older messages have later stamps than the new ones.
                 node.mailbox.forget()
                 last = -1
             session.receive()
@@ -133,9 +133,9 @@ class _HeardClock:
     """The world's clock as it is heard on the bus.
 
     Attributes:
-        now: match time of the newest clock message, s.
-        heard: there has been one.
-        stalled: none has come for STALL seconds of real time, or the router is away and nobody is heard.
+        now: the match time of the newest clock message, s.
+        heard: True if there has been such a message.
+        stalled: True if none has come for STALL seconds of real time, or the router is away and nothing is heard.
     """
 
     def __init__(self, session: Session, keys: Keys) -> None:
@@ -157,14 +157,14 @@ class _HeardClock:
             self._arrived.notify()
 
     def wake_for_alarms(self, inlet: Inlet[Message]) -> None:
-        """End a wait when something arrives that has an alarm."""
+        """End a wait when a message arrives whose subscription has an alarm."""
         if inlet.alarm is not None:
             with self._arrived:
                 self._woken = True
                 self._arrived.notify()
 
     def wait(self, timeout: float) -> bool:
-        """Wait for the next message, `timeout` seconds at most; True if the world was restarted since the last."""
+        """Wait for the next message for at most `timeout` s; return whether the world was restarted since the last."""
         with self._arrived:
             quiet = not self._arrived.wait_for(lambda: self._fresh or self._woken, timeout)
             self._fresh = self._woken = False
@@ -194,19 +194,19 @@ def run_world(
     rate: float,
     after_tick: Callable[[int], None],
 ) -> Statistics:
-    """Tick the node that owns time, `rate` match seconds a real second.
+    """Tick the node that owns time, at `rate` match seconds per real second.
 
-    A world that is late is not hurried: match time falls behind real time instead, and the ticks that did not come in
-    their real time are counted as missed.
+    A world that is late does not hurry. Match time falls behind real time instead, and the ticks that fell behind are
+    counted as missed.
 
     Args:
-        first_tick: number of the first tick.
-        rate: above 0.
+        first_tick: the number of the first tick.
+        rate: match seconds per real second, above 0.
         after_tick: called with each tick's number when it is over.
 
     Raises:
         DuplicateNodeError: the match has a world already.
-        ValueError: the rate is not above 0: only a match in one process can be as fast as the processor allows.
+        ValueError: the rate is not above 0. Only a match in one process can be as fast as the processor allows.
     """
     if rate <= 0.0:
         raise ValueError(f"rate: expected match seconds per real second above 0, got {rate}")
@@ -237,7 +237,7 @@ def run_world(
 
 
 class _Pulse:
-    """Says now and then that the thread that ticks a node is not stuck."""
+    """Publishes at regular times that the thread that ticks a node is not stuck."""
 
     def __init__(self, session: Session, keys: Keys, node: Node) -> None:
         self._session = session
@@ -261,7 +261,7 @@ def _call(node: Node, session: Session, tick: Tick, statistics: Statistics) -> N
 
 
 def _finish(node: Node, session: Session, statistics: Statistics) -> None:
-    """Leave the robots stopped, whatever has happened."""
+    """Stop the node, so that robots stand still whatever has happened, and complete the statistics."""
     try:
         node.stop()
     finally:

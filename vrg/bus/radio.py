@@ -1,7 +1,8 @@
-"""The radio between the players of a team: what one says reaches the others by a link that can be modelled.
+"""The radio between the players of a team. What one says reaches the others over a link that can be modelled.
 
-A link decides for each message and each receiver whether it arrives, and when. It decides by (seed, link, key, sequence)
-alone, never by the order of arrival, so that a match in one process and a match over processes lose the same messages.
+A link decides for each message and each receiver whether it arrives, and when. It decides by the seed, the link, the
+key and the sequence number alone, never by the order of arrival, so that a match in one process and a match over
+processes lose the same messages.
 """
 
 from collections.abc import Sequence
@@ -19,11 +20,11 @@ from vrg.types import Vector
 
 @dataclass(frozen=True, slots=True)
 class Heard:
-    """What a player was told.
+    """Something that a player of the team has said.
 
     Args:
-        speaker: the name of the player who said it. stamp: match time at which it was said, s.
-        words: whatever was said: numbers, texts, lists and tables of these.
+        speaker: the name of the player who said it. stamp: the match time at which it was said, s.
+        words: what was said: numbers, texts, lists and tables of these.
     """
 
     speaker: str
@@ -36,8 +37,10 @@ class Transmission:
     """One message on its way from one player to another.
 
     Args:
-        key, sequence: which message it is; they tell it from every other one of the match.
-        size: bytes. distance: m between the two when it arrives, None where that is not known.
+        speaker, listener: the names of the two players.
+        key, sequence: the key and the number of the message. No other message of the match has both the same.
+        size: the size of the message in bytes.
+        distance: the distance of the two when the listener takes the message in, m; None where it is not known.
     """
 
     speaker: str
@@ -49,26 +52,27 @@ class Transmission:
 
 
 class Link(Protocol):
-    """A model of the links between all players of a match. A function of its arguments and its seed."""
+    """A model of the links between all players of a match. Its results depend on the arguments and its seed alone."""
 
     def delay(self, message: Transmission) -> float | None:
-        """s of match time until the message arrives; None where it is lost."""
+        """The match time in s until the message arrives; None if it is lost."""
 
 
 class PerfectLink:
-    """Everything arrives at once."""
+    """A link over which every message arrives at once."""
 
     def delay(self, message: Transmission) -> float | None:
-        """No time at all."""
+        """Return 0.0: every message arrives at once."""
         return 0.0
 
 
 class Radio:
-    """One player's.
+    """The radio of one player.
 
     Args:
-        name, team: of the player.
-        link: the model; everything arrives at once without one.
+        keys: the keys of the match. mailbox: the mailbox of the player's node.
+        name, team: the player's name and team.
+        link: the model of the links. Without one, every message arrives at once.
     """
 
     def __init__(self, keys: Keys, mailbox: Mailbox, name: str, team: str, link: Link | None = None) -> None:
@@ -83,7 +87,8 @@ class Radio:
         """Say something to the team: anything that MessagePack can hold, numpy's numbers and arrays included.
 
         Raises:
-            TypeError: it holds something else. ValueError: it is too long.
+            TypeError: MessagePack cannot hold it.
+            ValueError: it is longer than SAY_LIMIT bytes.
         """
         data = msgspec.msgpack.encode(words, enc_hook=plain)
         if len(data) > SAY_LIMIT:
@@ -91,10 +96,10 @@ class Radio:
         self._mailbox.publish(self._topic, Say(words=data))
 
     def heard(self, places: dict[str, Vector]) -> Sequence[Heard]:
-        """What has arrived since the last call, in the order of arrival.
+        """Return what has arrived since the last call, in the order of arrival.
 
         Args:
-            places: of the players, m, as far as they are known: a link may depend on the distance.
+            places: the positions of the players, m, as far as they are known. A link may depend on the distance.
         """
         now = self._mailbox.now
         for message in self._inlet.take():
@@ -120,10 +125,10 @@ class Radio:
 
 
 def plain(value: object) -> object:
-    """Numpy's numbers and arrays as Python's own, for msgspec.
+    """Convert numpy's numbers and arrays into Python's own, for msgspec.
 
     Raises:
-        TypeError: it is none of these.
+        TypeError: the value is none of these.
     """
     tolist = getattr(value, "tolist", None)
     if callable(tolist):
@@ -136,7 +141,7 @@ def _distance(a: Vector | None, b: Vector | None) -> float | None:
 
 
 def _decode(words: bytes) -> Any:
-    """Whatever was said; bytes that are no MessagePack, which another program may send, stay bytes."""
+    """Decode what was said. Bytes that are no MessagePack, which another program may send, stay bytes."""
     try:
         return msgspec.msgpack.decode(words)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):

@@ -1,8 +1,9 @@
-"""A node's way onto the bus: a zenoh client of one router.
+"""A node's connection to the bus: a zenoh client of one router.
 
-Each gotcha that this module works around was met in practice: a session that is not closed hangs the interpreter at
-exit, closing inside a callback never returns, advanced subscribers must be undeclared before the session closes,
-and a publication from inside a callback can hang. So callbacks here only enqueue, and closing happens in one place.
+This module works around four problems of zenoh that were met in practice: a session that is not closed hangs the
+interpreter at exit, closing inside a callback never returns, advanced subscribers must be undeclared before the session
+closes, and a publication from inside a callback can hang. So callbacks here only enqueue, and closing happens in one
+place.
 """
 
 import json
@@ -29,14 +30,15 @@ log = logging.getLogger(__name__)
 
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
 LEASE_MS = 1000
-"""A frozen process is seen after this long; the default of zenoh is ten times that."""
+"""The time in ms after which a frozen process is noticed. The default of zenoh is ten times as long."""
 EVENTS_KEPT = 64
-"""Events that a publisher keeps for subscribers that missed some while the router was away."""
+"""The number of events that a publisher keeps for subscribers that missed some while the router was away."""
 
 RECOVERY_PERIOD = timedelta(seconds=1)
-"""Between questions for events that were missed."""
+"""The time between two queries for events that were missed."""
 
-# A heartbeat would give all old events to who joins late, as if they were new; questions go only to who was heard.
+# With a heartbeat, a late subscriber would get all old events as if they were new. Periodic queries go only to
+# publishers that it has heard already.
 # The stub asks for a number, the library for a timedelta.
 _RECOVER_EVENTS = zenoh.ext.RecoveryConfig(periodic_queries=RECOVERY_PERIOD, heartbeat=None)  # type: ignore[arg-type]
 _RECOVER_STATE = zenoh.ext.RecoveryConfig(periodic_queries=None, heartbeat=True)
@@ -69,10 +71,10 @@ def configure(mode: str, *, listen: str | None = None, connect: str | None = Non
 def open_session(
     endpoint: str = DEFAULT_ENDPOINT, *, patience: float = 10.0, stop: StopSignal | None = None
 ) -> Iterator["Session"]:
-    """Connect to the router at `endpoint`; try for `patience` seconds (real time).
+    """Connect to the router at `endpoint`; try for `patience` seconds of real time.
 
     Raises:
-        BusError: nobody answers there.
+        BusError: no router answers there, or `endpoint` is no endpoint.
         KeyboardInterrupt: `stop` was set while trying.
     """
     _check_endpoint(endpoint)
@@ -103,15 +105,16 @@ def _check_endpoint(endpoint: str) -> None:
 
 
 def _brief(error: zenoh.ZError) -> str:
-    """What zenoh says, without the places in its own source."""
+    """The text of zenoh's error, without the places in zenoh's own source."""
     return str(error).split(" at ")[0]
 
 
 class Session:
-    """Publishes what mailboxes collect, and lets arrivals wait for their inlets' next handover.
+    """Publishes what nodes have put into their mailboxes, and brings to the mailboxes what arrives.
 
     Attributes:
-        dropped: events that were lost because `receive` was not called for too long; the oldest go first.
+        dropped: the number of events that were lost because `receive` was not called for too long. The oldest are
+            dropped first.
     """
 
     def __init__(self, raw: zenoh.Session) -> None:
@@ -125,16 +128,16 @@ class Session:
 
     @property
     def connected(self) -> bool:
-        """Whether a router is linked right now."""
+        """Whether the session is connected to a router now."""
         return bool(self._raw.info.routers_zid())
 
     def attach(self, mailbox: Mailbox, on_arrival: Callable[[Inlet[Message]], None] | None = None) -> None:
-        """Subscribe to all that a mailbox declares. `on_arrival` is called on a thread of zenoh's."""
+        """Subscribe to all topics of a mailbox. `on_arrival` is called on a thread of zenoh's."""
         for inlet in mailbox.inlets:
             self._subscribe(inlet, on_arrival)
 
     def receive(self) -> None:
-        """Give what has arrived to the inlets; call `mailbox.handover` next."""
+        """Pass what has arrived to the inlets. Call `mailbox.handover` next."""
         while self._queue:
             inlet, key, payload = self._queue.popleft()
             inlet.offer_bytes(key, payload)
@@ -143,7 +146,7 @@ class Session:
             inlet.offer_bytes(slot[1], payload)
 
     def send(self, outgoing: list[Outgoing]) -> None:
-        """Publish in order."""
+        """Publish messages in the given order."""
         for out in outgoing:
             message = out.message
             publisher = self._publishers.get(message.key)
@@ -152,7 +155,7 @@ class Session:
             publisher.put(encode(message.body, message.stamp, message.sequence))
 
     def wait_for_listener(self, key: str, qos: Qos, patience: float) -> bool:
-        """Wait until somebody subscribes to `key`; False if nobody does within `patience` seconds."""
+        """Wait until a process subscribes to `key`; return False if none does within `patience` seconds."""
         if key not in self._publishers:
             self._publishers[key] = self._declare(key, qos)
         with self._raw.declare_publisher(key) as probe:
@@ -164,7 +167,7 @@ class Session:
         self._tokens.append(self._raw.liveliness().declare_token(key))
 
     def alive(self, expression: str) -> set[str]:
-        """Keys of the liveliness tokens that are held now."""
+        """The keys of the liveliness tokens that are held now."""
         keys = set()
         for reply in self._raw.liveliness().get(expression, timeout=1.0):
             if reply.ok is not None:
@@ -172,7 +175,7 @@ class Session:
         return keys
 
     def watch_alive(self, expression: str, changed: Callable[[str, bool], None]) -> None:
-        """Call `changed(key, alive)` for each token now and whenever one comes or goes, on a thread of zenoh's."""
+        """Call `changed(key, alive)` for each token now, and when one comes or goes, on a thread of zenoh's."""
 
         def on_sample(sample: zenoh.Sample) -> None:
             changed(str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
@@ -180,7 +183,7 @@ class Session:
         self._subscribers.append(self._raw.liveliness().declare_subscriber(expression, on_sample, history=True))
 
     def watch_raw(self, expression: str, arrived: Callable[[str, bytes], None]) -> None:
-        """Call `arrived(key, payload)` for whatever is published, decoded or not, on a thread of zenoh's."""
+        """Call `arrived(key, payload)` for each message, without decoding it, on a thread of zenoh's."""
 
         def on_sample(sample: zenoh.Sample) -> None:
             arrived(str(sample.key_expr), sample.payload.to_bytes())
@@ -195,7 +198,7 @@ class Session:
         )
 
     def close(self) -> None:
-        """Undeclare everything and leave; bounded, idempotent."""
+        """Undeclare everything and close the connection. Idempotent."""
         for item in [*self._subscribers, *self._publishers.values(), *self._tokens]:
             try:
                 item.undeclare()  # type: ignore[no-untyped-call]

@@ -14,20 +14,20 @@ log = logging.getLogger(__name__)
 
 
 class StopSignal(Protocol):
-    """What a loop looks at: `threading.Event` is one, too."""
+    """What a loop asks whether it must stop. A `threading.Event` can be used as one, too."""
 
     def is_set(self) -> bool:
         """Whether it is time to stop."""
 
     def wait(self, timeout: float) -> bool:
-        """Wait until it is, at most `timeout` seconds of real time; whether it is."""
+        """Wait at most `timeout` seconds of real time until it is time to stop; return whether it is."""
 
 
 class Stop:
     """A StopSignal that a signal handler may set.
 
-    A handler runs inside whatever the main thread was doing: setting a `threading.Event` there deadlocks when the main
-    thread was just then inside that event's own wait. A pipe has no lock.
+    A handler interrupts the main thread at any point. If the main thread is just then inside a `threading.Event`'s own
+    `wait`, setting that event in the handler deadlocks. A pipe has no lock, so it can always be written to.
     """
 
     def __init__(self) -> None:
@@ -37,7 +37,7 @@ class Stop:
         os.set_blocking(self._writer, False)
 
     def set(self, number: int | None = None) -> None:
-        """Stop, because of signal `number` if it was one."""
+        """Ask for the stop; `number` is the signal that asks for it, if it is one."""
         self._set = True
         self.signal = self.signal or number
         with contextlib.suppress(BlockingIOError):
@@ -48,20 +48,20 @@ class Stop:
         return self._set
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Wait until it is, at most `timeout` seconds of real time; whether it is."""
+        """Wait at most `timeout` seconds of real time until it is time to stop; return whether it is."""
         if not self._set:
             select.select([self._reader], [], [], timeout)
         return self._set
 
     @property
     def interrupted(self) -> bool:
-        """Whether it was Ctrl-C."""
+        """Whether Ctrl-C was the reason to stop."""
         return self.signal == signal.SIGINT
 
 
 @contextmanager
 def stop_on_signals() -> Iterator[Stop]:
-    """A Stop that SIGINT and SIGTERM set; the handlers are put back at the end."""
+    """A Stop that SIGINT and SIGTERM set. The former handlers are put back at the end."""
     stop = Stop()
 
     def handle(number: int, _frame: FrameType | None) -> None:

@@ -24,9 +24,9 @@ _HOLE = re.compile(r"\{(\w+)\}")
 class Qos(enum.Enum):
     """How a message is delivered.
 
-    LATEST: sensors and commands; the newest wins, there is never a backlog, a slow reader loses old ones.
-    EVENT: calls and orders; reliable, in order, none lost while the router lives.
-    STATE: reliable, the newest wins, and a late joiner is given the last one at once.
+    LATEST is for sensors and commands: only the newest message counts, so a slow reader loses old ones.
+    EVENT is for calls and orders: reliable, in order, and none is lost while the router lives.
+    STATE is for states: reliable, only the newest message counts, and a late subscriber gets the last one at once.
     """
 
     LATEST = "latest"
@@ -39,10 +39,11 @@ LATEST, EVENT, STATE = Qos.LATEST, Qos.EVENT, Qos.STATE
 
 @dataclass(frozen=True)
 class Topic(Generic[T_co]):
-    """A key expression with the type and the quality of service of what travels on it.
+    """A key expression with the type and the quality of service of the messages on it.
 
     Args:
         key: a zenoh key expression; chunks may be `*` in a topic that is only subscribed to.
+        type: the class of the messages. qos: how they are delivered.
     """
 
     key: str
@@ -52,11 +53,11 @@ class Topic(Generic[T_co]):
 
 @dataclass(frozen=True)
 class Line(Generic[M]):
-    """One line of the table whose key is the same for everybody; read from `Keys`, it is the topic.
+    """One line of the table, with a key that has no names in it. As an attribute of a `Keys` object it is the topic.
 
     Args:
-        path: the key below `vrg/<match>/`. message: what travels on it.
-        speaker, listeners: who publishes, and who listens, in words. meaning: what it says.
+        path: the key below `vrg/<match>/`. message: the class of the messages on it. qos: how they are delivered.
+        speaker, listeners: who publishes, and who listens, in words. meaning: what the message tells.
     """
 
     path: str
@@ -75,9 +76,9 @@ class Line(Generic[M]):
 
 
 class NamedLine(Line[M]):
-    """A line whose key has names in it, such as a robot's; read from `Keys`, it is a function of those names.
+    """A line whose key has names in it, such as a robot's. In a `Keys` object it is a function from names to the topic.
 
-    A name that is left out stands for all of them.
+    A name that is left out stands for all names.
     """
 
     @overload  # type: ignore[override]
@@ -111,10 +112,10 @@ def check_name(name: str, what: str = "name") -> str:
 
 
 class Keys:
-    """The topics of one match. The lines below are the whole map.
+    """The topics of one match. The lines below are the whole key map, except for the sensors' keys.
 
     Args:
-        match: name of the match, the second chunk of every key.
+        match: the name of the match, which is the second chunk of every key.
 
     Raises:
         ConfigError: the name cannot be part of a key.
@@ -152,18 +153,18 @@ class Keys:
         self.root = f"vrg/{match}"
 
     def sensor(self, message: type[S], robot: str = "*", name: str = "*") -> Topic[S]:
-        """World -> the player's device: the readings of one sensor of a robot.
+        """The topic of the readings of one sensor of a robot, which the world publishes for the player's device.
 
         Args:
-            message: what this kind of sensor says. name: of the sensor on its robot.
+            message: the message class of this kind of sensor. name: the sensor's name on its robot.
         """
         return Topic(f"{self.root}/robot/{robot}/sensor/{message.kind}/{name}", message, LATEST)
 
     def alive(self, kind: str = "*", name: str = "*", instance: str = "*") -> str:
-        """Key expression of a node's liveliness token.
+        """The key expression of a node's liveliness token.
 
         Args:
-            instance: tells two processes of one name apart, so that the second can be refused.
+            instance: an id that tells two processes of one name apart, so that the second can be refused.
         """
         return f"{self.root}/alive/{kind}/{name}/{instance}"
 
@@ -173,7 +174,7 @@ class Keys:
         """The topic that a concrete key belongs to, or None where the key map has no such key.
 
         Args:
-            sensors: the message of a kind of sensor, by its word; vrg.hal.sensors knows them.
+            sensors: returns the message class of a kind of sensor, such as `vrg.hal.sensors.message_of`.
         """
         for line in self.lines():
             topic = Topic(f"{self.root}/{_HOLE.sub('*', line.path)}", line.message, line.qos)
@@ -187,17 +188,17 @@ class Keys:
 
     @classmethod
     def lines(cls) -> list[Line[Any]]:
-        """The table, in its order."""
+        """The lines of the table, in its order."""
         return [line for line in vars(cls).values() if isinstance(line, Line)]
 
 
 def router_alive(pid: int) -> str:
-    """Key of the liveliness token of a router's process: a router belongs to no match."""
+    """The key of the liveliness token of a router's process, which belongs to no match."""
     return f"vrg-router/{pid}"
 
 
 def key_matches(expression: str, key: str) -> bool:
-    """Whether a concrete key is in the set of a key expression whose chunks may be `*` or a last `**`."""
+    """Whether a key matches a key expression, whose chunks may be `*` and whose last chunk may be `**`."""
     wanted, given = expression.split("/"), key.split("/")
     if wanted[-1] == "**":
         wanted = wanted[:-1]

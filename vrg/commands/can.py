@@ -58,7 +58,7 @@ def node(
     leash: LeashOption = False,
 ) -> None:
     """Be one or several motor controllers on a bus, until stopped."""
-    from vrg.hal.can.emulator.run import run_drives  # noqa: PLC0415 - python-can is for who uses a bus
+    from vrg.hal.can.emulator.run import run_drives  # python-can is for who uses a bus
 
     try:
         spoken = PROTOCOLS.get(protocol)
@@ -100,7 +100,7 @@ def fault(
     value: Annotated[str, typer.Option(help="Error bits or turns, such as 0x200.")] = "0",
 ) -> None:
     """Let something go wrong in an emulated drive. Real ones do not listen."""
-    from vrg.hal.can.bus import message_of, open_bus  # noqa: PLC0415
+    from vrg.hal.can.bus import message_of, open_bus
 
     try:
         number = int(value, 0)

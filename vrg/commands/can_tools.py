@@ -95,9 +95,9 @@ def calibrate(
     turns: Annotated[float, typer.Option(min=0.25, max=20, help="Turns on the spot.")] = 2.0,
 ) -> None:
     """Find a robot's directions, gear ratios and track, with a tape measure; writes its calibration file."""
-    from vrg.config.loading import match_path, read_match  # noqa: PLC0415 - the other tools need no match file
-    from vrg.hal.can import calibrating  # noqa: PLC0415 - python-can is for who uses a bus
-    from vrg.hal.can.train import DriveTrain  # noqa: PLC0415
+    from vrg.config.loading import match_path, read_match  # the other tools need no match file
+    from vrg.hal.can import calibrating  # python-can is for who uses a bus
+    from vrg.hal.can.train import DriveTrain
 
     # What the robot has been calibrated to so far, its file included, may be missing or wrong: that is to be mended.
     file, base = read_match(match_path(match)), match_path(match).resolve().parent
@@ -163,7 +163,7 @@ class _Asker:
 @contextmanager
 def _listening(link: Link) -> Iterator[Callable[[Stop], Heard]]:
     """Listen to a bus; each call of what this yields asks everybody, and tells what has been heard."""
-    from vrg.hal.can.bus import CanBus  # noqa: PLC0415 - python-can is for who uses a bus
+    from vrg.hal.can.bus import CanBus  # python-can is for who uses a bus
 
     lock = threading.Lock()
     troubles: dict[str, None] = {}

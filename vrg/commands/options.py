@@ -39,6 +39,6 @@ def which_match(match: str | None, router: str | None) -> tuple[str, str]:
     Raises:
         ConfigError: it is not clear which.
     """
-    from vrg.launch import registry  # noqa: PLC0415 - platformdirs is for those who look for a match
+    from vrg.launch import registry  # platformdirs is for those who look for a match
 
     return registry.find(match, router, DEFAULT_ENDPOINT)

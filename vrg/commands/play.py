@@ -12,7 +12,7 @@ from vrg.launch.fork_server import fork_server
 def _known_engine(engine: str | None) -> str | None:
     if engine is None:
         return None
-    from vrg.hal.sim.engines import ENGINES  # noqa: PLC0415 - only who asks for an engine waits for it
+    from vrg.hal.sim.engines import ENGINES  # only who asks for an engine waits for it
 
     if engine not in ENGINES:
         raise typer.BadParameter(ENGINES.unknown(engine))
@@ -27,9 +27,9 @@ SeedOption = Annotated[int | None, typer.Option(min=0, help="Seed, in place of t
 
 def check(match: MatchArgument) -> None:
     """Say whether a match file can be played, or everything that is wrong with it."""
-    from vrg.config.loading import check_strategies, load_match, match_path  # noqa: PLC0415 - as below
-    from vrg.config.rules import rulebook_of  # noqa: PLC0415
-    from vrg.launch.nodes import strategy_of  # noqa: PLC0415
+    from vrg.config.loading import check_strategies, load_match, match_path  # as below
+    from vrg.config.rules import rulebook_of
+    from vrg.launch.nodes import strategy_of
 
     setup = load_match(match_path(match))
     check_strategies(setup, strategy_of)
@@ -57,7 +57,7 @@ def play(
     speed = _rate(rate, in_process)
     # It loads what the match's processes need while this process loads what checks the match file.
     with fork_server(wanted=not in_process) as server:
-        from vrg.commands.playing import Wish, play_match  # noqa: PLC0415
+        from vrg.commands.playing import Wish, play_match
 
         wish = Wish(in_process=in_process, paced=rate not in (None, "max"), window=not headless, record=record)
         play_match(match, runs, wish, server, engine=engine, seed=seed, rate=speed)

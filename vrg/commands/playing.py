@@ -53,20 +53,20 @@ class Wish:
 
 
 def play_match(
-    match: str, runs: Path, wish: Wish, server: ForkServer, **overrides: str | int | float | None
+    match: str, runs: Path, wish: Wish, server: ForkServer, engine: str | None, seed: int | None, rate: float | None
 ) -> None:
     """Play a match on this machine, show it, and say who won and where the run is recorded.
 
     Args:
         match: a match file, or a game's name. runs: folder for run folders.
         server: becomes the match's processes.
-        overrides: values for top-level fields of the match file.
+        engine, seed, rate: in place of those of the match file; None leaves its own.
 
     Raises:
         ConfigError: the match file has problems. LaunchError: a process does not start, or dies too often.
         typer.Exit: 130 interrupted, 1 broken off.
     """
-    setup = load_match(match_path(match), **overrides)
+    setup = load_match(match_path(match), engine=engine, seed=seed, rate=rate)
     if wish.in_process:
         check_strategies(setup, nodes.strategy_of)
     folder = RunFolder.create(runs, setup.name, datetime.now(), setup.text)
@@ -111,7 +111,7 @@ class Show:
 def _has_display() -> bool:
     if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         return False
-    from vrg.ui.spectator import display_available  # noqa: PLC0415 - whoever has no display waits for no window library
+    from vrg.ui.spectator import display_available  # whoever has no display waits for no window library
 
     return display_available()
 
@@ -172,14 +172,18 @@ def _play_processes(
         return local.state, None
 
 
-def _served(
-    setup: MatchSetup, folder: RunFolder, show: Show, stop: Stop, server: ForkServer
-) -> LocalMatch | None:
+def _served(setup: MatchSetup, folder: RunFolder, show: Show, stop: Stop, server: ForkServer) -> LocalMatch | None:
     """A match whose router runs, at the first endpoint where it can; None where that was interrupted."""
     attempt = 1
     while True:
         local = LocalMatch(
-            setup, folder, free_endpoint(), window=show.window, record=show.record, announce=show.announce, server=server
+            setup,
+            folder,
+            free_endpoint(),
+            window=show.window,
+            record=show.record,
+            announce=show.announce,
+            server=server,
         )
         try:
             return local if local.serve(stop) else None

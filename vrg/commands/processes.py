@@ -36,7 +36,7 @@ def router(endpoint: RouterOption = DEFAULT_ENDPOINT, leash: LeashOption = False
 
 def _serve(kind: str, match: str, router: str, run: Path | None, name: str = "") -> None:
     """Read the match file and be the node."""
-    from vrg.config.loading import load_match, match_path  # noqa: PLC0415 - the router needs no match file
+    from vrg.config.loading import load_match, match_path  # the router needs no match file
 
     setup = load_match(match_path(match))
     if kind == "player":
@@ -79,12 +79,12 @@ def spectator(
     run: RunOption = None,
 ) -> None:
     """Watch a match in a window; several may. Closing the window does not end the match."""
-    from vrg.ui.spectator import Spectator, display_available  # noqa: PLC0415 - pygame takes half a second to load
+    from vrg.ui.spectator import Spectator, display_available  # pygame takes half a second to load
 
     if not display_available():
         raise LaunchError("expected a display to open a window on, found none: set DISPLAY or WAYLAND_DISPLAY")
     if match is not None:
-        from vrg.config.loading import load_match, match_path  # noqa: PLC0415 - a window can do without
+        from vrg.config.loading import load_match, match_path  # a window can do without
 
         setup = load_match(match_path(match))
         endpoint = router or which_match(setup.name, router)[1]

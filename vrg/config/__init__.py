@@ -1,5 +1,5 @@
-"""Match files: one TOML file describes a match, and everything that is wrong with it is said at once.
+"""Match files: one TOML file describes a match, and all its problems are reported at once.
 
-`files` has the tables as people write them, `loading` reads and checks them, and `setup` is what comes of it: the
-set-up from which every process of a match is made, without any of the code that checks it.
+`files` has the tables as people write them, and `loading` reads and checks them. The result is in `setup`: the set-up
+from which every process of a match is made, without the code that checks match files.
 """

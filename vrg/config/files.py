@@ -14,7 +14,7 @@ from vrg.tables import Table, known_in
 from vrg.types import Pose
 
 PROCESS_NAMES = ("router", "world", "referee", "recorder", "spectator", "drives")
-"""A player's process and log are named after the player; these names are taken."""
+"""The names of other processes. A player cannot have one of them, as its process and log are named after it."""
 
 
 def _check_name(value: str) -> str:
@@ -27,12 +27,13 @@ class PlayerEntry(Table):
     """One [[players]] table.
 
     Args:
-        role: at the start. model: of its robot. backend: what its robot is.
-        x, y: m. heading: degrees counter-clockwise from +x.
-        strategy: `module:Class` or `file.py:Class` of a player of one's own, or the name of one that a package has
-            registered; the game's own if missing.
-        localisation: of a physical robot: `odometry`: it says where it is; `feed`: somebody else publishes it, a
-            motion-capture system say.
+        name: the player's name.
+        role: its role at the start. model: the model of its robot. backend: the backend that drives its robot.
+        x, y: its place at the start, m. heading: its heading there, degrees counter-clockwise from +x.
+        strategy: `module:Class` or `file.py:Class` of a strategy, or the name of one that a package has registered. The
+            default is the game's own.
+        localisation: how a physical robot is located: `odometry` if it measures its pose itself; `feed` if another
+            program publishes it, for example a motion-capture system.
     """
 
     name: str
@@ -64,7 +65,7 @@ class PlayerEntry(Table):
 
     @property
     def pose(self) -> Pose:
-        """Its place at the start."""
+        """The player's pose at the start, in m and rad."""
         return Pose(self.x, self.y, math.radians(self.heading))
 
 
@@ -72,12 +73,15 @@ class MatchFile(Table):
     """A match file.
 
     Args:
-        name: of the match: part of every key on the bus.
-        seed: of every random number in the match.
+        name: the name of the match, which is a part of every key on the bus.
+        game: the name of the game. map: a map's name, or the path of its file. engine: the physics engine's name.
+        seed: the seed of all random numbers in the match.
         rate: match seconds per real second.
-        lasers: False saves the scans where no player looks at them. noise: False = perfect sensors.
+        lasers: False omits the scans, which saves time where no player looks at them. noise: False means perfect
+            sensors.
         rules: the game's own settings.
-        backends: settings of those backends that take any, by name.
+        backends: the settings of the backends that have any, by name.
+        players: the players, at least one.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Reading a match file and checking all of it."""
+"""The reader of match files, which checks everything in them."""
 
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
@@ -26,10 +26,10 @@ T = TypeVar("T")
 
 
 def match_path(game_or_path: str) -> Path:
-    """The match file of a game by its name, or the path itself.
+    """Return the default match file of a game by the game's name, or the path itself if it is one of a match file.
 
     Raises:
-        ConfigError: neither.
+        ConfigError: there is no such file, and no such game.
     """
     path = Path(game_or_path)
     if path.suffix == ".toml" or path.is_file():
@@ -42,10 +42,10 @@ def match_path(game_or_path: str) -> Path:
 
 
 def read_match(path: Path) -> MatchFile:
-    """A match file as it is written, with no look at what it names: players, maps, calibration files.
+    """Read a match file without checking what it names, such as strategies, maps and calibration files.
 
     Raises:
-        ConfigError: it cannot be read, or has fields that it should not have.
+        ConfigError: it cannot be read, or a field is unknown, missing or wrong.
     """
     try:
         return MatchFile.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
@@ -54,14 +54,14 @@ def read_match(path: Path) -> MatchFile:
 
 
 def load_match(path: Path, *, base: Path | None = None, **overrides: str | int | float | bool | None) -> MatchSetup:
-    """Read and check a match file. The players' own code is not imported: see `check_strategies`.
+    """Read and check a match file. The players' strategies are not imported; for them see `check_strategies`.
 
     Args:
-        base: folder that relative paths in it start from; its own if missing.
-        overrides: values for top-level fields that stand above the file's; None = none.
+        base: the folder that relative paths in it start from. The default is the file's own folder.
+        overrides: values that replace those of top-level fields. None keeps the file's value.
 
     Raises:
-        ConfigError: with every problem, each with the file and the line.
+        ConfigError: the file has problems. The error lists all of them, each with the file and the line.
     """
     try:
         text = path.read_text(encoding="utf-8")
@@ -78,18 +78,19 @@ def load_match(path: Path, *, base: Path | None = None, **overrides: str | int |
     setup = checker.check(data, text, str(path))
     if setup is None or checker.problems:
         found = {located(problem, path, lines) for problem in checker.numbered(data)}
-        raise ConfigError(sorted(found, key=lambda problem: (problem.line or 0, str(problem))))
+        in_order: list[Problem] = sorted(found, key=_place_in_file)
+        raise ConfigError(in_order)
     return setup
 
 
 def check_strategies(setup: MatchSetup, make: Callable[[MatchSetup, str], object]) -> None:
-    """Make every player's strategy once.
+    """Check that every player's strategy can be made.
 
     Args:
-        make: makes the strategy of a player of a set-up, by its name.
+        make: makes the strategy of a player, given the set-up and the player's name.
 
     Raises:
-        ConfigError: with every problem, each with the file and the line.
+        ConfigError: a strategy cannot be made. The error lists all problems, each with the file and the line.
     """
     lines = lines_of(setup.text)
     problems = []
@@ -103,14 +104,14 @@ def check_strategies(setup: MatchSetup, make: Callable[[MatchSetup, str], object
 
 
 class _Checker:
-    """Collects what is wrong with one match file. Paths of problems may name a player in place of its number."""
+    """Collects the problems of one match file. The path of a problem may name a player instead of its number."""
 
     def __init__(self, base: Path) -> None:
         self._base = base
         self.problems: list[Problem] = []
 
     def check(self, data: dict[str, Any], text: str, origin: str) -> MatchSetup | None:
-        """The set-up, or None where it cannot even be made."""
+        """Return the set-up, or None if it cannot be made. The problems are added to `problems`."""
         try:
             file = MatchFile.model_validate(data)
         except ValidationError as error:
@@ -118,7 +119,7 @@ class _Checker:
             if isinstance(data.get("rules"), dict):
                 self._check_rules(str(data.get("game")), data["rules"])
             return None
-        # The rules' own problems are found first, so that the rule book is made from good settings only.
+        # The problems of the rules are found first, so that a rule book is made only from good settings.
         good_rules = self._check_rules(file.game, file.rules)
         companions = self._check_backends(file)
         players = [player for number in range(len(file.players)) if (player := self._player(file, number))]
@@ -148,14 +149,14 @@ class _Checker:
         return setup
 
     def numbered(self, data: dict[str, Any]) -> list[Problem]:
-        """The problems, with the number of each player that one names."""
+        """The problems, with the number of each player that a path names."""
         players = data.get("players")
         tables = players if isinstance(players, list) else []
         numbers = {table.get("name"): number for number, table in enumerate(tables) if isinstance(table, dict)}
         return [_numbered(problem, numbers) for problem in self.problems]
 
     def _attempt(self, action: Callable[[], T], *where: str | int) -> T | None:
-        """The action's result, or None with its problems added to the list."""
+        """Return the action's result, or None after adding its problems to the list."""
         try:
             return action()
         except ConfigError as error:
@@ -212,7 +213,10 @@ class _Checker:
         )
 
     def _check_backends(self, file: MatchFile) -> list[Companion]:
-        """Check the tables [backends.*], also of those that no player has chosen, as one word chooses them."""
+        """Check the tables [backends.*] and return the companions of the players' robots.
+
+        The table of a backend that no player uses is checked too, because a small edit of the file may choose it.
+        """
         companions: list[Companion] = []
         for backend in sorted({player.backend for player in file.players} | set(file.backends)):
             users = {i: player.name for i, player in enumerate(file.players) if player.backend == backend}
@@ -244,7 +248,7 @@ class _Checker:
         return companions
 
     def _check_zones(self, book: RuleBook[Any], world: WorldConfig) -> None:
-        """Zones where players line up, but where the map has walls or ends."""
+        """Find the zones, except for the field, that are not free of walls or that reach out of the map's bounds."""
         map_ = load_map(world.map)
         for zone in book.zones(book.initial()):
             if zone.kind == "field" or _is_free(map_, zone.region.outline()):
@@ -257,8 +261,12 @@ class _Checker:
             self.problems.append(Problem(text, ("rules",)))
 
 
+def _place_in_file(problem: Problem) -> tuple[int, str]:
+    return problem.line or 0, str(problem)
+
+
 def _numbered(problem: Problem, numbers: Mapping[object, int]) -> Problem:
-    """A problem with the number of the player whose name is in its path; the text then has the name."""
+    """Replace a player's name in a problem's path by the player's number. The name is then in the text."""
     path = problem.path
     if len(path) < 2 or path[0] != "players" or path[1] not in numbers:
         return problem
@@ -269,11 +277,7 @@ def _numbered(problem: Problem, numbers: Mapping[object, int]) -> Problem:
 
 def _is_free(map_: Map, outline: Sequence[tuple[float, float]]) -> bool:
     region = Polygon(tuple(outline))
-    obstacles = [*(Polygon(tuple(box_corners(box))) for box in map_.boxes), *map_.circles]
+    obstacles: list[Polygon | Circle] = [*(Polygon(tuple(box_corners(box))) for box in map_.boxes), *map_.circles]
     inside = all(map_.bounds.contains(x, y) for x, y in outline)
-    return inside and not any(touch(region, _slightly_smaller(obstacle)) for obstacle in obstacles)
-
-
-def _slightly_smaller(obstacle: Polygon | Circle) -> Polygon | Circle:
-    """A zone may lie along a wall."""
-    return obstacle.shrunk(1e-6)
+    # A zone may touch a wall, so the obstacles are made a little smaller.
+    return inside and not any(touch(region, obstacle.shrunk(1e-6)) for obstacle in obstacles)

@@ -1,5 +1,6 @@
-"""The rule book of a match, made from its set-up."""
+"""How the rule book of a match is made from its set-up."""
 
+from collections.abc import Callable
 from typing import Any
 
 from vrg.config.setup import MatchSetup
@@ -9,10 +10,10 @@ from vrg.hal.models import robot_model
 
 
 def rulebook_of(setup: MatchSetup) -> RuleBook[Any]:
-    """A fresh rule book of a match.
+    """Make the rule book of a match.
 
     Raises:
-        ConfigError: a set-up that cannot be played.
+        ConfigError: the rules cannot be played with this set-up.
     """
     game = GAMES.get(setup.game)
     settings = game.load_settings().model_validate(setup.rules)
@@ -21,5 +22,5 @@ def rulebook_of(setup: MatchSetup) -> RuleBook[Any]:
         Contestant(name=p.name, role=p.role, start=p.pose, size=models[p.name].size, v_max=models[p.name].v_max)
         for p in setup.players
     ]
-    book: RuleBook[Any] = game.load_rules()(settings, contestants)
-    return book
+    make: Callable[..., RuleBook[Any]] = game.load_rules()
+    return make(settings, contestants)

@@ -1,6 +1,6 @@
-"""A match that has been checked: everything that its processes are made from, as plain data.
+"""The set-up of a match that has been checked: everything that its processes are made from, as plain data.
 
-It is light: a process that is given a set-up needs neither the match file nor the code that checks one.
+A process that is given a set-up needs neither the match file nor the code that checks match files.
 """
 
 from pathlib import Path
@@ -17,14 +17,16 @@ from vrg.types import Pose
 
 
 class PlayerSetup(Struct, frozen=True, kw_only=True):
-    """One player.
+    """The set-up of one player.
 
     Args:
-        role: at the start. team: of that role.
-        model: of its robot. backend: what drives its robot.
-        physical: its robot is a physical one. localisation: `odometry` or `feed`, see `vrg.hal.device.Device`.
-        strategy: `module:Class` or `file.py:Class`.
-        number: its place in the match file, from 0.
+        name: the player's name.
+        role: its role at the start. team: the team of that role.
+        model: the model of its robot. backend: the backend that drives its robot.
+        physical: True if its robot is a physical one. localisation: `odometry` or `feed`, see `vrg.hal.device.Device`.
+        pose: its pose at the start, in the map's frame.
+        strategy: `module:Class`, `file.py:Class`, or the name of a registered strategy.
+        number: its place among the players of the match file, from 0.
     """
 
     name: str
@@ -40,16 +42,16 @@ class PlayerSetup(Struct, frozen=True, kw_only=True):
 
 
 class MatchSetup(Struct, frozen=True, kw_only=True):
-    """A match.
+    """The set-up of a match. Fields that are not listed here are those of `vrg.config.files.MatchFile`.
 
     Args:
-        text: of the match file, with the overrides. origin: its path, for messages.
-        base: folder that its relative paths start from.
+        text: the text of the match file, with the overrides. origin: the path of the file, for messages.
+        base: the folder that its relative paths start from.
         map: a map's name, or the path of its file.
         rate: match seconds per real second; 1 with any physical robot, whatever the file says.
-        wanted_rate: as the file says.
-        rules: the game's own settings. backends: settings of those backends that take any, by name.
-        companions: processes that the players' robots need besides the players' own.
+        wanted_rate: the rate that the file says.
+        rules: the game's own settings. backends: the settings of the backends that have any, by name.
+        companions: the processes that the players' robots need besides those of the players.
     """
 
     text: str
@@ -76,12 +78,12 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
 
     @property
     def physical(self) -> list[str]:
-        """The players whose robots are physical ones."""
+        """The names of the players whose robots are physical ones."""
         return [p.name for p in self.players if p.physical]
 
     @property
     def world(self) -> WorldConfig:
-        """What the world is made from."""
+        """The set-up of the world of this match."""
         robots = (RobotSetup(name=p.name, model=p.model, pose=p.pose, physical=p.physical) for p in self.players)
         return WorldConfig(
             map=self.map,
@@ -97,7 +99,7 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
         """The player of this name.
 
         Raises:
-            ConfigError: there is none.
+            ConfigError: there is no such player.
         """
         for player in self.players:
             if player.name == name:
@@ -106,7 +108,7 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
         raise ConfigError([f"expected the name of a player of this match ({known}), got {name!r}"])
 
     def at_rate(self, rate: float) -> "MatchSetup":
-        """The same match at another rate; 0 = as fast as the processor allows."""
+        """Return the same match at another rate; 0 means as fast as the processor allows."""
         return structs.replace(self, rate=rate)
 
 

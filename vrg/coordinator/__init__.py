@@ -1,1 +1,1 @@
-"""The referee: the runtime that owns stages, clock and journal, and the rule books."""
+"""The coordinator: the runtime that owns stages, clock and journal, and the interface of the rule books."""

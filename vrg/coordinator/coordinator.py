@@ -1,4 +1,4 @@
-"""The coordinator as a node: it gathers what the world and the players say, and publishes what the referee decides."""
+"""The coordinator as a node: it hears the world and the players, and publishes what the referee decides."""
 
 import logging
 import math
@@ -35,26 +35,28 @@ from vrg.hal.estop import decisive
 log = logging.getLogger(__name__)
 
 PERIOD = 0.1
-"""s between looks at the field."""
+"""The match time in s between two looks at the field."""
 SILENCE = 1.0
-"""s of match time without a report after which a player counts as absent."""
+"""The match time in s without a report after which a player counts as absent."""
 PATIENCE = 5.0
-"""s of absence after which a match in play is halted."""
+"""The match time in s without a report after which a match in play is halted."""
 POSE_TIMEOUT = 0.5
-"""s of match time after which a match in play is halted because nobody knows where a physical robot is."""
+"""The age in s of a physical robot's pose above which a match in play is halted."""
 ADOPTING = 1.0
-"""s of match time after a release in which others may still tell of the emergency stop that was released."""
+"""The match time in s after a release in which others may still report the emergency stop that was released."""
 AT_REST = 0.05
-"""m/s and rad/s below which a body counts as at rest."""
+"""The speed in m/s and rad/s at or below which a body counts as at rest."""
 
 
 class Coordinator(Node):
-    """Runs one match. It drives no robot; it may stop all of them.
+    """Runs one match. It drives no robot, but it may stop all of them.
 
     Args:
-        book: the rules.
-        journal: already open; its standing, if any, is gone on from, in HALT.
-        seed: of the match.
+        mailbox: the node's own mailbox. keys: the keys of the match.
+        book: the rule book.
+        journal: the open journal. If it has a standing, the match goes on from there, in HALT.
+        seed: the seed of the match.
+        period: the match time between ticks, s.
     """
 
     kind = "coordinator"
@@ -87,13 +89,13 @@ class Coordinator(Node):
         self._last_time: float | None = None
         self._field = Field({})
         self._lost: list[str] = []
-        """Physical robots whose poses are too old."""
+        """The physical robots whose poses are too old."""
         self._unsaved: list[Outcome] = []
         self._announced_limits = False
         self._state = self.match.state(self._field, estop=False)
 
     def tick(self, tick: Tick) -> None:
-        """One look at the field, one judgement, one state published."""
+        """Look at the field, hear everybody, judge, write the journal, and publish the state."""
         if not self._announced_limits:
             self._announced_limits = True
             for name, v_max in self._limits.items():
@@ -108,7 +110,7 @@ class Coordinator(Node):
         if self._record(tick.time, [o for o in outcomes if o]):
             self._state = self.match.state(self._field, self._estop)
         else:
-            # Nobody is told what is not on disk: what was, halted.
+            # What is not on disk is not published. The last state is published instead, as halted.
             self._state = _held(self._state, self.match.halted)
         self.mailbox.publish(self._keys.referee_state, self._state)
 
@@ -140,7 +142,7 @@ class Coordinator(Node):
         return Outcome()
 
     def _adopt_estop(self, tick: Tick) -> Outcome:
-        """Take over an emergency stop that others have latched and that this process has missed."""
+        """Take over an emergency stop that others have latched but that this process has not heard."""
         if self._estop or tick.time - self._released_at <= ADOPTING:
             return Outcome()
         clock = self._clock.latest
@@ -155,7 +157,10 @@ class Coordinator(Node):
         return self.match.halt(f"emergency stop, latched in {holders[0]}")
 
     def _hear_officials(self, absent: Sequence[str], alarmed: bool) -> list[Outcome]:
-        """Halts first: nothing that was decided before anybody saw what happened in this tick resumes play."""
+        """Apply what officials decide, halts first.
+
+        If something has halted play in this tick, officials decided without knowing it: play is then not resumed.
+        """
         officials = [received.body for received in self._officials.take()]
         halts = [o for o in officials if o.action is OfficialAction.HALT]
         outcomes = [decide(self.match, o, self._field, absent) for o in halts]
@@ -178,7 +183,7 @@ class Coordinator(Node):
         return [*reasons, *map(_lost, self._lost)]
 
     def _guard(self, tick: Tick) -> list[Outcome]:
-        """Halt for what no rule book knows of."""
+        """Halt for reasons outside the rules: a stopped clock, a silent player, a latched fault, a lost pose."""
         if not tick.live and self._clock.latest is not None:
             return [self.match.halt("the world's clock has stopped")]
         if self.match.stage not in (Stage.PLAY_ROUND, Stage.FOUL) or self.match.halted is not None:
@@ -193,9 +198,9 @@ class Coordinator(Node):
         return [self.match.halt(reason) for reason in (*reasons, *map(_lost, self._lost))]
 
     def _record(self, time: float, outcomes: list[Outcome]) -> bool:
-        """Journal first, then announce; whether the journal is up to date.
+        """Write the outcomes to the journal, then announce them; return whether the journal is up to date.
 
-        What cannot be written halts the match and is tried again each tick.
+        If they cannot be written, the match is halted and the next tick tries again.
         """
         self._unsaved += outcomes
         standing = self.match.standing()
@@ -207,7 +212,7 @@ class Coordinator(Node):
                     Call(
                         number=number,
                         rule=call.rule,
-                        # What is written must be readable again, however much there was to say.
+                        # A text that is too long for the message could not be read from the journal again.
                         text=shortened(call.text),
                         players=list(call.players),
                         poses=list(call.poses),
@@ -236,7 +241,7 @@ class Coordinator(Node):
         return True
 
     def _act(self, outcome: Outcome) -> None:
-        """Ask the world and the robots for what was decided."""
+        """Send the world and the robots the requests that follow from an outcome."""
         if outcome.place:
             request = WorldRequest(kind=RequestKind.PLACE, places=dict(outcome.place))
             self.mailbox.publish(self._keys.world_request, request)
@@ -257,7 +262,7 @@ def _lost(name: str) -> str:
 
 
 def _fault(name: str, report: Report) -> str | None:
-    """What a player reports to be wrong, with its name, None if nothing is; cut so that it fits into a call."""
+    """What a player reports as its fault, with its name, cut so that it fits into a call; None if there is none."""
     fault = report.fault or ("its robot has latched a fault" if report.latched else None)
     if fault is None:
         return None
@@ -269,5 +274,5 @@ def _moves(body: Body) -> bool:
 
 
 def _by_button(fault: str) -> bool:
-    """Whether a fault is an emergency stop, which is released and not recovered."""
+    """Whether a fault is an emergency stop, which must be released, because `recover` does not clear it."""
     return "emergency stop" in fault

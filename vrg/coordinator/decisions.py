@@ -1,4 +1,7 @@
-"""What officials decide: halt, resume, end, overrule, recover robots, and tell where robots stand. Pure."""
+"""The decisions of officials: to halt, resume, end, overrule, recover robots, and tell where robots stand.
+
+This module uses no bus and no clock.
+"""
 
 import math
 from collections.abc import Sequence
@@ -13,36 +16,45 @@ from vrg.types import Pose
 
 
 def decide(match: Match, official: Official, now: Field, absent: Sequence[str]) -> Outcome:
-    """Apply an official's decision; an impossible one is answered by a call that says why.
+    """Apply an official's decision. An impossible one is answered by a call `refused` that says why.
 
     Args:
-        absent: why play cannot be resumed, for reasons outside the rules.
+        now: the field.
+        absent: the reasons outside the rules why play cannot be resumed.
     """
     refusal = _refusal(match, official.action, absent)
     if refusal:
         return _refused(official, refusal)
+    try:
+        return _done(match, official, now)
+    except ConfigError as error:
+        return _refused(official, str(error))
+
+
+def _done(match: Match, official: Official, now: Field) -> Outcome:
     action, number = official.action, official.id
     why = f" ({official.reason})" if official.reason else ""
     who = f"{official.by}{why}"
-    try:
-        if action is OfficialAction.HALT:
-            outcome = match.halt(f"called by {who}")
-            text = outcome.calls[0].text if outcome else f"halted already: {match.halted}"
-            return announce("halt", text, number)
-        if action is OfficialAction.RESUME:
+    match action:
+        case OfficialAction.HALT:
+            halt = match.halt(f"called by {who}")
+            text = halt.calls[0].text if halt else f"halted already: {match.halted}"
+            outcome = announce("halt", text, number)
+        case OfficialAction.RESUME:
             match.resume()
-            return announce("resume", f"resumed by {who}", number)
-        if action is OfficialAction.END:
+            outcome = announce("resume", f"resumed by {who}", number)
+        case OfficialAction.END:
             stage = match.end(NOBODY)
-            return Outcome(announce("ended", f"ended by {who}", number).calls, [stage])
-        if action is OfficialAction.RECOVER:
-            return _recover(match, official, who)
-        if action is OfficialAction.PLACE:
-            return _place(match, official, now, who)
-        match.overrule(action, official.subject or "", official.value or "")
-    except ConfigError as error:
-        return _refused(official, str(error))
-    return announce("overruled", f"{official.by}: {action} {official.subject} {official.value}{why}", number)
+            outcome = Outcome(announce("ended", f"ended by {who}", number).calls, [stage])
+        case OfficialAction.RECOVER:
+            outcome = _recover(match, official, who)
+        case OfficialAction.PLACE:
+            outcome = _place(match, official, now, who)
+        case _:
+            match.overrule(action, official.subject or "", official.value or "")
+            text = f"{official.by}: {action} {official.subject} {official.value}{why}"
+            outcome = announce("overruled", text, number)
+    return outcome
 
 
 def _refused(official: Official, why: str) -> Outcome:
@@ -50,7 +62,7 @@ def _refused(official: Official, why: str) -> Outcome:
 
 
 def _refusal(match: Match, action: OfficialAction, absent: Sequence[str]) -> str | None:
-    """Why an official cannot do this now."""
+    """The reason why an official cannot do this now, or None."""
     if match.over:
         return "the game is over"
     if action is not OfficialAction.RESUME:
@@ -61,7 +73,7 @@ def _refusal(match: Match, action: OfficialAction, absent: Sequence[str]) -> str
 
 
 def _recover(match: Match, official: Official, who: str) -> Outcome:
-    """Ask robots to clear the faults that they have latched. It ends no halt: what is wrong may come back."""
+    """Ask robots to clear the faults that they have latched. Play stays halted, because a fault may come back."""
     subject = official.subject
     names = match.names if subject is None else [_player(match, subject)]
     asked = announce("recover", f"recover {subject or 'all robots'}: asked by {who}", official.id)
@@ -72,7 +84,7 @@ def _place(match: Match, official: Official, now: Field, who: str) -> Outcome:
     """Put a virtual robot somewhere, or tell a physical one where a person has put it.
 
     Raises:
-        ConfigError: no such player, no such place.
+        ConfigError: there is no such player, or the pose cannot be read or is missing.
     """
     name = _player(match, official.subject or "")
     pose = _pose(official.value) if official.value else match.mark(name, now)

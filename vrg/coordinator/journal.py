@@ -1,9 +1,10 @@
-"""The referee's journal: append-only, on disk before anybody is told, readable after any crash.
+"""The referee's journal: append-only, on disk before anything is announced, and readable after any crash.
 
-One JSON object a line. The first tells which match it is; each later one holds what was called and the whole standing
-after it, so the last whole line is all that a restarted coordinator needs. Nothing in it depends on the real time, so
-two runs of one match with one seed write the same bytes. Beside it, `<journal>.clock` holds the play clock of the
-newest tick, overwritten in place: the clock of a crashed match is right to a tick, without a line for each.
+Each line is a JSON object. The first line tells which match it is. Each later line holds what was called and the whole
+standing after it, so a restarted coordinator needs only the last complete line. Nothing in the journal depends on real
+time, so two runs of one match with one seed write the same bytes. Beside it, `<journal>.clock` holds the play clock of
+the newest tick. It is overwritten in place, so that the clock of a crashed match is right to a tick without a line in
+the journal for each tick.
 """
 
 import contextlib
@@ -29,7 +30,11 @@ FORMAT = 1
 
 
 class Header(Struct, frozen=True, kw_only=True):
-    """The first line."""
+    """The first line of a journal, which tells what match it is of.
+
+    Args:
+        journal: the version of the format. match: the name of the match. game: the game. seed: the match's seed.
+    """
 
     journal: int = FORMAT
     match: str
@@ -38,12 +43,13 @@ class Header(Struct, frozen=True, kw_only=True):
 
 
 class Record(Struct, frozen=True, kw_only=True):
-    """One change.
+    """One line after the first: one change of the match.
 
     Args:
-        n: counts from 1.
-        time: match time, s.
-        stages: entered by this change, in order.
+        n: counts the records from 1.
+        time: the match time, s.
+        stages: the stages that were entered, in order. calls: the calls that were announced, in order.
+        standing: the standing of the match after the change.
     """
 
     n: int
@@ -54,7 +60,7 @@ class Record(Struct, frozen=True, kw_only=True):
 
 
 class ClockMark(Struct, frozen=True, kw_only=True):
-    """The play clock at a tick after record number `n`."""
+    """The play clock at a tick after record number `n`. The times are those of `Standing`, s."""
 
     n: int
     clock: float
@@ -70,11 +76,11 @@ class Journal:
     """The journal of one match, locked against a second coordinator.
 
     Args:
-        path: of the file; made if missing, taken up if it is there.
+        path: the path of the file. If it is missing, it is made; if it is there, the match goes on from it.
+        header: the first line that the journal must have.
 
     Raises:
-        JournalError: it is of another match, damaged before its last line, locked by another process, or the
-            file system refuses.
+        JournalError: the file is of another match, damaged, locked by another process, or cannot be opened or written.
     """
 
     def __init__(self, path: Path, header: Header) -> None:
@@ -130,7 +136,7 @@ class Journal:
         """Write a change and wait until it is on disk.
 
         Raises:
-            JournalError: it could not be written; the journal is as it was before.
+            JournalError: it cannot be written; the journal is as it was before.
         """
         number = self.last.n + 1 if self.last else 1
         record = Record(n=number, time=round(time, 6), stages=stages, calls=calls, standing=standing)
@@ -142,7 +148,7 @@ class Journal:
         try:
             written = 0
             while written < len(data):
-                # Where only a part fits, writing the rest says why.
+                # If only a part fits on the disk, writing the rest raises the error that says why.
                 written += os.pwrite(self._file, data[written:], at + written)
             os.fsync(self._file)
         except OSError as error:
@@ -152,7 +158,7 @@ class Journal:
         return at + len(data)
 
     def mark(self, standing: Standing) -> None:
-        """Remember the play clock of this tick; a failure is not worth a halt, the last record stays good."""
+        """Write the play clock of this tick. A failure is only logged, because the last record is still good."""
         mark = ClockMark(
             n=self.last.n if self.last else 0,
             clock=standing.clock,
@@ -165,7 +171,7 @@ class Journal:
             log.debug("%s.clock: %s", self.path, error)
 
     def close(self) -> None:
-        """Let go of the file and its lock; idempotent."""
+        """Close the file and release its lock. Idempotent."""
         for descriptor in (self._file, self._clock):
             if descriptor >= 0:
                 os.close(descriptor)
@@ -181,10 +187,10 @@ class Journal:
 
 
 def read_journal(path: Path) -> tuple[Header, list[Record]]:
-    """All whole lines of a journal.
+    """Read all complete lines of a journal.
 
     Raises:
-        JournalError: no such file, or a damaged line before the last.
+        JournalError: the file cannot be read, is empty, or has a damaged complete line.
     """
     try:
         content = path.read_bytes()

@@ -2,7 +2,7 @@
 
     INITIALIZE -> PLAY_ROUND <-> FOUL -> ROUND_OVER -> INITIALIZE ... -> GAME_OVER
 
-HALT lies across all stages: the clock is stopped and robots stand; only an official ends it.
+HALT is possible in every stage but the last: the clock is stopped and robots stand still until an official ends it.
 """
 
 from collections.abc import Sequence
@@ -17,23 +17,24 @@ from vrg.coordinator.rulebook import Field, RuleBook
 from vrg.types import Pose
 
 ROUND_PAUSE = 2.0
-"""s that ROUND_OVER lasts, so that everybody sees how the round ended."""
+"""The match time in s that ROUND_OVER lasts, so that everybody sees how the round ended."""
 PLACE_AGAIN = 10.0
-"""s after which players that are still not on their marks are put there again."""
+"""The match time in s after which players that are still not on their marks are put there again."""
 LONGEST = 1500
-"""Characters of all reasons to halt together, cut so that they fit into a message."""
+"""The length in characters to which all reasons of a halt together are cut, so that they fit into a message."""
 NOBODY = "nobody"
-"""The winner of a match that an official ended."""
+"""The winner of a match that an official has ended."""
 
 
 class Standing(Struct, frozen=True, kw_only=True):
     """All that has to survive a crash of the coordinator.
 
     Args:
-        halted: why, None while play may go on.
-        clock: s of play in this round. total: s of play in the match.
-        in_stage: s in this stage, HALT not counted.
-        calls: number of calls so far.
+        halted: why play is halted; None while it is not.
+        clock: the time of play in this round, s. total: the time of play in the match, s.
+        in_stage: the time in this stage without halts, s.
+        calls: the number of calls so far.
+        winner: the winner when the game is over.
         game: the rule book's own state, as plain data.
     """
 
@@ -51,8 +52,8 @@ class Match:
     """One match under one rule book.
 
     Args:
-        book: the rules.
-        standing: to go on from; a match taken up again begins in HALT.
+        book: the rule book.
+        standing: the standing to go on from; None for a new match. A match that goes on begins in HALT.
     """
 
     def __init__(self, book: RuleBook[Any], standing: Standing | None = None) -> None:
@@ -76,7 +77,7 @@ class Match:
 
     @property
     def halted(self) -> str | None:
-        """Every reason, None while play may go on."""
+        """All reasons why play is halted, in words; None while it is not."""
         return shortened("; ".join(self._reasons), LONGEST) or None
 
     @property
@@ -85,7 +86,7 @@ class Match:
         return self.stage is Stage.GAME_OVER
 
     def standing(self) -> Standing:
-        """What to journal."""
+        """The standing of the match, for the journal."""
         return Standing(
             stage=self.stage,
             halted=self.halted,
@@ -98,7 +99,7 @@ class Match:
         )
 
     def state(self, now: Field, estop: bool) -> RefereeState:
-        """What to publish."""
+        """The state of the match, for the bus."""
         players = self._book.statuses(self.game, self.stage, now)
         if estop or self._reasons:
             players = standing_still(players)
@@ -123,7 +124,7 @@ class Match:
         """Advance by `dt` seconds of match time to the field `now`.
 
         Args:
-            absent: why the match cannot go on for reasons outside the rules: players that do not answer, say.
+            absent: the reasons outside the rules why the match cannot go on, such as a player that does not report.
         """
         if self._reasons or self.over:
             self._before = None
@@ -139,18 +140,18 @@ class Match:
         return self._round_over(now)
 
     def halt(self, reason: str) -> Outcome:
-        """Stop clock and robots. A second reason is added to the first; the same one changes nothing."""
+        """Stop the clock and the robots. A new reason is added to those before; a known one changes nothing."""
         if self.over or reason in self._reasons:
             return Outcome()
         self._reasons.append(reason)
         return announce("halt", f"play is halted: {reason}")
 
     def resume(self) -> None:
-        """Forget why play was halted."""
+        """End the halt: forget all its reasons."""
         self._reasons.clear()
 
     def end(self, winner: str) -> Stage:
-        """End the game now; returns the stage that is entered."""
+        """End the game now, and return the stage that is entered."""
         self._reasons.clear()
         self.winner = winner
         return self._enter(Stage.GAME_OVER)
@@ -159,23 +160,23 @@ class Match:
         """Apply an official's decision on a score, a role or a state.
 
         Raises:
-            ConfigError: no such player, team, role, state or score.
+            ConfigError: there is no such player, team, role, state or score.
         """
         self.game = self._book.overrule(self.game, action, subject, value)
 
     @property
     def names(self) -> list[str]:
-        """Of the players."""
+        """The names of the players."""
         return [player.name for player in self._book.statuses(self.game, self.stage, Field({}))]
 
     def mark(self, name: str, now: Field) -> Pose | None:
-        """Where a player is asked to line up, None for nowhere."""
+        """The pose at which a player is asked to line up; None if it is not asked to."""
         players = self._book.statuses(self.game, self.stage, now)
         return next((player.mark for player in players if player.name == name), None)
 
     @property
     def way_out(self) -> str | None:
-        """How the halt is left, in words; None while there is none."""
+        """How play can go on again, in words; None while it is not halted."""
         if not self._reasons or self.over:
             return None
         how = "`vrg official resume` or the key C goes on"
@@ -226,7 +227,7 @@ class Match:
         stages: list[Stage] = []
         if any(call.foul for call in verdict.calls) and not verdict.round_over:
             stages.append(self._enter(Stage.FOUL))
-            # The foul's own algorithm is part of the verdict; play goes on at once where the rules allow it.
+            # The rule book has already dealt with the foul in its verdict. Play goes on at once if the rules allow it.
             if not self._book.obstacles_to_resume(self.game, now):
                 stages.append(self._enter(Stage.PLAY_ROUND))
                 self._before = now
@@ -243,7 +244,7 @@ class Match:
         return Outcome(stages=[Stage.PLAY_ROUND])
 
     def _round_over(self, now: Field) -> Outcome:
-        """After a pause, in which an official may still overrule the last call."""
+        """Begin the next round or end the game, after a pause in which an official may still overrule the last call."""
         if self.in_stage < ROUND_PAUSE:
             return Outcome()
         verdict = self._book.next_round(self.game, now)
@@ -255,5 +256,5 @@ class Match:
 
 
 def standing_still(players: Sequence[PlayerStatus]) -> list[PlayerStatus]:
-    """The same players, none of whom may move."""
+    """Return the same players, none of whom may move."""
     return [structs.replace(player, may_move=False) for player in players]

@@ -1,4 +1,4 @@
-"""What one step of a match, or one decision of an official, has changed."""
+"""The outcome of one step of a match, or of one decision of an official."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -10,15 +10,15 @@ from vrg.types import Pose
 
 @dataclass(frozen=True)
 class Outcome:
-    """What is to be journalled, called and done. It is false where nothing is to be journalled or called.
+    """What must be written to the journal, called and done. It is false if it has no calls, stages and places.
 
     Args:
-        calls: to announce, in order.
-        stages: entered, in order.
-        place: where the world is to put robots of virtual players.
-        placed: where a person has put the robots of physical players.
-        recover: players whose robots are to clear the fault that they have latched.
-        by: the official who has decided so.
+        calls: the calls to announce, in order.
+        stages: the stages that were entered, in order.
+        place: where the world must put virtual robots, by player.
+        placed: where a person has put physical robots, by player.
+        recover: the players whose robots must clear the faults that they have latched.
+        by: the official who has decided it, or `referee`.
     """
 
     calls: Sequence[Call] = field(default_factory=tuple)
@@ -33,5 +33,5 @@ class Outcome:
 
 
 def announce(rule: str, text: str, answers: str | None = None) -> Outcome:
-    """One call that is about no player in particular."""
+    """An outcome of one call that concerns no particular player."""
     return Outcome([Call(rule=rule, text=text, answers=answers)])

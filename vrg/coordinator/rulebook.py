@@ -1,7 +1,7 @@
-"""What a game's rule book is: a pure object that judges a field, with no bus, no clock and no files.
+"""The interface of a game's rule book: an object that judges a field. It uses no bus, no clock and no files.
 
-A rule book's whole memory is one frozen state, handed in and handed back, so that it can be journalled and taken up
-again by another process.
+A rule book remembers nothing itself. Its whole memory is one frozen state that is passed in and returned, so that it
+can be written to the journal and another process can go on from it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,10 +15,10 @@ from vrg.types import Pose
 
 
 class GameState(Struct, frozen=True, kw_only=True):
-    """What the state of every game has.
+    """The base class of the states of all games.
 
     Args:
-        round: from 1.
+        round: the number of the round, from 1.
     """
 
     round: int = 1
@@ -32,9 +32,9 @@ class Contestant:
     """A player as the rule book knows it before the match.
 
     Args:
-        role: at the start of the match, the game's word.
-        start: its place in the match file.
-        size: (length, width) of its body, m.
+        role: its role at the start of the match, in the game's own word.
+        start: its pose in the match file.
+        size: the (length, width) of its body, m.
         v_max: the top speed of its robot model, m/s.
     """
 
@@ -50,9 +50,9 @@ class Field:
     """Where everybody is at one instant.
 
     Args:
-        poses: by player; a player that the world has not reported is absent.
-        moving: players that are not at rest.
-        physical: players whose robots only people can put anywhere.
+        poses: the poses by player. A player that the world has not reported is missing.
+        moving: the players that are not at rest.
+        physical: the players whose robots are physical ones, which only people can put somewhere.
     """
 
     poses: Mapping[str, Pose]
@@ -62,13 +62,13 @@ class Field:
 
 @dataclass(frozen=True, kw_only=True)
 class Call:
-    """What a referee calls: one rule that was broken or fulfilled.
+    """A call as a rule book makes it: one rule that was broken or fulfilled.
 
     Args:
-        rule: its short name, such as `tag`. text: the call in words.
-        foul: the stage passes through FOUL, until the rule book finds that play can go on.
-        poses: of the players, in the same order, at the instant of the call.
-        answers: id of the official's decision that this answers.
+        rule: the rule's short name, such as `tag`. text: the call in words.
+        players: the players that it concerns. poses: their poses at the instant of the call, in the same order.
+        foul: True if the match enters the stage FOUL, until the rule book finds that play can go on.
+        answers: the id of the official's decision that this call answers; None if it answers none.
     """
 
     rule: str
@@ -81,10 +81,12 @@ class Call:
 
 @dataclass(frozen=True)
 class Verdict(Generic[S]):
-    """What judging one instant gave: the new state, and the calls.
+    """The result of judging one instant.
 
     Args:
-        round_over: the round has ended. winner: known between rounds alone; the game has ended, too.
+        state: the new state. calls: the calls, in order.
+        round_over: True if the round has ended.
+        winner: the winner if the game has ended; only `next_round` may set it.
     """
 
     state: S
@@ -94,49 +96,54 @@ class Verdict(Generic[S]):
 
 
 class RuleBook(Protocol[S]):
-    """The rules of one game. Every method is a function of its arguments and of the set-up."""
+    """The rules of one game. The result of every method depends on its arguments and on the set-up alone.
+
+    Attributes:
+        name: the name of the game. round_word: what a round is called. rounds: how many there are.
+        state_type: the class of the game's state.
+    """
 
     name: str
     round_word: str
     rounds: int
     state_type: type[S]
     lineup_limit: float
-    """s after which virtual robots that are not on their marks are put there."""
+    """The match time in s after which virtual robots that are not on their marks are put there."""
 
     def initial(self) -> S:
         """The state before the first round."""
 
     def obstacles_to_start(self, state: S, now: Field) -> dict[str, str]:
-        """Why the round cannot begin: by player, such as `is 3.2 m from its mark`; empty when it can."""
+        """The reasons why the round cannot begin, by player, such as `is 3.2 m from its mark`; empty if it can."""
 
     def judge(self, state: S, before: Field, now: Field, clock: float) -> Verdict[S]:
         """Judge what happened between two instants of play.
 
         Args:
-            clock: s of play in this round at `now`.
+            clock: the time of play in this round at `now`, s.
         """
 
     def obstacles_to_resume(self, state: S, now: Field) -> list[str]:
-        """Why play cannot go on after a foul, in words; empty when it can."""
+        """The reasons, in words, why play cannot go on after a foul; empty if it can."""
 
     def next_round(self, state: S, now: Field) -> Verdict[S]:
-        """What happens when a round is over: the end of the game, or roles, sides and places for the next round."""
+        """Judge what follows when a round is over: the end of the game, or the state of the next round."""
 
     def statuses(self, state: S, stage: Stage, now: Field) -> list[PlayerStatus]:
-        """Each player as everybody may see it. Where `may_move` is False its robot is stopped."""
+        """The status of each player, as everybody may see it. If `may_move` is False, its robot is stopped."""
 
     def zones(self, state: S) -> list[Zone]:
         """The marked parts of the field."""
 
     def score(self, state: S) -> dict[str, int]:
-        """By team."""
+        """The points of each team."""
 
     def speed_limits(self, seed: int) -> dict[str, float]:
-        """Each robot's top speed in this match, m/s; empty = its model's own."""
+        """The top speed of each player's robot in this match, m/s. A player that is missing has its model's own."""
 
     def overrule(self, state: S, action: OfficialAction, subject: str, value: str) -> S:
         """Apply an official's decision.
 
         Raises:
-            ConfigError: no such player, team, role, state or score.
+            ConfigError: there is no such player, team, role, state or score.
         """

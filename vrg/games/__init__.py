@@ -1,7 +1,7 @@
-"""The games: each is a folder with its settings, rules, player and default match, and one object that says what it is.
+"""The games. Each is a folder with its settings, rules, player and default match, and one `Game` object about it.
 
-Inside a game's folder the rules never import the player, nor the player the rules: they meet in messages. A package
-outside VRG adds a game by an entry point of the group `vrg.games` whose object is a `Game`.
+Inside a game's folder the rules never import the player, and the player never imports the rules: they communicate by
+messages. A package outside VRG adds a game by an entry point of the group `vrg.games` whose object is a `Game`.
 """
 
 from vrg.games.game import Game
@@ -21,12 +21,12 @@ STRATEGIES: Registry[type] = Registry(
     {"sharks-and-minnows": "vrg.games.sharks_and_minnows.player:SharksAndMinnowsPlayer"},
     lambda found: None if isinstance(found, type) else "expected a class",
 )
-"""Every strategy that a match file may call by a name alone."""
+"""Every strategy that a match file can choose by a name alone."""
 
 UNKNOWN = Game(name="", settings="", rules="", strategy="", match="", roles=())
-"""Stands for a game that this machine does not know: its players are shown without colours of their own."""
+"""Stands for a game that is not installed on this machine. Its players are shown without colours of their own."""
 
 
 def game_of(name: str) -> Game:
-    """The game of this name for those who show it, UNKNOWN where it is not installed here."""
+    """Return the game of this name, for programs that only show it, or UNKNOWN if it is not installed here."""
     return (GAMES.find(name) if name else None) or UNKNOWN

@@ -1,7 +1,7 @@
-"""What a game is: the one object that everybody asks who has to do with more than its rules.
+"""The description of a game, which tells every other part of VRG what it must know about the game.
 
-It is light. The rules, the settings and the player are named by `module:attribute` and imported by the process that
-needs them: a window needs none of the three.
+Importing it is cheap. The rules, the settings and the player are named by `module:attribute`, and only a process that
+needs them imports them. A window needs none of the three.
 """
 
 import enum
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class Marker(enum.Enum):
-    """The sign on a robot's back. Every role differs in colour and sign, so that no meaning hangs on colour alone."""
+    """The sign that is drawn on a robot. Roles should differ in sign too, so that nobody has to rely on colours."""
 
     TRIANGLE = "triangle"
     CIRCLE = "circle"
@@ -35,8 +35,8 @@ class Role:
     """One role that a player may have.
 
     Args:
-        name: the game's word, such as `shark`. team: of the players that begin in this role.
-        colour, marker: how it is shown.
+        name: the game's word for it, such as `shark`. team: the team of the players that begin in this role.
+        colour, marker: how a player in this role is drawn.
     """
 
     name: str
@@ -47,7 +47,7 @@ class Role:
 
 @dataclass(frozen=True)
 class Style:
-    """How a player is drawn."""
+    """The colour and the sign by which a player is drawn."""
 
     colour: Rgb
     marker: Marker
@@ -55,10 +55,10 @@ class Style:
 
 @dataclass(frozen=True)
 class Moment:
-    """A rule whose calls are marked in plots.
+    """How the calls of a rule are marked in plots.
 
     Args:
-        sign: matplotlib's marker. word: for the legend.
+        sign: matplotlib's marker. word: the word in the legend.
     """
 
     sign: str
@@ -67,20 +67,20 @@ class Moment:
 
 @dataclass(frozen=True, kw_only=True)
 class Game:
-    """See the module.
+    """The description of one game.
 
     Args:
-        name: as match files write it, such as `sharks-and-minnows`.
+        name: the game's name in match files, such as `sharks-and-minnows`.
         settings: `module:Class` of the [rules] table of a match file, a `vrg.tables.Table`.
-        rules: `module:Class` of the rule book, constructed from the settings and the contestants.
-        strategy: `module:Class` of the player that plays where a match file names no other.
-        match: the default match file: `package/file.toml`, as the package carries it.
-        roles: what a player may be. In a match file, `role` is one of those that `starts` names.
-        starts: the roles that a player may begin in; all of them if it is empty.
-        round_word: what a round is called.
+        rules: `module:Class` of the rule book, which is constructed from the settings and the contestants.
+        strategy: `module:Class` of the strategy that a player has if the match file names no other.
+        match: the default match file, as `package/file.toml`.
+        roles: the roles that a player may have during the match.
+        starts: the names of the roles that a player may begin in; all of them if it is empty.
+        round_word: the game's word for a round.
         score_words: what the points of a team count, by team.
-        out_of_play: states in which a player is only an obstacle.
-        moments: the rules whose calls are marked in plots.
+        out_of_play: the states in which a player is only an obstacle.
+        moments: how calls are marked in plots, by rule.
     """
 
     name: str
@@ -97,7 +97,7 @@ class Game:
 
     @property
     def title(self) -> str:
-        """Its name as people write it: `Sharks and Minnows`."""
+        """The game's name as people write it, such as `Sharks and Minnows`."""
         return title(self.name)
 
     @property
@@ -106,11 +106,11 @@ class Game:
         return self.starts or tuple(role.name for role in self.roles)
 
     def role(self, name: str) -> Role | None:
-        """The role of this name, or None."""
+        """The role of this name, or None if there is none."""
         return next((role for role in self.roles if role.name == name), None)
 
     def style(self, role: str, state: str = "") -> Style:
-        """How a player is drawn: grey and crossed out of play; a role that is not the game's gets a colour by its name."""
+        """How a player is drawn. Out of play it is a grey cross; an unknown role gets a colour by its name."""
         if state in self.out_of_play:
             return Style(GREY, Marker.CROSS)
         known = self.role(role)
@@ -120,17 +120,17 @@ class Game:
         return Style(rest[zlib.crc32(role.encode()) % len(rest)], Marker.SQUARE)
 
     def team_style(self, team: str) -> Style:
-        """How a team is drawn: as the first role of its players; a team keeps it when its players change roles."""
+        """How a team is drawn: like the first role of the team, also when its players have changed roles."""
         first = next((role.name for role in self.roles if role.team == team), team)
         return self.style(first)
 
     def load_settings(self) -> "type[Table]":
-        """The class of the [rules] table, imported now."""
+        """Import and return the class of the [rules] table."""
         found: type[Table] = load_object(self.settings)
         return found
 
     def load_rules(self) -> "type[RuleBook[Any]]":
-        """The class of the rule book, imported now."""
+        """Import and return the class of the rule book."""
         found: type[RuleBook[Any]] = load_object(self.rules)
         return found
 
@@ -141,7 +141,7 @@ class Game:
 
 
 def title(word: str) -> str:
-    """A name such as `sharks-and-minnows` as people write it: `Sharks and Minnows`."""
+    """Return a name such as `sharks-and-minnows` as people write it: `Sharks and Minnows`."""
     words = word.replace("-", " ").replace("_", " ").split()
     small = {"and", "of", "the"}
     return " ".join(w if w in small and i else w[:1].upper() + w[1:] for i, w in enumerate(words))

@@ -22,17 +22,17 @@ BACKENDS: Registry[type[Driver]] = Registry(
     {"sim": "vrg.hal.sim.driver:SimDriver", "can": "vrg.hal.can.driver:CanDriver"},
     _check,
 )
-"""Every backend by name."""
+"""The class of every backend's driver, by the backend's name."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class MatchContext(DriverContext):
-    """What a driver is constructed from in a match.
+    """The context from which a driver is constructed in a match.
 
-    Only the driver of a robot in the world uses what this adds: the bus is its wire.
+    Only the driver of a virtual robot uses the fields that this class adds: it speaks to its robot over the bus.
 
     Args:
-        keys: of the match. mailbox: of the player's node.
+        keys: the keys of the match. mailbox: the mailbox of the player's node.
     """
 
     keys: Keys
@@ -40,11 +40,12 @@ class MatchContext(DriverContext):
 
 
 def open_driver(backend: str, context: MatchContext) -> Driver:
-    """Construct the driver of a robot; it is not connected yet.
+    """Construct the driver of a robot. It is not connected yet.
 
     Raises:
         ConfigError: no backend has this name, it cannot be imported, or its settings have problems.
     """
     kind = BACKENDS.get(backend)
-    # The class of every driver takes the context, which the base class cannot say: it takes what is in it.
+    # Every driver's class is constructed from the context alone, but the constructor of the base class takes a name and
+    # a model, so the type checker cannot know it.
     return kind(context)  # type: ignore[arg-type, call-arg]

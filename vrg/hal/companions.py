@@ -1,4 +1,4 @@
-"""Processes that robots need besides their players' own, such as emulated drives."""
+"""Processes that robots need besides those of their players, such as emulated drives."""
 
 from dataclasses import dataclass
 
@@ -8,8 +8,8 @@ class Companion:
     """A process that must run for the robots of a backend.
 
     Args:
-        name: of the process and its log. arguments: of the `vrg` command.
-        says: a word that it prints once it is ready.
+        name: the name of the process and of its log file. arguments: the arguments of the `vrg` command that starts it.
+        says: a word that the process prints as soon as it is ready.
     """
 
     name: str

@@ -1,8 +1,8 @@
 """The match's side of a robot, written once for every driver.
 
-It enforces what the match has to say to a robot, whatever its player does: the referee's gate, the speed limit, the
-emergency stop (also between two ticks), the recovery from faults, and the lease of a human. It knows where a physical
-robot is on the map, and tells the world.
+It enforces what the match demands of a robot, whatever the robot's player does: the referee's gate, the speed limit,
+the emergency stop (also between two ticks), the recovery from faults, and the lease of a human. It also knows where a
+physical robot is on the map, and tells the world.
 """
 
 import logging
@@ -28,19 +28,20 @@ from vrg.types import STILL, Pose, Twist
 log = logging.getLogger(__name__)
 
 RECOVERY_PATIENCE = 2.0
-"""s for a recovery to end when the robot is closed; its motors are off."""
+"""The time in s that `close` waits for a running recovery to end; the motors are off meanwhile."""
 FEED = "feed"
-"""The localisation of a robot whose pose somebody else measures, a motion-capture system say."""
+"""The localisation of a robot whose pose is measured from outside, for example by a motion-capture system."""
 
 
 class Device:
-    """See the module.
+    """The match's side of one robot, between its player and its driver.
 
     Args:
-        driver: of the robot; connected by `start`.
-        keys: of the match. mailbox: of the player's node.
-        start: where the robot stands when the match begins.
-        localisation: `odometry`: the robot's own measurement tells where it is; `feed`: somebody else publishes it.
+        driver: the robot's driver; `start` connects it.
+        keys: the keys of the match. mailbox: the mailbox of the player's node.
+        start: the pose of the robot when the match begins, in the map's frame.
+        localisation: `odometry` if the robot's own measurement tells where it is; `feed` if another program publishes
+            its pose on the bus.
     """
 
     def __init__(
@@ -78,16 +79,16 @@ class Device:
 
     @property
     def features(self) -> RobotModel:
-        """The robot's description."""
+        """The description of the robot, which can be read before `start`."""
         return self._driver.features
 
     @property
     def estop(self) -> bool:
-        """The emergency stop of the match holds this robot."""
+        """Whether the emergency stop of the match holds this robot."""
         return self._latch.engaged
 
     def start(self) -> None:
-        """Reach the robot; whatever a forerunner that crashed has left behind, it begins disarmed.
+        """Connect to the robot and disarm it, because an earlier process that crashed may have left it armed.
 
         Raises:
             RobotError: it cannot be reached.
@@ -96,7 +97,7 @@ class Device:
         self._driver.disarm()
 
     def hear(self) -> None:
-        """Take in what the match has said since the last call; to be called at the begin of each tick."""
+        """Take in what the match has said since the last call. It must be called at the start of each tick."""
         for limit in self._limits.take():
             self._limit = limit.body.v_max
         before = self._latch.engaged
@@ -116,10 +117,12 @@ class Device:
         self._recover()
 
     def read(self) -> Readings:
-        """The newest readings, with what the world simulates for a physical robot; tells the world where that is.
+        """Return the newest readings, with the sensors that the world simulates for a physical robot.
+
+        For a physical robot it also publishes the robot's pose to the world.
 
         Raises:
-            StaleDataError: the robot has said nothing yet, or it is not known where it is.
+            StaleDataError: the robot has said nothing yet, or its pose is not known yet.
         """
         readings = self._driver.read()
         if self._location is None:
@@ -149,14 +152,14 @@ class Device:
         )
 
     def lease(self, now: float) -> Twist | None:
-        """The motion that a human asks for who holds the lease at match time `now`; None where nobody does."""
+        """The motion that a human asks for who holds the lease at match time `now`, or None where nobody holds it."""
         manual: Received[Manual] | None = self._manual.latest
         if manual is None or now >= manual.stamp + manual.body.lease or not is_fresh(manual.stamp, now, 1.0):
             return None
         return Twist(manual.body.forward * self.features.v_max, manual.body.turn * self.features.w_max)
 
     def arm(self) -> None:
-        """Let the motors accept commands; `read().armed` tells when they do.
+        """Let the motors accept commands; `read().armed` tells when they accept them.
 
         Raises:
             RobotError: not connected, a fault has latched, or the emergency stop is engaged.
@@ -171,7 +174,7 @@ class Device:
         """Command a motion, as far as the match allows it.
 
         Returns:
-            what was really sent, after the referee's limits and the robot's.
+            the twist that was really sent, after the limits of the referee and of the robot.
 
         Raises:
             RobotError: not armed, a fault, the emergency stop, or a number that is not finite.
@@ -185,22 +188,22 @@ class Device:
         return self._driver.drive(self.features.limited(twist, self._limit))
 
     def stop(self) -> None:
-        """Command zero speed; stays armed."""
+        """Command zero speed; the robot stays armed."""
         self._driver.stop()
 
     def disarm(self) -> None:
-        """Switch the motors off, until armed again. Idempotent."""
+        """Switch the motors off until the robot is armed again. Idempotent."""
         self._driver.disarm()
 
     def close(self) -> None:
-        """Disarm and let go of the robot. Idempotent."""
+        """Disarm the robot and close its driver. Idempotent."""
         self._driver.disarm()
         if self._recovery is not None:
             self._recovery.join(RECOVERY_PATIENCE)
         self._driver.close()
 
     def _alarm(self, message: Received[Estop]) -> None:
-        """The executor calls this the moment that an order arrives, between two ticks."""
+        """Stop the robot at once. The executor calls this as soon as an order arrives, also between two ticks."""
         if message.body.engaged:
             self._latch.order(True, self._mailbox.now)
             self._driver.emergency_stop()
@@ -210,7 +213,7 @@ class Device:
         return self._recovery is not None and self._recovery.is_alive()
 
     def _recover(self) -> None:
-        """Let the driver recover where the referee asks for it: a robot may be waited for, and a tick may not wait."""
+        """Let the driver recover if the referee asks for it, in a thread of its own, because a tick must not wait."""
         self._asked_to_recover |= bool(self._recovers.take())
         if self._asked_to_recover and not self._is_recovering:
             self._asked_to_recover = False
@@ -221,14 +224,14 @@ class Device:
         try:
             self._driver.recover()
         except Exception:
-            # The fault is still latched, and is shown as such.
+            # The fault is still latched, and the readings show it.
             log.exception("%s: it could not be recovered", self.name)
 
     def _of_the_world(self) -> Sequence[Sample[SensorMessage]]:
-        """What the world simulates for this robot.
+        """The samples of the sensors that the world simulates for this robot.
 
-        The age of a sample is the distance of its stamp from now either way: one that is far ahead is of before the
-        world was set back to a snapshot.
+        The age of a sample is the absolute difference of its stamp and now. A stamp far in the future is from before
+        the world was set back to a snapshot, so the sample is old.
         """
         now = self._mailbox.now
         return [

@@ -2,9 +2,9 @@
 
     features -> connect() -> arm() -> drive() / read() ... -> stop() -> disarm() -> close()
 
-A driver knows no bus, no keys and no match: what the match has to say to a robot is the device's business
-(vrg.hal.device), which is written once for all drivers. A driver is called by one thread, but for `recover`, which may
-take long and has a thread of its own, and for `emergency_stop`, which may come at any time.
+A driver knows no bus, no keys and no match. What the match demands of a robot is enforced by the device
+(vrg.hal.device), which is written once for all drivers. One thread calls a driver, with two exceptions: `recover` may
+take long and has a thread of its own, and `emergency_stop` may be called from another thread at any time.
 """
 
 import time
@@ -23,17 +23,17 @@ if TYPE_CHECKING:
     from vrg.hal.settings import BackendSettings
 
 COMMAND_TIMEOUT = 0.2
-"""s without a fresh drive command after which every driver stops the motors."""
+"""The time in s without a fresh drive command after which every driver stops the motors."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class DriverContext:
-    """What a driver is constructed from.
+    """The context from which a driver is constructed.
 
     Args:
-        name: the robot's in the match. model: its description.
-        options: the backend's own table in the match file. base: folder that relative paths in it start from.
-        now: the time that stamps are told in, s: match time in a match.
+        name: the robot's name in the match. model: its description.
+        options: the backend's own table in the match file. base: the folder that relative paths in it start from.
+        now: returns the time that stamps are given in, s; it is the match time in a match.
     """
 
     name: str
@@ -44,17 +44,17 @@ class DriverContext:
 
 
 class Driver(ABC):
-    """See the module. Connecting never energises a motor; arming is a step of its own.
+    """The base class of all drivers. Connecting never energises a motor; arming is a step of its own.
 
     Args:
         name: the robot's name, for messages.
-        model: its description; readable before connecting.
+        model: the robot's description, which can be read before connecting.
 
     Attributes:
-        physical: it drives a physical robot, which a person must carry to its place.
-        settings: checks the backend's own table in a match file; None where it has none.
-        measures: the kinds of sensors that it reads itself. Of those that the model has besides, the world simulates
-            what it can from the robot's place.
+        physical: True if the robot is a physical one, which a person must carry to its place.
+        settings: the class that checks the backend's own table in a match file; None where the backend has no table.
+        measures: the kinds of sensors that the driver reads itself. Of the other sensors of the model, the world
+            simulates those that it can simulate from the robot's pose.
     """
 
     physical: ClassVar[bool] = True
@@ -86,7 +86,8 @@ class Driver(ABC):
         """Command a motion of the body; it holds for COMMAND_TIMEOUT at most.
 
         Returns:
-            what was really sent, after the limits of the robot. The curve stays: v and w are scaled alike.
+            the twist that was really sent, after the limits of the robot. v and w are scaled by the same factor, so
+            that the robot keeps its curve.
 
         Raises:
             RobotError: not armed, a fault, the emergency stop, or a number that is not finite.
@@ -94,7 +95,7 @@ class Driver(ABC):
 
     @abstractmethod
     def read(self) -> Readings:
-        """The newest readings, each with its stamp and its age.
+        """Return the newest readings, each with its stamp and its age.
 
         Raises:
             StaleDataError: the robot has said nothing yet.
@@ -102,25 +103,28 @@ class Driver(ABC):
 
     @abstractmethod
     def stop(self) -> None:
-        """Command zero speed; stays armed. Never raises for a robot that is connected."""
+        """Command zero speed; the robot stays armed. Never raises for a robot that is connected."""
 
     @abstractmethod
     def disarm(self) -> None:
-        """Stop, and let the motors accept no command until armed again. Idempotent."""
+        """Stop, and let the motors accept no command until the robot is armed again. Idempotent."""
 
     def emergency_stop(self) -> None:
-        """Disarm by the shortest way there is. Called the moment that the stop arrives, also between two ticks."""
+        """Disarm in the fastest way possible. Called as soon as the order to stop arrives, also between two ticks."""
         self.disarm()
 
-    def release(self) -> None:  # noqa: B027 - where the emergency stop is not latched in the robot nothing is to be done
-        """A person has released the emergency stop. The motors stay off until armed again."""
+    def release(self) -> None:  # noqa: B027 - not every robot latches its emergency stop
+        """Unlatch the emergency stop, which a person has released. The motors stay off until armed again."""
 
     def recover(self) -> None:  # noqa: B027 - where faults do not latch there is nothing to do
-        """Forget a fault that has latched, as a person has decided; stays disarmed. What is still wrong comes back."""
+        """Clear a latched fault, because a person asks for it. The robot stays disarmed.
+
+        A fault whose cause is still there latches again.
+        """
 
     @abstractmethod
     def close(self) -> None:
-        """Disarm and let go. Idempotent."""
+        """Disarm and release the connection to the robot. Idempotent."""
 
     def __enter__(self) -> Self:
         self.connect()

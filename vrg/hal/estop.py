@@ -1,4 +1,4 @@
-"""Whether the emergency stop of the match holds a robot. Pure."""
+"""Whether the emergency stop of the match holds a robot. This module uses no bus and no clock."""
 
 from collections.abc import Sequence
 
@@ -6,26 +6,27 @@ from vrg.bus.codec import Received
 from vrg.bus.messages import Estop
 
 SETTLE = 0.5
-"""s of match time after a release in which the referee's state may still tell of the stop before it."""
+"""The match time in s after a release in which the referee's state may still report the stop before it."""
 
 
 def decisive(orders: Sequence[Received[Estop]]) -> Estop | None:
-    """The order that holds of those that arrived in one tick, None of none.
+    """The order that counts among those that arrived in one tick, or None if none arrived.
 
-    An engaging one wins, whoever's clock is ahead; of releases the last counts.
+    An order that engages the stop wins, whatever the stamps say. If all are releases, the last one counts.
     """
     engaging = (order.body for order in orders if order.body.engaged)
     return next(engaging, orders[-1].body if orders else None)
 
 
 class EstopLatch:
-    """The latch of one robot. It is set by the order itself, and by a referee who knows of one that was missed.
+    """The latch of one robot's emergency stop.
 
-    A missed release is made up for in the same way: once the referee has confirmed the stop, its word ends it. A stop
-    that the referee has never known of stays, so that nobody moves after a stop that got lost elsewhere.
+    An order sets it. The referee's state sets it too, in case the order itself was lost on the way. A lost release is
+    made up for in the same way: once the referee has confirmed the stop, its state also releases it. A stop that the
+    referee has never reported stays engaged, so that no robot moves after a stop that the referee has not heard of.
 
     Attributes:
-        engaged: the robot must not move.
+        engaged: True while the robot must not move.
     """
 
     def __init__(self) -> None:
@@ -34,13 +35,13 @@ class EstopLatch:
         self._released_at: float | None = None
 
     def order(self, engaged: bool, now: float) -> None:
-        """Somebody has engaged or released the stop; heard at match time `now`."""
+        """Take in an order that engages or releases the stop, heard at match time `now`."""
         self.engaged = engaged
         self._confirmed = False
         self._released_at = None if engaged else now
 
     def referee(self, engaged: bool, stamp: float) -> None:
-        """The referee's state of match time `stamp` says so."""
+        """Take in whether the stop is engaged according to the referee's state of match time `stamp`."""
         if engaged:
             late = self._released_at is not None and stamp <= self._released_at + SETTLE
             if not late:

@@ -12,7 +12,7 @@ from vrg.hal.sensors.spec import Sample
 from vrg.types import Pose
 
 TOO_OLD = 0.5
-"""s after which a measurement is not told to the world any more, so that everybody sees its age."""
+"""The age in s above which a measurement is no longer sent to the world, so that everybody sees that it is old."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +20,7 @@ class Place:
     """Where a robot was at match time `stamp`, `age` s ago.
 
     Args:
-        publish: the world is to be told of it by this side.
+        publish: True if the device must publish this pose to the world.
     """
 
     pose: Pose
@@ -30,15 +30,15 @@ class Place:
 
 
 class Location:
-    """One robot's.
+    """Finds where one physical robot is on the map.
 
-    By odometry it begins where the match file says. A player that was restarted has forgotten how far its robot has
-    come: it goes on from where the world saw the robot last. Where a person has put the robot elsewhere, and has said
-    so, it goes on from there.
+    With odometry it begins at the pose in the match file. A player that was restarted does not know how far its robot
+    has come, so it goes on from the pose where the world last saw the robot. If a person has put the robot somewhere
+    else, and an official has told so, it goes on from there.
 
     Args:
-        start: where the robot stands when the match begins.
-        fed: somebody else publishes its pose.
+        start: the pose of the robot when the match begins, in the map's frame.
+        fed: True if another program publishes the robot's pose.
     """
 
     def __init__(self, keys: Keys, mailbox: Mailbox, name: str, start: Pose, *, fed: bool) -> None:
@@ -49,10 +49,10 @@ class Location:
         self._world = mailbox.subscribe(keys.poses)
         self._placed = mailbox.subscribe(keys.placed(name))
         self._known = start
-        """Where the robot is taken to be at the next reading of its odometry, if that reading begins anew."""
+        """The pose that the robot is taken to have at the next reading of its odometry, if `_begin_anew` is set."""
         self._begin_anew = True
         self._origin = start
-        """Where the odometry's own (0, 0, 0) is on the map."""
+        """The pose on the map of the odometry's own (0, 0, 0)."""
         self._located = False
 
     def hear(self) -> None:
@@ -66,10 +66,10 @@ class Location:
             self._known, self._begin_anew, self._located = placed.body.pose, True, True
 
     def locate(self, odometry: Sample[Odometry] | None) -> Place:
-        """Where the robot is, by the feed or by its odometry.
+        """Where the robot is according to the feed, or to its odometry where there is no feed.
 
         Raises:
-            StaleDataError: neither has told.
+            StaleDataError: the one that is used has told nothing yet.
         """
         now = self._mailbox.now
         if self._feed is not None:
@@ -86,7 +86,7 @@ class Location:
         return self._place(pose, odometry.stamp, odometry.age)
 
     def measured(self, ins: Sample[Ins]) -> Place:
-        """Where a robot is that measures its own pose on the map."""
+        """Where the robot is according to its own inertial navigation system, which measures its pose on the map."""
         self._located = True
         return self._place(ins.value.pose, ins.stamp, ins.age)
 

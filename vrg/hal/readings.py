@@ -1,4 +1,4 @@
-"""What a robot says of itself at one instant: its state, and a sample of each of its sensors."""
+"""What a robot tells about itself at one instant: its state, and a sample of each of its sensors."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,14 +18,15 @@ S = TypeVar("S", bound=SensorMessage)
 
 @dataclass(frozen=True, slots=True)
 class Readings:
-    """What a robot says of itself. A sensor that it lacks, or that has said nothing yet, has no sample.
+    """The state of a robot and its newest samples. A sensor that it lacks, or that has said nothing yet, has no sample.
 
     Args:
-        stamp: match time at which the robot was last heard, s. age: s of match time since then.
-        armed: its motors accept commands. estop: the emergency stop is latched.
-        fault: what is wrong, in words.
-        latched: the fault, or an emergency stop that was pressed at the robot itself, stays until a person clears it.
-        samples: the newest one of each sensor.
+        stamp: the match time at which the robot was last heard, s. age: the match time since then, s.
+        armed: True if its motors accept commands. estop: True if the emergency stop is latched.
+        fault: what is wrong, in words; None if nothing is.
+        latched: True if the fault, or an emergency stop that was pressed at the robot itself, stays until a person
+            clears it.
+        samples: the newest sample of each sensor.
     """
 
     stamp: float
@@ -40,10 +41,11 @@ class Readings:
         """The newest sample of a sensor, by the class of its message: `readings.latest(Laser)`.
 
         Args:
-            name: of the sensor on its robot, where there are several of a kind; the first one if it is missing.
+            kind: the class of the sensor's message.
+            name: the sensor's name on its robot, if it has several of this kind; the default is the first one.
 
         Returns:
-            None where the robot has no such sensor, or where it has said nothing yet.
+            the sample, or None if the robot has no such sensor or the sensor has said nothing yet.
         """
         for sample in self.samples:
             if isinstance(sample.value, kind) and name in (None, sample.name):
@@ -57,17 +59,17 @@ class Readings:
 
     @property
     def ins(self) -> Sample[Ins] | None:
-        """Where the robot is on the map by its own measurement."""
+        """Where the robot is on the map according to its own measurement."""
         return self.latest(Ins)
 
     @property
     def odometry(self) -> Sample[Odometry] | None:
-        """How far the robot has come by its wheels, and how fast it goes."""
+        """How far the robot has come according to its wheels, and how fast it moves."""
         return self.latest(Odometry)
 
     @property
     def encoders(self) -> Sample[Encoders] | None:
-        """What the wheels' encoders have counted."""
+        """The counts of the wheels' encoders."""
         return self.latest(Encoders)
 
     @property

@@ -1,4 +1,4 @@
-"""A backend's own table in a match file, `[backends.<name>]`: what each kind of it can tell the rest of VRG."""
+"""A backend's own table in a match file, `[backends.<name>]`, and what such a table tells the rest of VRG."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,12 +8,12 @@ from vrg.tables import Table
 
 
 class BackendSettings(Table):
-    """The table. A subclass has the fields."""
+    """The base class of the tables of all backends. The subclass of a backend adds the fields."""
 
     def problems(self, robots: Sequence[str], base: Path) -> list[str]:
-        """What keeps these robots from being used, in words; relative paths start from `base`."""
+        """The reasons, in words, why these robots cannot be used. Relative paths in the table start from `base`."""
         return []
 
     def companions(self, robots: Sequence[str]) -> list[Companion]:
-        """The processes that these robots need besides their players'."""
+        """The processes that these robots need besides those of their players."""
         return []

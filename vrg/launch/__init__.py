@@ -1,1 +1,1 @@
-"""Starting a match: in one process, or as supervised processes."""
+"""The launcher, which starts a match in one process or as supervised processes."""

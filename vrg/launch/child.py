@@ -1,7 +1,8 @@
 """A process that the supervisor has started: `python -P -m vrg.launch.child KIND ...`.
 
-Mostly the fork server becomes one, without a new interpreter. It does what `vrg world`, `vrg player` and so on do by hand, but reads the set-up that the launcher has checked already,
-and loads no command line. So twelve of them start in the time of one.
+It does the same as `vrg world`, `vrg player` and so on, but it reads the set-up that the launcher has checked already,
+and it does not load the command line. In most cases it is forked from the fork server and needs no new interpreter. So
+twelve processes start in about the time of one.
 """
 
 import sys
@@ -15,20 +16,25 @@ from vrg.launch.serving import serve, serve_router
 
 
 def arguments_of(kind: str, *, router: str, run: Path | None = None, name: str = "") -> tuple[str, ...]:
-    """The arguments of a child."""
+    """Return the arguments of a child, for `main`.
+
+    Args:
+        kind: `router`, or one of `vrg.launch.serving.KINDS`. router: the endpoint of the router.
+        run: the run folder; the router needs none. name: the name of a player or of a window.
+    """
     words = (kind, router)
     return words if run is None else (*words, str(run), *((name,) if name else ()))
 
 
 def title(arguments: Sequence[str]) -> str:
-    """What a list of processes shows of a child."""
+    """Return the title of a child in a list of processes."""
     kind, _, *rest = arguments
     run = f" in {Path(rest[0]).name}" if rest else ""
     return f"vrg {kind}{f' {rest[1]}' if len(rest) > 1 else ''}{run}"
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Be the child; the exit status of the process."""
+    """Run as the child, and return the exit status of the process."""
     kind, router, *rest = arguments
     try:
         if kind == "router":

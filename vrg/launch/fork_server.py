@@ -1,12 +1,12 @@
-"""A process that has loaded what every node needs, and becomes each of them by forking: twelve start like one.
+"""The fork server: a process that has loaded what every node needs, and forks to start each node quickly.
 
-It is the first thing that the launcher starts, and it loads while the launcher still reads the match file. It opens
+It is the first process that the launcher starts, and it loads while the launcher still reads the match file. It opens
 nothing and has one thread, so that a fork is safe: a session with the bus is opened only after the fork. If it dies or
-hangs, the launcher starts processes in the ordinary way, and the nodes that run do not notice.
+hangs, the launcher starts processes in the ordinary way, and the nodes that run already are not affected.
 
-The launcher asks by a socket, its standard input here: a JSON list of arguments with two file descriptors, the leash
-that becomes the standard input of the node, and its log. The answers are `{"pid": n}` and, when that node has ended,
-`{"pid": n, "status": m}`.
+The launcher sends requests over a socket, which is the server's standard input. A request is a JSON list of arguments
+with two file descriptors: the leash, which becomes the standard input of the node, and the node's log. The answers are
+`{"pid": n}` and, when that node has ended, `{"pid": n, "status": m}`.
 """
 
 import atexit
@@ -30,6 +30,8 @@ from vrg.launch import child
 
 PATIENCE = 5.0
 """s of real time for an answer: forking takes milliseconds, but the server may still be loading."""
+REAPED = 2.0
+"""s of real time from the end of a node until the server must have told its status."""
 LOADING = 60.0
 """s of real time for the first answer."""
 UNKNOWN = 255
@@ -38,7 +40,7 @@ _MESSAGE = 1 << 16
 
 
 class ForkServer:
-    """The launcher's end. `start` is quick; the first `fork` waits until the server has loaded."""
+    """The launcher's side of the fork server. `start` is quick; the first `fork` waits until the server has loaded."""
 
     def __init__(self) -> None:
         self._channel: socket.socket | None = None
@@ -49,23 +51,24 @@ class ForkServer:
 
     @property
     def alive(self) -> bool:
-        """Whether it can be asked."""
+        """Whether the server can take requests."""
         return self._channel is not None
 
     def start(self) -> None:
-        """Start it. Where that fails, it is as if it had died."""
+        """Start the server. If that fails, `alive` stays False."""
         ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with theirs, contextlib.suppress(OSError):
             self._process = subprocess.Popen(
-                [sys.executable, "-P", "-m", "vrg.launch.fork_server"], stdin=theirs, start_new_session=True
+                [sys.executable, "-P", "-m", "vrg.launch.fork_server"], stdin=theirs.fileno(), start_new_session=True
             )
             self._channel = ours
 
     def fork(self, arguments: tuple[str, ...], log: IO[bytes]) -> "Forked | None":
-        """Let it become a node; None where it does not answer, and is then given up.
+        """Fork a node. If the server does not answer, it is given up and the result is None.
 
         Args:
-            arguments: of `vrg.launch.child`.
+            arguments: the arguments of `vrg.launch.child`.
+            log: the file that the node's output is written to.
         """
         if self._channel is None:
             return None
@@ -78,22 +81,22 @@ class ForkServer:
                 select.select([self._channel], [], [], max(0.0, deadline - time.monotonic()))
                 self.receive()
         except OSError:
-            self._give_up()
+            self.give_up()
         finally:
             os.close(leash)
         if not self._pids:
-            self._give_up()
+            self.give_up()
             os.close(hold)
             return None
         self._patience = PATIENCE
         return Forked(self, self._pids.pop(0), hold)
 
     def receive(self) -> None:
-        """Take in what it has said."""
+        """Take in the server's answers."""
         while self._channel is not None and select.select([self._channel], [], [], 0.0)[0]:
             data = self._channel.recv(_MESSAGE)
             if not data:
-                self._give_up()
+                self.give_up()
                 return
             said = json.loads(data)
             if "status" in said:
@@ -102,31 +105,35 @@ class ForkServer:
                 self._pids.append(said["pid"])
 
     def status(self, pid: int) -> int | None:
-        """How a node has ended, as far as that was told: negative = by that signal."""
+        """The exit status of a node, negative if a signal ended it; None if the server has not reported its end."""
         self.receive()
         return self._statuses.get(pid)
 
     def stop(self) -> None:
-        """Let it end; the nodes go on. Idempotent."""
-        self._give_up()
+        """End the server. The nodes go on. Idempotent."""
+        self.give_up()
         if self._process is not None:
             with contextlib.suppress(subprocess.TimeoutExpired):
                 self._process.wait(1.0)
 
-    def _give_up(self) -> None:
+    def give_up(self) -> None:
+        """Ask it for nothing more. Idempotent."""
         if self._channel is not None:
             self._channel.close()
             self._channel = None
             if self._process is not None:
-                # A frozen one would never see that its channel is closed.
+                # A frozen server would not notice that its channel is closed.
                 self._process.kill()
 
 
 @contextlib.contextmanager
 def fork_server(*, wanted: bool = True) -> Iterator[ForkServer]:
-    """A fork server, stopped at the end; where it is not wanted, one that is not started, and never answers."""
+    """A fork server, stopped at the end; where it is not wanted, one that is not started, and never answers.
+
+    There is one on Linux alone: on macOS a process that has loaded the system's libraries cannot fork safely.
+    """
     server = ForkServer()
-    if wanted:
+    if wanted and sys.platform == "linux":
         server.start()
     try:
         yield server
@@ -135,38 +142,44 @@ def fork_server(*, wanted: bool = True) -> Iterator[ForkServer]:
 
 
 class Forked:
-    """A node that the fork server has become; it is used like a `subprocess.Popen`."""
+    """A node that the fork server has forked. It is used like a `subprocess.Popen`."""
 
     def __init__(self, server: ForkServer, pid: int, leash: int) -> None:
         self.pid = pid
         self.stdin = os.fdopen(leash, "wb")
         self._server = server
         self._status: int | None = None
+        self._gone_since = 0.0
         self._handle = -1
-        # The handle tells this process from a later one of the same number; it is gone where the node has ended.
+        # The handle tells this process from a later one with the same number. If the node has ended, there is none.
         with contextlib.suppress(OSError):
             self._handle = os.pidfd_open(pid)
 
     def poll(self) -> int | None:
-        """Its exit status; None while it runs."""
+        """The exit status of the node; None while it runs."""
         if self._status is None:
             self._status = self._server.status(self.pid)
-        if self._status is None and not self._server.alive and self._gone(0.0):
-            self._status = UNKNOWN
+        if self._status is None and self._gone(0.0):
+            now = time.monotonic()
+            self._gone_since = self._gone_since or now
+            if not self._server.alive or now - self._gone_since > REAPED:
+                # The server is frozen, or has lost it.
+                self._server.give_up()
+                self._status = UNKNOWN
         return self._status
 
     def send_signal(self, number: int) -> None:
-        """Send a signal, if it still runs."""
+        """Send the node a signal, if it still runs."""
         if self._handle >= 0 and self.poll() is None:
             with contextlib.suppress(ProcessLookupError):
                 signal.pidfd_send_signal(self._handle, number)
 
     def kill(self) -> None:
-        """End it at once."""
+        """End the node at once."""
         self.send_signal(signal.SIGKILL)
 
     def wait(self, timeout: float | None = None) -> int:
-        """Wait for its end.
+        """Wait for the end of the node, and return its exit status.
 
         Raises:
             subprocess.TimeoutExpired: it has not ended within `timeout` s.
@@ -176,29 +189,30 @@ class Forked:
             left = deadline - time.monotonic()
             if left <= 0:
                 raise subprocess.TimeoutExpired(f"process {self.pid}", timeout or 0.0)
-            self._gone(min(left, 0.05))
+            if self._gone(min(left, 0.05)):
+                time.sleep(0.01)
         return self._status or 0
 
     def _gone(self, patience: float) -> bool:
-        """Whether it has ended, waiting for so many seconds."""
+        """Whether the node has ended; waits at most `patience` seconds for it."""
         if self._handle < 0:
             return True
         return bool(select.select([self._handle], [], [], patience)[0])
 
 
 def _serve(channel: socket.socket) -> None:
-    """Fork at each request until the launcher is gone."""
+    """Fork at each request until the launcher closes the channel."""
     reader, writer = os.pipe()
     os.set_blocking(writer, False)
     signal.signal(signal.SIGCHLD, lambda _number, _frame: None)
     signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     while True:
-        ready = select.select([channel, reader], [], [])[0]
+        ready = select.select([channel.fileno(), reader], [], [])[0]
         if reader in ready:
             os.read(reader, 4096)
             _reap(channel)
-        if channel in ready:
+        if channel.fileno() in ready:
             data, descriptors, _, _ = socket.recv_fds(channel, _MESSAGE, 2)
             if not data:
                 return
@@ -228,7 +242,7 @@ def _reap(channel: socket.socket) -> None:
 
 
 def _become(arguments: list[str], leash: int, log: int) -> None:
-    """Be the node, and never return."""
+    """Run as the node in the forked process, and never return."""
     status = 1
     try:
         os.setsid()
@@ -256,13 +270,10 @@ def _become(arguments: list[str], leash: int, log: int) -> None:
 
 
 def _preload() -> None:
-    """Import what nodes need, but nothing that starts threads, such as numpy, and nothing that only one of them needs."""
-    import zenoh.ext  # noqa: F401, PLC0415
-
-    import vrg.agents.player  # noqa: F401, PLC0415
+    """Import what most nodes need, but nothing that starts threads, such as numpy."""
+    import vrg.agents.player  # noqa: PLC0415
+    import vrg.bus.session  # noqa: PLC0415
     import vrg.hal.sim.driver  # noqa: F401, PLC0415
-    import vrg.launch.nodes  # noqa: F401, PLC0415
-    import vrg.recording  # noqa: F401, PLC0415
 
     # What was loaded is never collected, and so stays in pages that all nodes share.
     gc.collect()

@@ -21,6 +21,8 @@ BUSY_PATIENCE = 60.0
 """s of processor time that a process may use before it is ready: an endless loop uses up any."""
 _WORKS = 0.01
 """s of processor time; using less between two looks counts as doing nothing."""
+_STALL = 2.0
+"""s of real time; a longer pause between two looks counts for no more than this."""
 RESTART_LIMIT = 5
 RESTART_WINDOW = 60.0
 """More deaths than RESTART_LIMIT in this many seconds of real time, and the match is given up."""
@@ -78,7 +80,8 @@ class ManagedProcess:
         self.log = log
         self.deaths: deque[float] = deque()
         self.ready = False
-        self._worked_at = 0.0
+        self._looked = 0.0
+        self._idle = 0.0
         self._worked = 0.0
         self._log_begins = 0
         self._process: subprocess.Popen[bytes] | Forked | None = None
@@ -109,7 +112,7 @@ class ManagedProcess:
             LaunchError: it cannot be started.
         """
         self.ready = False
-        self._worked_at, self._worked = time.monotonic(), 0.0
+        self._looked, self._idle, self._worked = time.monotonic(), 0.0, 0.0
         try:
             with self.log.open("ab") as log:
                 self._log_begins = log.tell()
@@ -137,11 +140,14 @@ class ManagedProcess:
         except psutil.Error:
             return None
         used = times.user + times.system
+        # Where the whole machine has stalled, this process was not idle for longer than the others.
+        self._idle += min(now - self._looked, _STALL)
+        self._looked = now
         if used - self._worked > _WORKS:
-            self._worked_at, self._worked = now, used
+            self._idle, self._worked = 0.0, used
         if used > BUSY_PATIENCE:
             return f"has used {used:.0f} s of processor time and is not ready"
-        if now - self._worked_at > IDLE_PATIENCE:
+        if self._idle > IDLE_PATIENCE:
             return f"is not ready and has done nothing for {IDLE_PATIENCE:g} s"
         return None
 

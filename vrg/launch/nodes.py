@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 def world_node(setup: MatchSetup) -> "WorldNode":
     """The world of a match."""
-    from vrg.hal.sim.node import WorldNode  # noqa: PLC0415
+    from vrg.hal.sim.node import WorldNode
 
     return WorldNode(setup.world, Mailbox(), setup.keys)
 
@@ -35,15 +35,15 @@ def open_journal(setup: MatchSetup, folder: RunFolder) -> "Journal":
     Raises:
         JournalError: see `Journal`.
     """
-    from vrg.coordinator.journal import Header, Journal  # noqa: PLC0415
+    from vrg.coordinator.journal import Header, Journal
 
     return Journal(folder.journal, Header(match=setup.name, game=setup.game, seed=setup.seed))
 
 
 def coordinator_node(setup: MatchSetup, journal: "Journal") -> "Coordinator":
     """The referee of a match."""
-    from vrg.config.rules import rulebook_of  # noqa: PLC0415
-    from vrg.coordinator.coordinator import Coordinator  # noqa: PLC0415
+    from vrg.config.rules import rulebook_of
+    from vrg.coordinator.coordinator import Coordinator
 
     return Coordinator(Mailbox(), setup.keys, rulebook_of(setup), journal, seed=setup.seed)
 
@@ -54,10 +54,10 @@ def strategy_of(setup: MatchSetup, name: str) -> "Strategy":
     Raises:
         ConfigError: it cannot be imported or made, or is no Strategy.
     """
-    from vrg.agents.importing import import_object  # noqa: PLC0415
-    from vrg.agents.strategy import Strategy  # noqa: PLC0415
-    from vrg.games import STRATEGIES  # noqa: PLC0415
-    from vrg.hal.models import robot_model  # noqa: PLC0415
+    from vrg.agents.importing import import_object
+    from vrg.agents.strategy import Strategy
+    from vrg.games import STRATEGIES
+    from vrg.hal.models import robot_model
 
     player = setup.player(name)
     target = player.strategy
@@ -76,11 +76,11 @@ def player_node(setup: MatchSetup, name: str) -> "Player":
     Raises:
         ConfigError: no such player, or its strategy or its robot cannot be made.
     """
-    from vrg.agents.player import Player  # noqa: PLC0415
-    from vrg.bus.radio import Radio  # noqa: PLC0415
-    from vrg.hal.backends import MatchContext, open_driver  # noqa: PLC0415
-    from vrg.hal.device import Device  # noqa: PLC0415
-    from vrg.hal.models import robot_model  # noqa: PLC0415
+    from vrg.agents.player import Player
+    from vrg.bus.radio import Radio
+    from vrg.hal.backends import MatchContext, open_driver
+    from vrg.hal.device import Device
+    from vrg.hal.models import robot_model
 
     player = setup.player(name)
     mailbox, keys = Mailbox(), setup.keys
@@ -101,8 +101,8 @@ def player_node(setup: MatchSetup, name: str) -> "Player":
 
 def recorder_node(setup: MatchSetup, folder: RunFolder) -> "Recorder":
     """What records a match for Foxglove."""
-    from vrg.hal.models import robot_model  # noqa: PLC0415
-    from vrg.recording.recorder import Recorder  # noqa: PLC0415
+    from vrg.hal.models import robot_model
+    from vrg.recording.recorder import Recorder
 
     models = {player.name: robot_model(player.model) for player in setup.players}
     return Recorder("recorder", Mailbox(), setup.keys, folder.recording, models=models)
@@ -114,9 +114,9 @@ def spectator_node(setup: MatchSetup, name: str, pictures: Path) -> "Spectator":
     Args:
         pictures: folder for the pictures that its user takes.
     """
-    from vrg.hal.models import robot_model  # noqa: PLC0415
-    from vrg.hal.sim.map import load_map  # noqa: PLC0415
-    from vrg.ui.spectator import Spectator  # noqa: PLC0415
+    from vrg.hal.models import robot_model
+    from vrg.hal.sim.map import load_map
+    from vrg.ui.spectator import Spectator
 
     map_ = load_map(setup.map)
     return Spectator(

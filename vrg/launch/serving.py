@@ -60,7 +60,7 @@ def serve(
             _report(folder, "world", statistics)
             return stop
         node: Node
-        finished: Callable[[], bool] = lambda: False  # noqa: E731
+        finished = _never
         idle = None
         if kind == "coordinator":
             journal = stack.enter_context(nodes.open_journal(setup, folder))
@@ -77,6 +77,10 @@ def serve(
         statistics = run_node(node, session, setup.keys, stop, finished=finished, idle=idle)
         _report(folder if run is not None or kind == "coordinator" else None, node.name, statistics)
         return stop
+
+
+def _never() -> bool:
+    return False
 
 
 def serve_router(endpoint: str, *, leash: bool = False) -> Stop:

@@ -18,7 +18,7 @@ STEP = 0.15
 
 
 class RuleBookContract:
-    """Subclasses provide the fixture `book`, a fresh rule book, and `ready`, a field on which its first round begins."""
+    """Subclasses provide two fixtures: `book`, a fresh rule book; `ready`, a field on which its first round begins."""
 
     def test_it_has_what_everybody_is_shown(self, book: RuleBook[Any]) -> None:
         assert book.name
@@ -58,7 +58,7 @@ class RuleBookContract:
 
     def test_no_players_place_in_the_list_decides(self, book: RuleBook[Any], ready: Field) -> None:
         now = _wandered(ready, random.Random(SEED))
-        turned = Field(dict(reversed(now.poses.items())), now.moving, now.physical)
+        turned = Field(dict(reversed(list(now.poses.items()))), now.moving, now.physical)
         forward = book.judge(book.initial(), ready, now, 0.1)
         backward = book.judge(book.initial(), ready, turned, 0.1)
         assert forward.state == backward.state

@@ -1,6 +1,6 @@
-"""Every message that travels on the bus: one frozen struct each. What sensors say is in vrg.hal.sensors.
+"""Every message that travels on the bus, one frozen struct each. The messages of sensors are in vrg.hal.sensors.
 
-Numbers are bounded, so NaN and infinity never pass. A field that is not known is None, never 0.0.
+Numbers are bounded, so NaN and infinity never pass. A value that is not known is None, never 0.0.
 The version of a message is raised whenever a field changes.
 """
 

@@ -1,19 +1,23 @@
-"""What all messages have in common."""
+"""The base classes of all messages, and the bounds of texts in them."""
 
 from typing import Annotated, ClassVar
 
 from msgspec import Meta, Struct
 
 TEXT_LENGTH = 2000
-"""Characters of the longest text in a message."""
+"""The length of the longest text in a message, in characters."""
 Text = Annotated[str, Meta(max_length=TEXT_LENGTH)]
 REASON_LENGTH = 300
 Reason = Annotated[str, Meta(max_length=REASON_LENGTH)]
-"""What a person types to explain a decision."""
+"""The text that a person types to explain a decision."""
 
 
 class Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What every message has in common."""
+    """The base class of all messages.
+
+    Attributes:
+        version: the version of the message's fields, which travels with it.
+    """
 
     version: ClassVar[int] = 1
 
@@ -29,5 +33,5 @@ class SensorMessage(Message, frozen=True, kw_only=True):
 
 
 def shortened(text: str, length: int = TEXT_LENGTH) -> str:
-    """The text, or as much of its beginning as a field of `length` characters holds, with an ellipsis."""
+    """Return the text, cut and ended by an ellipsis if it is longer than `length` characters."""
     return text if len(text) <= length else text[: length - 1] + "…"

@@ -1,4 +1,4 @@
-"""What the referee and the officials say."""
+"""The messages of the referee and of the officials."""
 
 import enum
 from typing import Annotated
@@ -24,12 +24,12 @@ class PlayerStatus(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
     """A player as the referee sees it.
 
     Args:
-        role: the game's word, such as `shark`.
-        state: the game's word, such as `active` or `inactive`.
-        may_move: its robot may be driven now.
-        radius: of the circle around its body, m.
-        pose: None where the world has not reported it, or where the game does not publish it.
-        mark: where it is asked to line up, None = nowhere.
+        role: its role in the game's own word, such as `shark`.
+        state: its state in the game's own word, such as `active` or `inactive`.
+        may_move: True if its robot may be driven now.
+        radius: the radius of the circle around its body, m.
+        pose: its pose; None where the world has not reported it, or where the game does not publish it.
+        mark: the pose at which it is asked to line up; None if it is not asked to.
     """
 
     name: Name
@@ -47,7 +47,9 @@ class Zone(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
     Args:
         name: the word that is written on it.
-        kind: `field`, `safe`, `start` or a word of the game's own: how it is drawn, and how a player finds it.
+        kind: `field`, `safe`, `start` or a word of the game's own. It decides how the zone is drawn, and players find
+            the zone by it.
+        region: where it is.
     """
 
     name: Name
@@ -59,13 +61,14 @@ class RefereeState(Message, frozen=True, kw_only=True):
     """The whole state of a match that everybody may know.
 
     Args:
-        halted: why the clock is stopped, in words; None while it is not.
-        way_out: how the halt is left, in words; None while there is none.
-        waiting: what keeps the stage from going on.
-        clock: s of play in this round. total: s of play in the match.
-        round, rounds: of the match, from 1; for Sharks and Minnows, passes.
-        score: by team.
-        winner: once the game is over; `draw` is one.
+        halted: why play is halted, in words; None while it is not.
+        way_out: how play can go on again, in words; None while it is not halted.
+        waiting: the reasons why the stage does not go on.
+        clock: the time of play in this round, s. total: the time of play in the match, s.
+        round: the number of this round, from 1. rounds: how many there are. In Sharks and Minnows a round is a pass.
+        score: the points of each team.
+        winner: the winning team when the game is over; `draw` is possible.
+        estop: True while the emergency stop is engaged.
     """
 
     version = 2
@@ -91,15 +94,15 @@ class RefereeState(Message, frozen=True, kw_only=True):
 
 
 class Call(Message, frozen=True, kw_only=True):
-    """A referee's call.
+    """A call that the referee announces.
 
     Args:
-        number: counts from 1 in a match, also across restarts of the coordinator.
+        number: counts the calls of a match from 1, also across restarts of the coordinator.
         rule: the rule's short name, such as `tag` or `out_of_bounds`.
         text: the call in words.
-        players: whom it concerns. poses: theirs at that instant, in the same order.
-        clock: s of play in the round.
-        answers: id of the official's decision that this call answers.
+        players: the players that it concerns. poses: their poses at that instant, in the same order.
+        clock: the time of play in the round, s.
+        answers: the id of the official's decision that this call answers; None if it answers none.
     """
 
     number: Count
@@ -128,10 +131,11 @@ class Official(Message, frozen=True, kw_only=True):
     """An official's decision.
 
     Args:
-        by: who decides, for the log. reason: in words, for the log.
-        subject: the team (set-score) or the player (set-role, set-state, place; recover, where None is everybody).
-        value: the new score, role or state; for place `x y heading` in m and degrees, None for the player's mark.
-        id: of this decision, so that its sender knows the answer.
+        by: who decides, for the journal. reason: why, in words, for the journal.
+        subject: the team (set-score) or the player (set-role, set-state, place, recover). For recover, None means all.
+        value: the new score, role or state. For place it is `x y heading` in m and degrees; None means the player's
+            mark.
+        id: the id of this decision, by which its sender finds the answer.
     """
 
     version = 2
@@ -145,7 +149,12 @@ class Official(Message, frozen=True, kw_only=True):
 
 
 class Estop(Message, frozen=True, kw_only=True):
-    """The emergency stop: engaged latches in every receiver until an explicit release."""
+    """An order that engages or releases the emergency stop. It stays latched in every receiver until a release.
+
+    Args:
+        engaged: True engages the stop, False releases it.
+        by: who orders it. reason: why, in words.
+    """
 
     engaged: bool
     by: Name

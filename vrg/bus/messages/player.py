@@ -1,4 +1,4 @@
-"""What players say, and what is said to them by hand."""
+"""The messages of players, and the commands of a human who drives a player's robot."""
 
 from typing import Annotated
 
@@ -8,19 +8,19 @@ from vrg.bus.messages.base import Message, Text
 from vrg.types import Count, Signed
 
 SAY_LIMIT = 1024
-"""bytes of MessagePack that a player may say to its team at one tick."""
+"""The number of bytes of MessagePack that a player may say to its team at one tick."""
 
 
 class Report(Message, frozen=True, kw_only=True):
-    """What a player says of itself.
+    """The report of a player about itself.
 
     Args:
-        mode: the automaton's mode and submode, such as `Minnow/Cross`.
-        armed: its robot's motors accept commands.
-        manual: a human holds the lease.
-        fault: what keeps it from playing, in words.
-        latched: its robot has latched a fault that only an official's `recover` clears.
-        estop: its robot has latched the emergency stop.
+        mode: what its strategy does, such as the automaton's mode and submode, `Minnows/Cross`.
+        armed: True if its robot's motors accept commands.
+        manual: True while a human holds the lease.
+        fault: what keeps it from playing, in words; None if nothing does.
+        latched: True if its robot has latched a fault that only an official's `recover` clears.
+        estop: True if its device has latched the emergency stop.
     """
 
     version = 3
@@ -34,12 +34,12 @@ class Report(Message, frozen=True, kw_only=True):
 
 
 class Manual(Message, frozen=True, kw_only=True):
-    """A human's drive command, as fractions of what the robot can do; nobody is told its top speed.
+    """A human's drive command, as fractions of what the robot can do, because its top speed is not published.
 
     Args:
-        forward: -1 full back to 1 full ahead.
-        turn: -1 full right to 1 full left.
-        lease: s of match time for which it holds; at most 1. 0 gives the player back to itself.
+        forward: from -1 (full speed back) to 1 (full speed ahead).
+        turn: from -1 (fast to the right) to 1 (fast to the left).
+        lease: the match time for which the command holds, s, 0 to 1. 0 gives the robot back to its strategy.
     """
 
     forward: Signed
@@ -51,17 +51,17 @@ class Say(Message, frozen=True, kw_only=True):
     """What a player says to its team.
 
     Args:
-        words: MessagePack of whatever the player's strategy has said.
+        words: the MessagePack of what the player's strategy has said.
     """
 
     words: Annotated[bytes, Meta(max_length=SAY_LIMIT)]
 
 
 class Pulse(Message, frozen=True, kw_only=True):
-    """A node's own sign of life: its thread of work goes on, which a liveliness token does not tell.
+    """A node's own sign of life. It shows that the node's thread still works, which a liveliness token does not.
 
     Args:
-        ticks: done so far. missed: due but never done.
+        ticks: the number of ticks done so far. missed: the number of ticks that were due but never done.
     """
 
     ticks: Count

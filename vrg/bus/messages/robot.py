@@ -1,4 +1,4 @@
-"""What is said to a robot, and what a robot says of itself besides its sensors' readings."""
+"""The messages to a robot, and those about a robot besides its sensors' readings."""
 
 from typing import Annotated
 
@@ -9,7 +9,12 @@ from vrg.types import AngularSpeed, Name, Pose, Speed, Twist
 
 
 class Drive(Message, frozen=True, kw_only=True):
-    """The motion that a virtual robot is to make until the next command. Not armed means that its motors are off."""
+    """The motion of a virtual robot until the next command.
+
+    Args:
+        twist: the motion.
+        armed: False means that its motors must be off.
+    """
 
     version = 2
 
@@ -18,12 +23,12 @@ class Drive(Message, frozen=True, kw_only=True):
 
 
 class RobotState(Message, frozen=True, kw_only=True):
-    """How a virtual robot is.
+    """The state of a virtual robot.
 
     Args:
-        armed: its motors accept commands.
-        estop: the emergency stop is latched.
-        fault: what is wrong, in words.
+        armed: True if its motors accept commands.
+        estop: True if the emergency stop is latched in the world.
+        fault: what is wrong, in words; None if nothing is.
     """
 
     version = 2
@@ -37,6 +42,7 @@ class MeasuredPose(Message, frozen=True, kw_only=True):
     """Where a physical robot was measured to be, by its own odometry or by a motion-capture system.
 
     Args:
+        pose: in the map's frame.
         v, w: body velocity at that instant, m/s and rad/s.
     """
 
@@ -46,13 +52,17 @@ class MeasuredPose(Message, frozen=True, kw_only=True):
 
 
 class SpeedLimit(Message, frozen=True, kw_only=True):
-    """The top forward speed that the referee allows a robot in this match, m/s."""
+    """The top speed that the referee allows a robot in this match.
+
+    Args:
+        v_max: the top forward speed, m/s.
+    """
 
     v_max: Annotated[float, Meta(gt=0.0, le=100.0)]
 
 
 class Recover(Message, frozen=True, kw_only=True):
-    """Clear the fault that the robot has latched, if it has one.
+    """A request to a robot to clear the fault that it has latched, if it has one.
 
     Args:
         by: the official who asks for it.
@@ -62,9 +72,10 @@ class Recover(Message, frozen=True, kw_only=True):
 
 
 class Placed(Message, frozen=True, kw_only=True):
-    """A person has put the robot at a pose: one that counts its own way goes on counting from there.
+    """The pose where a person has put a physical robot. A robot that locates itself by odometry goes on from there.
 
     Args:
+        pose: in the map's frame.
         by: the official who says so.
     """
 

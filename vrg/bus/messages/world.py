@@ -1,23 +1,23 @@
-"""What the world says and what it can be asked for."""
+"""The messages of the world, and the requests to it."""
 
 import enum
 from typing import Annotated
 
-from msgspec import Meta, Struct
+from msgspec import Meta, Struct, field
 
 from vrg.bus.messages.base import Message
 from vrg.types import AngularSpeed, Count, Name, Pose, Seconds, Speed
 
 
 class Clock(Message, frozen=True, kw_only=True):
-    """Match time.
+    """The match time, published at each tick of the world.
 
     Args:
-        time: s since the world began.
-        tick: number of world ticks since then.
-        epoch: rises by one each time the world restarts from a snapshot, when time may step back a little.
-        rate: match seconds per real second that the world aims for; 0 = as fast as it can.
-        estop: the world's own latch of the emergency stop.
+        time: the time since the world began, s.
+        tick: the number of world ticks since then.
+        epoch: rises by one each time the world restarts from a snapshot; time may then step back a little.
+        rate: the match seconds per real second that the world aims for; 0 means as fast as possible.
+        estop: True if the world has latched the emergency stop.
     """
 
     time: Seconds
@@ -32,8 +32,8 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True):
 
     Args:
         v, w: speed along its own x axis, m/s, and yaw rate, rad/s.
-        physical: it is a physical robot, which the world shows where it was measured.
-        age: s of match time since it was measured; 0 for a virtual body.
+        physical: True for a physical robot, which the world shows where it was measured.
+        age: the match time since it was measured, s; 0 for a virtual body.
     """
 
     name: Name
@@ -45,7 +45,7 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Poses(Message, frozen=True, kw_only=True):
-    """Every body at one instant."""
+    """The poses and velocities of all bodies at one instant."""
 
     version = 2
 
@@ -53,7 +53,7 @@ class Poses(Message, frozen=True, kw_only=True):
 
 
 class RequestKind(enum.StrEnum):
-    """What the world can be asked for."""
+    """The kinds of requests to the world."""
 
     SPAWN = "spawn"
     REMOVE = "remove"
@@ -62,15 +62,16 @@ class RequestKind(enum.StrEnum):
 
 
 class WorldRequest(Message, frozen=True, kw_only=True):
-    """A change to the world.
+    """A request to change the world.
 
     Args:
-        kind: spawn a robot of `model` at `pose`; remove it; reset it to its start pose (all of them without a
-            name); place robots at `places`, all of them or none.
+        kind: SPAWN adds a robot of `model` at `pose`. REMOVE removes it. RESET puts it at its start pose, or all
+            virtual robots if `robot` is None. PLACE puts robots at `places`, either all of them or none.
+        robot: the robot's name, for the first three kinds.
     """
 
     kind: RequestKind
     robot: Name | None = None
     model: Name | None = None
     pose: Pose | None = None
-    places: dict[Name, Pose] = {}
+    places: dict[Name, Pose] = field(default_factory=dict)

@@ -1,11 +1,11 @@
-"""Sharks and Minnows (thesis 4.3): what the game is. Its rules and its player are imported by those who need them."""
+"""The description of Sharks and Minnows (thesis 4.3). Only processes that need the rules or the player import them."""
 
 from vrg.colours import SKY_BLUE, VERMILLION
 from vrg.games.game import Game, Marker, Moment, Role
 
 SHARK, MINNOW = "shark", "minnow"
 SHARKS, MINNOWS = "sharks", "minnows"
-"""The teams; a player belongs to the team of its first role for the whole match."""
+"""The names of the teams. A player belongs to the team of its first role for the whole match."""
 ACTIVE, INACTIVE = "active", "inactive"
 
 GAME = Game(

@@ -1,4 +1,4 @@
-"""Where players line up at one end of a field."""
+"""The marks where players line up at one end of a field."""
 
 import math
 from collections.abc import Mapping
@@ -9,14 +9,15 @@ from vrg.types import Pose
 
 
 def line_up(players: Mapping[str, Pose], zone: Rectangle, field: Rectangle, spacing: float) -> dict[str, Pose]:
-    """Marks in a row across an end zone, facing the middle of the field.
+    """Return marks in a row across an end zone, facing the middle of the field.
 
-    Players keep their order across the field, so that their ways do not cross. Where the row is too short for all of
-    them it is doubled.
+    Players keep their order across the field, so that their ways do not cross. If one row is too short for all of them,
+    they stand in several rows.
 
     Args:
-        players: pose of each now.
-        spacing: m; marks are at least 1.5 times this apart along a row.
+        players: the present pose of each player.
+        zone: the end zone. field: the whole field.
+        spacing: the largest extent of a body, m. One row is used only if its marks are more than 1.5 times this apart.
     """
     along_y = zone.x_max - zone.x_min >= field.x_max - field.x_min
     low, high = (zone.x_min, zone.x_max) if along_y else (zone.y_min, zone.y_max)

@@ -1,4 +1,4 @@
-"""A player of Sharks and Minnows (thesis 4.3.3, Figures 4.12 and 4.13)."""
+"""The strategy of a player of Sharks and Minnows (thesis 4.3.3, Figures 4.12 and 4.13)."""
 
 import math
 from collections.abc import Sequence
@@ -18,25 +18,25 @@ from vrg.regions import Rectangle
 from vrg.types import STILL, Pose, Twist, Vector
 
 OFFSET = 0.25
-"""m from the body's centre to the point that feedback linearisation steers."""
+"""The distance in m from the body's centre to the point that feedback linearisation steers."""
 BORDER = 0.7
-"""m that a body's centre keeps from the border: what it takes to stop, and a little."""
+"""The distance in m that a body's centre keeps from the border: a little more than it needs to stop."""
 EVADE_DISTANCE, CALM_DISTANCE = 2.0, 2.3
-"""m between centres at which a minnow begins and ends to evade one shark."""
+"""The distances between centres in m at which a minnow begins and ends to evade one shark."""
 HOME_DEPTH = 0.6
-"""m that a minnow drives into the end zone before it stops, to leave room behind it."""
+"""The distance in m that a minnow drives into the end zone before it stops, to leave room behind it."""
 HORIZON = 2.5
-"""s ahead that bodies in the way are avoided."""
+"""The time in s ahead for which bodies in the way are avoided."""
 GAP = 0.15
-"""m to keep between the circles around two bodies."""
+"""The distance in m to keep between the circles around two bodies."""
 LOYALTY = 0.8
-"""A shark changes its target only for one that it catches in less than this part of the time."""
+"""A shark changes its target only if it meets the new one in less than this fraction of the old one's time."""
 MARK_REACH = 0.2
-"""m from its mark at which a player stops; the referee holds it there before."""
+"""The distance in m from its mark at which a player stops; the referee holds it already at a longer one."""
 
 
 class SharksAndMinnowsPlayer(Strategy):
-    """Minnow, shark or inactive, as the referee says."""
+    """Plays as a minnow or a shark, or stands still if inactive, as the referee's state says."""
 
     def __init__(self, name: str, robot: RobotModel) -> None:
         super().__init__(name, robot)
@@ -46,22 +46,22 @@ class SharksAndMinnowsPlayer(Strategy):
 
     @property
     def mode(self) -> str:
-        """Such as `Minnows/Cross`."""
+        """The mode and submode of the automaton, such as `Minnows/Cross`."""
         return self._automaton.where
 
     def act(self, view: View) -> Twist:
-        """One step of the automaton."""
+        """Return the twist of one step of the automaton."""
         if view.speed is not None:
             self._top_speed.update(view.time, view.speed)
         twist = self._automaton.step(view)
         if self._automaton.mode != _mode_of(view):
-            # An official has overruled a call: no event of the game leads there.
+            # An official has overruled a call, and no event of the game leads to the new mode.
             self._automaton.restart()
             twist = self._automaton.step(view)
         return twist
 
     def agent(self) -> Agent[View, Twist]:
-        """The automaton of Figure 4.12; its submodes are this player's own."""
+        """The automaton of Figure 4.12. Its submodes are the control laws below."""
         begin = Transition[View]("LineUp", "Play", "RoundStart", lambda v: v.me.mark is None)
         minnows = Mode(
             "Minnows",
@@ -138,7 +138,7 @@ class SharksAndMinnowsPlayer(Strategy):
         return self._steer(view, scaled(away, self.robot.v_max), ignore=shark.name)
 
     def _safe(self, view: View) -> Twist:
-        """Deep enough to leave room for those who come after."""
+        """Drive so deep into the end zone that there is room for those who come after."""
         safe = view.zone("safe")
         if safe is None or safe.shrunk(HOME_DEPTH).contains(*view.position):
             return STILL
@@ -147,7 +147,7 @@ class SharksAndMinnowsPlayer(Strategy):
         return self._steer(view, scaled(way, self.robot.v_max))
 
     def _intercept(self, view: View) -> Twist:
-        """Straight to where the minnow that can be met first will be."""
+        """Drive straight to where the minnow that can be met first will be."""
         speed = self._top_speed.value
         meetings: dict[str, tuple[float, Vector]] = {}
         for minnow in _prey(view):
@@ -155,7 +155,7 @@ class SharksAndMinnowsPlayer(Strategy):
             velocity = view.velocities.get(minnow.name, (0.0, 0.0))
             met = intercept(view.position, speed, _place(minnow), velocity, reach=reach)
             if met is None:
-                # Nobody can be met who runs away faster; the nearest of them is still worth the chase.
+                # A minnow that drives away faster cannot be met. If there are only such ones, the nearest is chased.
                 meetings[minnow.name] = (1e3 + math.dist(view.position, _place(minnow)), _place(minnow))
             else:
                 meetings[minnow.name] = (met.time, met.point)
@@ -173,14 +173,14 @@ class SharksAndMinnowsPlayer(Strategy):
         return self._steer(view, scaled(way, self._approach_speed(view, prey)), ignore=self._target)
 
     def _approach_speed(self, view: View, prey: PlayerStatus) -> float:
-        """Full speed, but near its prey no more than lets a shark stop short of it, should the prey stop now."""
+        """Full speed, but near its prey only so fast that the shark can still stop if the prey stops now (m/s)."""
         between = math.dist(view.position, _place(prey)) - view.me.radius - prey.radius
         braking = math.sqrt(2 * self.robot.a_max * max(0.0, between))
         follow = math.hypot(*view.velocities.get(prey.name, (0.0, 0.0)))
         return min(self.robot.v_max, max(braking, follow))
 
     def _steer(self, view: View, wanted: Vector, *, ignore: str = "", horizon: float = HORIZON) -> Twist:
-        """The wanted velocity, around bodies and inside the field, as a twist."""
+        """The twist for a wanted velocity, which leads around bodies and stays inside the field."""
         field = view.zone("field")
         bounds = field.shrunk(BORDER) if field else Rectangle(-1e5, -1e5, 1e5, 1e5)
         u = steer(view.position, wanted, _bodies(view, ignore), bounds, horizon)
@@ -217,7 +217,7 @@ def _nearest_shark(view: View) -> tuple[PlayerStatus | None, float]:
 
 
 def _prey(view: View) -> list[PlayerStatus]:
-    """Active minnows outside the end zone."""
+    """The active minnows outside the end zone."""
     safe = view.zone("safe")
     return [p for p in view.others() if _is_active(p, MINNOW) and (safe is None or not safe.contains(*_place(p)))]
 

@@ -1,6 +1,6 @@
 """The rules of Sharks and Minnows (thesis 4.3, Algorithm 4.2).
 
-Minnows cross a rectangle from one end to the other; sharks tag them. A tagged minnow, and anyone out of bounds,
+Minnows cross a rectangle from one end to the other, and sharks tag them. A tagged minnow, and any player out of bounds,
 stands still until the pass is over and is a shark in the next.
 """
 
@@ -22,14 +22,19 @@ from vrg.geometry import circumradius, interpolate
 from vrg.types import Pose
 
 MARK_REACH = 0.4
-"""m from its mark within which a player is lined up."""
+"""The distance in m from its mark within which a player is lined up."""
 
 
 class SharksAndMinnows:
-    """The rule book.
+    """The rule book of Sharks and Minnows.
+
+    Args:
+        settings: the [rules] table of the match file.
+        contestants: the players.
 
     Raises:
-        ConfigError: fewer than one pass, or a player that starts at the wrong place; every reason at once.
+        ConfigError: the players make less than one pass, there is no shark, or a player starts at the wrong place. The
+            error lists all reasons.
     """
 
     name = GAME.name
@@ -58,7 +63,7 @@ class SharksAndMinnows:
         self.lineup_limit = settings.lineup_limit
 
     def _check_start(self, c: Contestant) -> str | None:
-        """Why a player cannot start where it does, or None."""
+        """The reason why a player cannot start where it does, or None."""
         if not self.settings.field.contains(c.start.x, c.start.y):
             return f"{c.name} starts at ({c.start.x:g}, {c.start.y:g}), out of bounds"
         end = self.settings.first_goal if c.role == SHARK else opposite(self.settings.first_goal)
@@ -71,7 +76,7 @@ class SharksAndMinnows:
         )
 
     def initial(self) -> State:
-        """Everybody active in the role and at the place of the match file."""
+        """The state in which every player is active, with the role and the place that the match file says."""
         return State(
             roles={c.name: c.role for c in self.contestants.values()},
             states=dict.fromkeys(self.contestants, ACTIVE),
@@ -81,7 +86,7 @@ class SharksAndMinnows:
         )
 
     def obstacles_to_start(self, state: State, now: Field) -> dict[str, str]:
-        """Everybody stands at its mark."""
+        """The reasons why a player does not yet stand still on its mark, by player."""
         reasons = {}
         for name, mark in state.marks.items():
             pose = now.poses.get(name)
@@ -96,7 +101,7 @@ class SharksAndMinnows:
         return reasons
 
     def judge(self, state: State, before: Field, now: Field, clock: float) -> Verdict[State]:
-        """Tags and borders over the whole way between two instants, then the end of the pass."""
+        """Judge tags and exits over the whole way between two instants, then the time limit and the end of the pass."""
         calls: list[Call] = []
         out = self._exits(state, before, now)
         for name in sorted(state.active(MINNOW)):
@@ -122,7 +127,7 @@ class SharksAndMinnows:
         return self._end_of_pass(state, now, calls)
 
     def _exits(self, state: State, before: Field, now: Field) -> dict[str, float]:
-        """When each active player left the field: fraction of the way between the two instants."""
+        """When each active player left the field, as a fraction of the way between the two instants."""
         exits = {}
         for name, status in state.states.items():
             if status != ACTIVE or name not in now.poses:
@@ -134,7 +139,7 @@ class SharksAndMinnows:
         return exits
 
     def _first_tag(self, state: State, minnow: str, before: Field, now: Field, out: dict[str, float]) -> Call | None:
-        """The first tag of a minnow, by whichever sharks come first; both must still be in bounds at that instant."""
+        """The first tag of a minnow, or None. Minnow and sharks must still be in bounds at that instant."""
         if minnow not in before.poses or minnow not in now.poses:
             return None
         best, taggers = float("inf"), []
@@ -164,7 +169,7 @@ class SharksAndMinnows:
         )
 
     def _late(self, state: State, now: Field, clock: float, hit: set[str]) -> list[Call]:
-        """Extension: minnows that are not home when the pass's time is up."""
+        """The calls for minnows that are outside the end zone when the time of the pass is up (an extension)."""
         if self.settings.pass_limit is None or clock < self.settings.pass_limit:
             return []
         zone = self.settings.end_zone(state.goal)
@@ -203,11 +208,11 @@ class SharksAndMinnows:
         return MINNOWS if state.round >= self.rounds else None
 
     def obstacles_to_resume(self, state: State, now: Field) -> list[str]:
-        """A foul here stops its player alone: play goes on at once."""
+        """Always empty, because a foul stops only the player that committed it, and play goes on at once."""
         return []
 
     def next_round(self, state: State, now: Field) -> Verdict[State]:
-        """The game ends, or inactive players become sharks and the sides swap ends."""
+        """End the game, or let inactive players become sharks and the teams swap ends."""
         winner = self._winner(state)
         if winner is not None:
             return Verdict(state, winner=winner)
@@ -240,9 +245,9 @@ class SharksAndMinnows:
         )
 
     def statuses(self, state: State, stage: Stage, now: Field) -> list[PlayerStatus]:
-        """Everybody knows all positions and roles; nobody is told the top speeds.
+        """The status of each player. Everybody knows all positions and roles, but not the top speeds.
 
-        Before a round a player may drive to its mark; on it, it is held until the round begins.
+        Before a round a player may drive to its mark. There it is held until the round begins.
         """
         lining_up = stage is Stage.INITIALIZE
         on_marks = {n for n, mark in state.marks.items() if n in now.poses and _away(now.poses[n], mark) <= MARK_REACH}
@@ -263,7 +268,7 @@ class SharksAndMinnows:
         ]
 
     def zones(self, state: State) -> list[Zone]:
-        """The field, the end zone where minnows are safe, and the one they come from."""
+        """The field, the end zone where minnows are safe, and the end zone where they start."""
         named = (
             ("field", "field", self.settings.field),
             ("safe", "safe", self.settings.end_zone(state.goal)),
@@ -272,11 +277,11 @@ class SharksAndMinnows:
         return [Zone(name=name, kind=kind, region=region) for name, kind, region in named]
 
     def score(self, state: State) -> dict[str, int]:
-        """Sharks: minnows taken out. Minnows: safe crossings."""
+        """The points of each team: minnows taken out for the sharks, safe crossings for the minnows."""
         return {SHARKS: state.caught, MINNOWS: state.crossed}
 
     def speed_limits(self, seed: int) -> dict[str, float]:
-        """Seeded, independent of the order of the players in the match file."""
+        """The top speeds, drawn by the seed and the player's name. The order of the players does not matter."""
         limits = {}
         for name in sorted(self.contestants):
             rng = np.random.default_rng([seed, *name.encode()])
@@ -284,7 +289,11 @@ class SharksAndMinnows:
         return limits
 
     def overrule(self, state: State, action: OfficialAction, subject: str, value: str) -> State:
-        """Set a team's score, or a player's role or state."""
+        """Set a team's score, or a player's role or state.
+
+        Raises:
+            ConfigError: there is no such player, team, role, state or score.
+        """
         if action is OfficialAction.SET_SCORE:
             if subject not in (SHARKS, MINNOWS) or not value.isdigit():
                 raise ConfigError([f"set-score: expected sharks or minnows and a number, got {subject!r} {value!r}"])

@@ -9,22 +9,23 @@ from vrg.regions import Rectangle
 from vrg.tables import Table
 
 Border = Annotated[float, Setting(ge=-1e4, le=1e4)]
-"""m."""
+"""A coordinate of a border of the field, m."""
 
 
 class Settings(Table):
     """The [rules] table of a match file. Lengths in m, times in s.
 
     Args:
-        x, y: (low, high) borders of the field.
+        x, y: the (low, high) borders of the field.
         along: the axis along which minnows cross.
-        first_goal: the end the minnows cross to in the first pass, where the sharks line up.
-        zone_depth: of the end zones.
-        tag_distance: between the outlines of a shark and a minnow.
-        passes: more or fewer than the rule's floor((minnows - sharks) / 2) = an extension.
-        pass_limit: minnows still outside the end zone after this long become inactive = an extension.
+        first_goal: the end that the minnows cross to in the first pass, where the sharks line up.
+        zone_depth: the depth of the end zones.
+        tag_distance: the distance of the outlines of a shark and a minnow at which the minnow is tagged.
+        passes: the number of passes. The default is the rule's floor((minnows - sharks) / 2); this is an extension.
+        pass_limit: the time after which minnows outside the end zone become inactive. The default is no limit; this is
+            an extension.
         slowest: each player's top speed is drawn between this fraction of its model's and the whole.
-        lineup_limit: virtual robots that are not on their marks after this long are put there.
+        lineup_limit: the time after which virtual robots that are not on their marks are put there.
     """
 
     x: tuple[Border, Border]
@@ -56,7 +57,7 @@ class Settings(Table):
         return Rectangle(self.x[0], self.y[0], self.x[1], self.y[1])
 
     def end_zone(self, end: str) -> Rectangle:
-        """The zone at the `low` or `high` end."""
+        """The end zone at the `low` or `high` end."""
         f, depth = self.field, self.zone_depth
         if self.along == "x":
             if end == "low":

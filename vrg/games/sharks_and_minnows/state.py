@@ -1,4 +1,4 @@
-"""What the referee of Sharks and Minnows remembers."""
+"""The state of a match of Sharks and Minnows."""
 
 from collections.abc import Iterable
 
@@ -10,13 +10,13 @@ from vrg.types import Pose
 
 
 class State(GameState, frozen=True, kw_only=True):
-    """Everything that the referee of this game remembers; a round is a pass.
+    """Everything that the rule book of this game remembers. A round is a pass.
 
     Args:
-        roles, states: by player.
-        goal: the end that the minnows cross to in this pass.
-        marks: where each player is to line up.
-        caught: minnows taken out so far. crossed: safe crossings so far.
+        roles, states: the role and the state of each player.
+        goal: the end that the minnows cross to in this pass, `low` or `high`.
+        marks: the pose where each player lines up.
+        caught: the number of minnows taken out so far. crossed: the number of safe crossings so far.
     """
 
     roles: dict[str, str]
@@ -27,11 +27,11 @@ class State(GameState, frozen=True, kw_only=True):
     crossed: int = 0
 
     def with_state(self, names: Iterable[str], state: str) -> "State":
-        """The same with the players of these names in `state`."""
+        """Return the same state, but with the players of these names in state `state`."""
         return structs.replace(self, states={**self.states, **dict.fromkeys(names, state)})
 
     def active(self, role: str) -> list[str]:
-        """Names of the active players of a role."""
+        """The names of the active players of a role."""
         return [n for n, r in self.roles.items() if r == role and self.states[n] == ACTIVE]
 
 

@@ -1,4 +1,4 @@
-"""When two moving bodies first come within a distance: nothing tunnels between two ticks."""
+"""When two moving bodies first come within a distance. No contact between two ticks is missed."""
 
 import math
 
@@ -7,20 +7,24 @@ from vrg.regions import Region
 from vrg.types import Pose, Vector
 
 RESOLUTION = 1e-3
-"""m of relative motion between two looks where bodies are about to touch the distance."""
+"""The shortest relative motion in m between two instants that are looked at."""
 
 Motion = tuple[Pose, Pose, Vector]
-"""Pose before, pose now, (length, width)."""
+"""The motion of a body: its pose before, its pose now, and its (length, width) in m."""
 
 
 def first_tag(hunter: Motion, prey: Motion, reach: float, refuge: Region) -> float | None:
     """The first instant at which the outlines are within `reach` while the prey's centre is outside `refuge`.
 
-    Both move straight and turn evenly between their two poses. Conservative advancement: from a look at distance d the
-    bodies cannot meet before they have moved d - reach towards each other, so the next look can wait that long.
+    Both bodies are taken to move straight and to turn evenly between their two poses. The method is conservative
+    advancement: at distance d the bodies cannot come within `reach` before they have moved d - reach towards each
+    other, so that much of the motion can be skipped.
+
+    Args:
+        reach: the distance of the outlines, m.
 
     Returns:
-        a fraction from 0 (before) to 1 (now), or None.
+        the instant as a fraction from 0 (before) to 1 (now), or None if there is no such instant.
     """
     (h0, h1, h_size), (p0, p1, p_size) = hunter, prey
     radii = circumradius(h_size) + circumradius(p_size)

@@ -1,4 +1,4 @@
-"""Robot models: each is described once, from its data sheet, and used by every backend."""
+"""Robot models. Each is described once, from its data sheet, and used by every backend."""
 
 from vrg.hal.models.description import RobotModel
 from vrg.registry import Registry
@@ -15,9 +15,9 @@ MODELS: Registry[RobotModel] = Registry(
 
 
 def robot_model(name: str) -> RobotModel:
-    """The robot model of this name.
+    """Return the robot model of this name.
 
     Raises:
-        ConfigError: there is none; lists the names that exist.
+        ConfigError: there is no such model; the message lists the names that exist.
     """
     return MODELS.get(name)

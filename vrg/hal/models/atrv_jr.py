@@ -1,4 +1,4 @@
-"""The ATRV-Jr of iRobot."""
+"""The robot model of iRobot's ATRV-Jr."""
 
 from vrg.hal.models.description import RobotModel
 from vrg.hal.models.lms200 import LMS200, lms200

@@ -13,7 +13,7 @@ P = TypeVar("P", bound=SensorSpec)
 
 @dataclass(frozen=True, kw_only=True)
 class RobotModel:
-    """A skid-steer robot. Lengths in m, mass in kg, speeds in m/s, accelerations in m/s^2, angles in rad.
+    """A skid-steer robot. Lengths are in m, mass in kg, speeds in m/s, accelerations in m/s^2, angles in rad.
 
     Args:
         track: distance between the centre lines of the left and right wheels.
@@ -21,9 +21,9 @@ class RobotModel:
             w = (v_right - v_left) / effective_track.
         v_max, w_max: top speed ahead and top turn rate.
         a_max: acceleration. brake: deceleration with locked wheels, used by watchdogs and stops.
-        battery_wh: energy of a full battery, Wh. idle_w: electronics' power, W. rolling: rolling resistance,
-            fraction of weight. drive_efficiency: mechanical over electrical power.
-        sensors: what it can sense.
+        battery_wh: energy of a full battery, Wh. idle_w: power of the electronics, W. rolling: rolling resistance, as a
+            fraction of the weight. drive_efficiency: mechanical power divided by electrical power.
+        sensors: the specs of its sensors.
         source: where the figures come from.
     """
 
@@ -50,31 +50,31 @@ class RobotModel:
 
     @property
     def size(self) -> Vector:
-        """Length and width, m."""
+        """The length and width of the body, m."""
         return self.length, self.width
 
     @property
     def wheel_speed_max(self) -> float:
-        """Top wheel speed, rad/s."""
+        """The top wheel speed, rad/s."""
         return self.v_max / self.wheel_radius
 
     @property
     def laser(self) -> LaserSpec | None:
-        """Its first laser range finder."""
+        """The spec of its first laser range finder, or None where it has none."""
         return self.sensor(LaserSpec)
 
     @property
     def bumpers(self) -> int:
-        """The number of its bumpers."""
+        """The number of bumpers of its first ring, 0 where it has none."""
         touch = self.sensor(TouchSpec)
         return 0 if touch is None else touch.count
 
     def sensor(self, kind: type[P]) -> P | None:
-        """Its first sensor of a kind, by the class of the spec, or None where it has none."""
+        """The spec of its first sensor of a kind, given by the spec's class, or None where it has none."""
         return next((spec for spec in self.sensors if isinstance(spec, kind)), None)
 
     def wheels(self, twist: Twist) -> tuple[float, float]:
-        """Wheel speeds (left, right) in rad/s for a motion of the body."""
+        """The wheel speeds (left, right) in rad/s for a motion of the body."""
         half = twist.w * self.effective_track / 2
         return (twist.v - half) / self.wheel_radius, (twist.v + half) / self.wheel_radius
 
@@ -84,10 +84,12 @@ class RobotModel:
         return Twist(v, (right - left) * self.wheel_radius / self.effective_track)
 
     def limited(self, twist: Twist, v_max: float | None = None) -> Twist:
-        """The motion that keeps the curve and turns no wheel faster than at `v_max` straight ahead.
+        """Return the motion, slowed down so that no wheel turns faster than at `v_max` straight ahead.
+
+        v and w are scaled by the same factor, so that the robot keeps its curve.
 
         Args:
-            v_max: m/s; the model's own if it is missing or higher.
+            v_max: m/s; the model's own top speed if it is None or higher than that.
         """
         limit = self.v_max if v_max is None else min(v_max, self.v_max)
         fastest = abs(twist.v) + abs(twist.w) * self.effective_track / 2

@@ -1,4 +1,4 @@
-"""The laser range finder SICK LMS200."""
+"""The spec of the laser range finder SICK LMS200."""
 
 import math
 
@@ -12,7 +12,7 @@ LMS200 = (
 
 
 def lms200(x: float, height: float) -> LaserSpec:
-    """A LMS200 that is mounted `x` m ahead of the body's centre, `height` m above ground."""
+    """Return the spec of an LMS200 that is mounted `x` m ahead of the body's centre, `height` m above ground."""
     return LaserSpec(
         name="front", x=x, height=height, beams=181, fov=math.pi, range_max=8.0, noise=0.005, resolution=0.01, rate=10.0
     )

@@ -1,4 +1,4 @@
-"""The Pioneer 2-AT of MobileRobots (ActivMedia)."""
+"""The robot model of the Pioneer 2-AT by MobileRobots (formerly ActivMedia)."""
 
 from vrg.hal.models.description import RobotModel
 from vrg.hal.models.lms200 import LMS200, lms200

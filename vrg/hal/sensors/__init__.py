@@ -1,4 +1,4 @@
-"""Sensors: what a robot model says of each, what each says on the bus, and how a player is given it.
+"""Sensors: the spec of each in a robot model, the message of each on the bus, and the sample that a player is given.
 
 A kind of sensor is one module here with two classes: its *spec*, which stands in a robot model, and its *message*,
 which travels on the bus. The world's simulation of it is one module in vrg/hal/sim/sensors, which the spec names. A
@@ -28,10 +28,10 @@ SENSORS: Registry[type[SensorSpec]] = Registry(
     },
     _check,
 )
-"""Every kind of sensor by the word that stands for it in keys."""
+"""The spec's class of every kind of sensor, by the word that stands for the kind in keys."""
 
 
 def message_of(kind: str) -> type[SensorMessage] | None:
-    """What a kind of sensor says, or None for a kind that this machine does not know."""
+    """The message class of a kind of sensor, or None for a kind that is not installed on this machine."""
     spec = SENSORS.find(kind) if kind in SENSORS else None
     return None if spec is None else spec.message

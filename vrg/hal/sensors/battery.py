@@ -1,4 +1,4 @@
-"""The battery's charge."""
+"""The gauge that measures a battery's charge."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ class Battery(SensorMessage, frozen=True, kw_only=True):
     """How much charge is left.
 
     Args:
-        charge: 1 full to 0 empty.
+        charge: from 1 (full) to 0 (empty).
     """
 
     kind = "battery"
@@ -21,7 +21,7 @@ class Battery(SensorMessage, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, kw_only=True)
 class BatterySpec(SensorSpec):
-    """A gauge of the battery that the robot model describes."""
+    """A gauge that measures the charge of the battery of the robot model."""
 
     message = Battery
     simulation = "vrg.hal.sim.sensors.battery:BatterySimulation"

@@ -1,4 +1,4 @@
-"""Wheel encoders."""
+"""Encoders, which count the turns of the wheels."""
 
 from dataclasses import dataclass
 
@@ -7,10 +7,10 @@ from vrg.hal.sensors.spec import SensorSpec
 
 
 class Encoders(SensorMessage, frozen=True, kw_only=True):
-    """What the encoders of the left and the right wheels have counted since the start, forward positive.
+    """The counts of the encoders of the left and of the right wheels since the start. Forward is positive.
 
     Args:
-        left, right: ticks; the model's spec tells how many make a turn.
+        left, right: the encoders' ticks; the model's spec tells how many make a turn.
     """
 
     kind = "encoders"
@@ -21,10 +21,10 @@ class Encoders(SensorMessage, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, kw_only=True)
 class EncodersSpec(SensorSpec):
-    """An incremental encoder on each side.
+    """An incremental encoder on each side of the robot.
 
     Args:
-        ticks: per turn of a wheel.
+        ticks: the encoder's ticks per turn of a wheel.
     """
 
     message = Encoders

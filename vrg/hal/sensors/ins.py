@@ -1,4 +1,4 @@
-"""The inertial navigation system."""
+"""The inertial navigation system, which measures a robot's pose on the map."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ class Ins(SensorMessage, frozen=True, kw_only=True):
     """Where the robot is on the map.
 
     Args:
-        pose: in the map's frame.
+        pose: the robot's pose in the map's frame.
     """
 
     kind = "ins"
@@ -21,10 +21,10 @@ class Ins(SensorMessage, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, kw_only=True)
 class InsSpec(SensorSpec):
-    """An inertial navigation system. The defaults are estimates for one outdoors that is aided by differential GPS.
+    """An inertial navigation system. The defaults are estimates for one that is aided by differential GPS outdoors.
 
     Args:
-        position_noise: standard deviation of x and of y, m. heading_noise: rad.
+        position_noise: standard deviation of x and of y, m. heading_noise: standard deviation of the heading, rad.
     """
 
     message = Ins

@@ -15,16 +15,16 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
 RANGES_LIMIT = 10_000
-"""Ranges in the longest scan."""
+"""The largest number of ranges in a scan."""
 
 
 class Laser(SensorMessage, frozen=True, kw_only=True):
-    """One scan.
+    """One scan of a laser range finder.
 
     Args:
-        angle_min, angle_step: of the first beam and between beams, rad in the robot's frame.
-        range_max: m; a beam that met nothing reads range_max.
-        data: the ranges, little-endian float32, in m.
+        angle_min: the angle of the first beam in the robot's frame, rad. angle_step: the angle between beams, rad.
+        range_max: the longest range, m; a beam that met nothing reads range_max.
+        data: the ranges in m, as little-endian float32.
     """
 
     kind = "laser"
@@ -44,14 +44,14 @@ class Laser(SensorMessage, frozen=True, kw_only=True):
 
     @property
     def ranges(self) -> "npt.NDArray[np.float32]":
-        """Shape (beams,), m."""
-        import numpy as np  # noqa: PLC0415 - a player that looks at no scan does without numpy, which takes long to load
+        """The range of each beam: shape (beams,), m."""
+        import numpy as np  # noqa: PLC0415 - who looks at no scan needs no numpy
 
         return np.frombuffer(self.data, dtype="<f4")
 
     @property
     def angles(self) -> "npt.NDArray[np.float64]":
-        """Shape (beams,), rad in the robot's frame."""
+        """The angle of each beam in the robot's frame: shape (beams,), rad."""
         import numpy as np  # noqa: PLC0415 - as above
 
         return self.angle_min + self.angle_step * np.arange(len(self.data) // 4, dtype=np.float64)
@@ -59,12 +59,12 @@ class Laser(SensorMessage, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, kw_only=True)
 class LaserSpec(SensorSpec):
-    """A planar range finder on a robot.
+    """A planar laser range finder on a robot.
 
     Args:
-        x: m ahead of the body's centre. height: m above ground.
-        beams: number of beams. fov: rad covered by them, symmetric about straight ahead.
-        range_max: m. noise: standard deviation of a range, m. resolution: step of a range, m.
+        x: the distance ahead of the body's centre, m. height: the height above ground, m.
+        beams: the number of beams. fov: the angle that they cover, symmetric about straight ahead, rad.
+        range_max: the longest range, m. noise: standard deviation of a range, m. resolution: the step of a range, m.
     """
 
     message = Laser

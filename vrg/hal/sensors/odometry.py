@@ -1,4 +1,4 @@
-"""Odometry by the wheels."""
+"""Odometry: the way of a robot as the turns of its wheels tell it."""
 
 from dataclasses import dataclass
 
@@ -8,11 +8,11 @@ from vrg.types import Pose, Twist
 
 
 class Odometry(SensorMessage, frozen=True, kw_only=True):
-    """How far the robot has come by its wheels; this drifts.
+    """How far the robot has come according to its wheels. The error of this grows with the way.
 
     Args:
-        pose: from where the odometry began, which is (0, 0, 0).
-        twist: the body's velocity now.
+        pose: the robot's pose relative to where the odometry began.
+        twist: the velocity of the body now.
     """
 
     kind = "odometry"
@@ -23,12 +23,13 @@ class Odometry(SensorMessage, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, kw_only=True)
 class OdometrySpec(SensorSpec):
-    """Odometry by the encoders of the wheels.
+    """Odometry from the encoders of the wheels.
 
     Args:
-        scale_noise: standard deviation of each side's calibration error, a fraction, fixed for a robot and a seed (the
-            order of magnitude of UMBmark).
-        slip_noise: standard deviation of the way of one tick of the world by slip, a fraction of that way.
+        scale_noise: standard deviation of each side's calibration error, as a fraction. The error is fixed for a robot
+            and a seed. The default has the order of magnitude that UMBmark finds.
+        slip_noise: standard deviation of the error by slip in one tick of the world, as a fraction of the way of that
+            tick.
     """
 
     message = Odometry

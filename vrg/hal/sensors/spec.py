@@ -10,18 +10,18 @@ S_co = TypeVar("S_co", bound=SensorMessage, covariant=True)
 
 @dataclass(frozen=True, kw_only=True)
 class SensorSpec:
-    """One sensor of a robot model.
+    """The spec of one sensor of a robot model.
 
     Args:
-        name: of the sensor on its robot, unique among those of its kind.
+        name: the sensor's name on its robot, unique among the sensors of its kind.
         rate: readings per second of match time.
         drop_out: the share of readings that never come, 0 to 1.
 
     Attributes:
-        message: what it says.
-        simulation: `module:Class` of its simulation in the world, a `vrg.hal.sim.sensors.base.SensorSimulation`; it is
-            imported by the world alone. Empty where the world cannot simulate it.
-        synthesised: the world also simulates it for a physical robot that does not have it, from the robot's place.
+        message: the class of the message that carries one reading.
+        simulation: `module:Class` of its simulation in the world, a `vrg.hal.sim.sensors.base.SensorSimulation`; only
+            the world imports it. Empty where the world cannot simulate the sensor.
+        synthesised: True if the world also simulates it for a physical robot that lacks it, from the robot's pose.
     """
 
     message: ClassVar[type[SensorMessage]]
@@ -38,7 +38,7 @@ class SensorSpec:
         return self.message.kind
 
     def due_every(self, dt: float) -> int:
-        """Ticks of `dt` seconds from one reading to the next, at least 1."""
+        """The number of ticks of `dt` seconds from one reading to the next, at least 1."""
         return max(1, round(1 / (self.rate * dt)))
 
 
@@ -47,9 +47,9 @@ class Sample(Generic[S_co]):
     """One reading, as it is given to a player.
 
     Args:
-        stamp: match time of the measurement, s. age: s of match time since then.
-        value: what the sensor said.
-        name: of the sensor on its robot.
+        stamp: the match time of the measurement, s. age: the match time since then, s.
+        value: the sensor's message.
+        name: the sensor's name on its robot.
     """
 
     stamp: float

@@ -1,4 +1,4 @@
-"""Bumpers."""
+"""Bumpers, which feel contact."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,8 @@ class Touch(SensorMessage, frozen=True, kw_only=True):
     """Which bumpers are pressed.
 
     Args:
-        pressed: each bumper, the first ahead, counter-clockwise; True = in contact.
+        pressed: one value a bumper, True if it is in contact. The first bumper is straight ahead, the others follow
+            counter-clockwise.
     """
 
     kind = "touch"
@@ -20,10 +21,10 @@ class Touch(SensorMessage, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, kw_only=True)
 class TouchSpec(SensorSpec):
-    """A ring of bumpers.
+    """A ring of bumpers around the body.
 
     Args:
-        count: number of bumpers, evenly around the body, the first ahead, counter-clockwise.
+        count: the number of bumpers, evenly spaced. The first is straight ahead, the others follow counter-clockwise.
     """
 
     message = Touch

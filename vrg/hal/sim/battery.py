@@ -1,4 +1,4 @@
-"""A robot's battery as an energy balance. Pure."""
+"""A model of the robots' batteries: an energy balance. It uses no bus and no clock."""
 
 import numpy as np
 import numpy.typing as npt
@@ -6,20 +6,21 @@ import numpy.typing as npt
 from vrg.hal.models import RobotModel
 
 GRAVITY = 9.81
-"""m/s^2."""
+"""The acceleration of gravity in m/s^2."""
 
 Floats = npt.NDArray[np.float64]
 
 
 class Batteries:
-    """The batteries of a fleet, one row a robot.
+    """The batteries of a fleet of robots. Each array has one row per robot.
 
-    Energy drawn = idle power * time + (rolling resistance * way + gain of kinetic energy) / efficiency. Braking gives
-    nothing back, and the scrub of skidding wheels in a turn is not counted.
+    Energy drawn = idle power * time + (rolling resistance * way + gain of kinetic energy) / efficiency. Braking does
+    not charge the battery, and the friction of skidding wheels in a turn is not counted.
 
     Args:
-        used: shape (robots,): energy drawn since each was full, J.
-        wheels: shape (robots, 2): angles turned so far, rad. v: shape (robots,): speeds now, m/s.
+        models: the models of the robots.
+        used: shape (robots,): the energy drawn since each battery was full, J.
+        wheels: shape (robots, 2): the angles turned so far, rad. v: shape (robots,): the speeds now, m/s.
     """
 
     def __init__(self, models: list[RobotModel], used: Floats, wheels: Floats, v: Floats) -> None:
@@ -33,15 +34,15 @@ class Batteries:
 
     @property
     def charge(self) -> Floats:
-        """Shape (robots,): 1 full to 0 empty."""
+        """The charge of each battery: shape (robots,), from 1 (full) to 0 (empty)."""
         charge: Floats = np.maximum(1.0 - self.used / self._capacity, 0.0)
         return charge
 
     def draw(self, dt: float, wheels: Floats, v: Floats) -> None:
-        """Account for the dt seconds since the last call.
+        """Subtract the energy that the robots have drawn in the dt seconds since the last call.
 
         Args:
-            wheels: shape (robots, 2): angles turned, rad. v: shape (robots,): speeds now, m/s.
+            wheels: shape (robots, 2): the angles turned, rad. v: shape (robots,): the speeds now, m/s.
         """
         way = np.abs(wheels - self._wheels).sum(axis=1) / 2 * self._radius
         gain = np.maximum(v * v - self._v * self._v, 0.0)
@@ -49,5 +50,5 @@ class Batteries:
         self._wheels, self._v = wheels.copy(), v.copy()
 
     def place(self, row: int) -> None:
-        """A robot was put somewhere at rest: its standstill cost nothing."""
+        """Take note that a robot was put somewhere at rest, so that the change of its speed costs no energy."""
         self._v[row] = 0.0

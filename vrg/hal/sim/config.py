@@ -1,4 +1,4 @@
-"""What a world is made of, and whether it can be."""
+"""The set-up of a world, and the checks that tell whether a world can be built from it."""
 
 import hashlib
 from dataclasses import dataclass
@@ -16,11 +16,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class RobotSetup:
-    """A robot at the start.
+    """A robot at the start of the match.
 
     Args:
         model: the name of a robot model.
-        physical: it is a physical robot: the world shows it where it is measured, and moves it nowhere.
+        pose: the robot's pose at the start, in the map's frame.
+        physical: True for a physical robot. The world shows it where it is measured, and never moves it.
     """
 
     name: str
@@ -31,14 +32,15 @@ class RobotSetup:
 
 @dataclass(frozen=True, kw_only=True)
 class WorldConfig:
-    """A world.
+    """The set-up of a world.
 
     Args:
         map: a map's name, or the path of its file. engine: the name of a physics engine.
-        tick: s of match time between steps. seed: of all noise.
-        rate: match seconds per real second; 0 = as fast as it can, which only a match in one process can be.
-        lasers: False saves the scans where no player looks at them. noise: False = perfect sensors.
-        robots: those that are there from the start.
+        tick: the match time between steps, s. seed: the seed of all noise.
+        rate: match seconds per real second; 0 means as fast as possible, which only a match in one process can be.
+        lasers: False omits the scans, which saves time where no player looks at them. noise: False means perfect
+            sensors.
+        robots: the robots that are in the world from the start.
     """
 
     map: str = "courtyard"
@@ -52,17 +54,17 @@ class WorldConfig:
 
 
 def fingerprint(config: WorldConfig) -> str:
-    """Tells worlds of different set-ups apart, whatever rate they run at."""
+    """A text that tells apart worlds of different set-ups. The rate and `lasers` do not count."""
     setup = (config.map, config.engine, config.tick, config.seed, config.noise, config.robots)
     return hashlib.sha256(repr(setup).encode()).hexdigest()[:16]
 
 
 def check_setup(config: WorldConfig) -> list[Problem]:
-    """What keeps this world from being built; empty if nothing does. Builds nothing.
+    """The reasons why this world cannot be built; empty if it can. Nothing is built.
 
     The path of a problem with a robot is `("players", name)`, as each robot is a player's.
     """
-    from vrg.hal.sim.engines import ENGINES  # noqa: PLC0415 - whoever only carries a set-up around needs no numpy
+    from vrg.hal.sim.engines import ENGINES  # noqa: PLC0415 - a process that only passes a set-up on needs no numpy
 
     problems = []
     if not 0.001 <= config.tick <= 0.1:
@@ -110,7 +112,7 @@ def _map(name: str, problems: list[Problem]) -> "Map | None":
 
 
 def place_problems(map_: "Map", name: str, model: RobotModel, pose: Pose) -> str | None:
-    """Why the map has no room for a robot at a pose, or None."""
+    """The reason why the map has no room for a robot at a pose, or None if it has."""
     if map_.footprint_clear(pose, model.length, model.width):
         return None
     at = f"({pose.x:g}, {pose.y:g})"

@@ -1,4 +1,4 @@
-"""The driver of a robot in the world. What other drivers have a wire for, it says to the world over the bus."""
+"""The driver of a virtual robot. Where other drivers use a cable to the robot, it speaks to the world over the bus."""
 
 import math
 from collections.abc import Sequence
@@ -13,19 +13,22 @@ from vrg.hal.sensors.spec import Sample
 from vrg.types import STILL, Twist
 
 AGREE_TIME = 0.5
-"""s of match time after which a robot that the world still calls disarmed takes itself for disarmed."""
+"""The match time in s after which an armed driver gives up if the world still reports its robot as disarmed."""
 
 
 class SimDriver(Driver):
-    """See the module. The world applies the watchdog, the referee's limits and the emergency stop as well.
+    """The driver of a virtual robot. The world applies the watchdog, the referee's limits and the emergency stop too.
 
-    A reading's age is the distance of its stamp from now either way: one that is far ahead is of before the world was
-    set back to a snapshot.
+    The age of a reading is the absolute difference of its stamp and now. A stamp far in the future is from before the
+    world was set back to a snapshot, so the reading is old.
 
-    Where the world has disarmed the robot, by an emergency stop that may have come and gone unseen, this side follows
-    at the next `read` or `drive` and tells the world so: the world arms nobody again who was not seen disarmed. Of
-    several commands in one tick the world hears the last, so a robot armed in the very tick in which it was disarmed
-    is armed by its first command of a later tick.
+    An emergency stop may come and go without this driver seeing it. If the world has disarmed the robot, the driver
+    disarms itself at the next `read`, `drive` or `arm` and sends a disarmed command, because after an emergency stop
+    the world arms a robot only after it has heard such a command. The world hears only the last of several commands in
+    one tick. So a robot that is disarmed and armed in the same tick is armed by its first command of a later tick.
+
+    Args:
+        context: the robot's name, its model, and the keys and the mailbox of its player's node.
     """
 
     physical = False
@@ -46,7 +49,7 @@ class SimDriver(Driver):
         self._disarmed = -math.inf
 
     def connect(self) -> None:
-        """Begin to listen. Idempotent."""
+        """Begin to use what the world publishes about the robot. Idempotent."""
         self._connected = True
 
     def arm(self) -> None:
@@ -67,7 +70,7 @@ class SimDriver(Driver):
         """Command a motion.
 
         Returns:
-            what was sent, after the model's limit.
+            the twist that was sent, after the limits of the model.
 
         Raises:
             RobotError: not armed, stopped by the emergency stop, or a number that is not finite.
@@ -83,10 +86,10 @@ class SimDriver(Driver):
         return sent
 
     def read(self) -> Readings:
-        """The newest readings.
+        """Return the newest readings.
 
         Raises:
-            StaleDataError: none has come yet.
+            StaleDataError: the driver is not connected, or no reading has come yet.
         """
         if not self._connected:
             raise StaleDataError(f"{self.name}: expected a connected robot to read: call connect() first")
@@ -105,18 +108,18 @@ class SimDriver(Driver):
         )
 
     def stop(self) -> None:
-        """Command zero speed; stays armed."""
+        """Command zero speed; the robot stays armed."""
         if self._connected:
             self._send(STILL)
 
     def disarm(self) -> None:
-        """Stop, and let the motors accept no command until armed again. Idempotent."""
+        """Stop, and let the motors accept no command until the robot is armed again. Idempotent."""
         self._armed = False
         if self._connected:
             self._send(STILL)
 
     def close(self) -> None:
-        """Disarm and let go. Idempotent."""
+        """Disarm the robot and end the connection. Idempotent."""
         self.disarm()
         self._connected = False
 
@@ -129,7 +132,7 @@ class SimDriver(Driver):
         ]
 
     def _stopped(self) -> bool:
-        """Whether the world reports the emergency stop; follows where the world has disarmed the robot."""
+        """Whether the world reports the emergency stop. It disarms this side if the world has disarmed the robot."""
         received = self._states.latest
         if received is None:
             return False

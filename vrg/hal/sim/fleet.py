@@ -1,4 +1,7 @@
-"""The virtual robots of a world: what they are told, what they may do, and what their batteries hold. Pure."""
+"""The virtual robots of a world: their commands, what may hold them, and the charge of their batteries.
+
+This module uses no bus and no clock.
+"""
 
 from dataclasses import dataclass, field
 
@@ -25,9 +28,10 @@ class Member:
     """One virtual robot.
 
     Args:
-        start: where a reset puts it. v_max: the top speed that the referee and its model allow, m/s.
-        command: what its wheels were told last: left, right, in rad/s, and whether they are braked.
-        empty: its battery is.
+        start: the pose where a reset puts it. v_max: the top speed that the referee and its model allow, m/s.
+        interlock: its arming, its watchdog and its emergency stop.
+        command: the last command to its wheels: left and right in rad/s, and whether they are braked.
+        empty: True if its battery is empty.
     """
 
     name: str
@@ -39,7 +43,7 @@ class Member:
     empty: bool = False
 
     def state(self, now: float, estop: bool) -> RobotState:
-        """How it is at match time `now`."""
+        """The robot's state at match time `now`."""
         fault = None
         if self.empty:
             fault = _EMPTY
@@ -51,10 +55,10 @@ class Member:
 
 
 class Fleet:
-    """The virtual robots, in the order in which they came. `resize` must follow each change of the list.
+    """The virtual robots, in the order in which they were added. Call `resize` after each change of the list.
 
     Args:
-        engine: has a row for each of them, and for physical robots.
+        engine: the engine of the world, which has a row for each virtual and each physical robot.
     """
 
     def __init__(self, engine: Engine) -> None:
@@ -62,21 +66,23 @@ class Fleet:
         self._engine = engine
         self._limits: dict[str, float] = {}
         self._rows: slice | npt.NDArray[np.intp] = slice(None)
-        """The engine's rows of `members`."""
+        """The rows of `members` in the engine's arrays."""
         self._batteries = Batteries([], np.zeros(0), np.zeros((0, 2)), np.zeros(0))
+        self._counted: list[str] = []
+        """The names of the robots whose batteries are in `_batteries`."""
         self._used: dict[str, float] = {}
 
     @property
     def names(self) -> list[str]:
-        """Of the robots."""
+        """The names of the robots."""
         return [member.name for member in self.members]
 
     def find(self, name: str) -> Member | None:
-        """The robot of this name, or None."""
+        """The robot of this name, or None if there is none."""
         return next((member for member in self.members if member.name == name), None)
 
     def add(self, name: str, model: RobotModel, pose: Pose) -> Member:
-        """A robot has come to the world.
+        """Put a robot into the world.
 
         Raises:
             WorldError: the name is taken.
@@ -87,7 +93,7 @@ class Fleet:
         return member
 
     def remove(self, name: str) -> None:
-        """A robot leaves the world.
+        """Take a robot out of the world.
 
         Raises:
             WorldError: there is none of that name.
@@ -100,7 +106,7 @@ class Fleet:
         self._used.pop(name, None)
 
     def resize(self) -> None:
-        """The list of robots has changed, or their rows in the engine."""
+        """Adapt to a change of the list of robots, or of their rows in the engine."""
         engine = self._engine
         self._used |= {name: float(used) for name, used in zip(self._counted, self._batteries.used, strict=True)}
         self._rows = (~engine.kinematic).nonzero()[0] if engine.kinematic.any() else slice(None)
@@ -109,29 +115,26 @@ class Fleet:
         self._counted = self.names
         self._batteries = Batteries(models, used, engine.wheels[self._rows], engine.velocities[self._rows, 0])
 
-    _counted: list[str] = []  # noqa: RUF012 - replaced, never changed
-    """The robots whose batteries `_batteries` holds."""
-
     def drive(self, now: float, name: str, twist: Twist, armed: bool, estop: bool) -> None:
-        """A drive command arrived. One for a robot that is not in the world is ignored: it may come yet."""
+        """Take in a drive command. One for a robot that is not in the world is ignored: the robot may still come."""
         member = self.find(name)
         if member is not None:
             member.interlock.drive(now, twist, armed, estop)
 
     def limit(self, name: str, v_max: float) -> None:
-        """The referee caps a robot's speed, m/s; also one that comes later."""
+        """Take in the referee's limit of a robot's speed, m/s. It also holds for a robot that comes later."""
         self._limits[name] = v_max
         member = self.find(name)
         if member is not None:
             member.v_max = min(v_max, member.model.v_max)
 
     def stop(self) -> None:
-        """The emergency stop was engaged."""
+        """Disarm every robot, because the emergency stop was engaged."""
         for member in self.members:
             member.interlock.stop()
 
     def command(self, now: float, gate: RefereeGate, estop: bool) -> None:
-        """Tell the wheels what the robots' commands ask for, or brake them where anything holds them."""
+        """Pass the robots' commands on to their wheels, and brake the wheels of each robot that anything holds."""
         held = estop or gate.closed(now)
         for member in self.members:
             interlock = member.interlock
@@ -144,38 +147,38 @@ class Fleet:
                 self._engine.command(member.name, *command)
 
     def drain(self, dt: float) -> None:
-        """Account for the energy of the last dt seconds."""
+        """Subtract the energy that the robots have drawn in the last dt seconds from their batteries."""
         engine, rows = self._engine, self._rows
         self._batteries.draw(dt, engine.wheels[rows], engine.velocities[rows, 0])
         for member, charge in zip(self.members, self._batteries.charge.tolist(), strict=True):
             member.empty = charge <= 0.0
 
     def charge(self, name: str) -> float:
-        """Of a robot's battery, 1 full to 0 empty."""
+        """The charge of a robot's battery, from 1 (full) to 0 (empty)."""
         return float(self._batteries.charge[self.names.index(name)])
 
     def used(self, name: str) -> float:
-        """Energy drawn since a robot's battery was full, J."""
+        """The energy drawn since a robot's battery was full, J."""
         return float(self._batteries.used[self.names.index(name)])
 
     def set_used(self, used: dict[str, float]) -> None:
-        """Go on from a snapshot: energy drawn, J, by robot. `resize` must follow."""
+        """Set the energy drawn by each robot, J, from a snapshot. Call `resize` afterwards."""
         self._used = dict(used)
         self._counted = []
         self._batteries = Batteries([], np.zeros(0), np.zeros((0, 2)), np.zeros(0))
 
     def rest(self, name: str) -> None:
-        """A robot was put somewhere at rest."""
+        """Take note that a robot was put somewhere at rest."""
         self._batteries.place(self.names.index(name))
 
     @property
     def poses(self) -> Floats:
-        """Of the robots, shape (robots, 3)."""
+        """The robots' poses: shape (robots, 3), x and y in m, heading in rad."""
         poses: Floats = self._engine.poses[self._rows]
         return poses
 
     @property
     def wheels(self) -> Floats:
-        """Angles that the robots' wheels have turned, shape (robots, 2), rad."""
+        """The angles that the robots' wheels have turned: shape (robots, 2), rad."""
         wheels: Floats = self._engine.wheels[self._rows]
         return wheels

@@ -1,6 +1,7 @@
-"""Where a physical robot is by its measured poses, also between them. Pure.
+"""Where a physical robot is according to its measured poses, also between two measurements.
 
-Measurements come at 10 Hz or so, the world ticks at 50 Hz: in between the body goes on along its arc, but not for long.
+Measurements come at about 10 Hz, and the world ticks at 50 Hz. Between two measurements the body goes on along its arc,
+but not for long. This module uses no bus and no clock.
 """
 
 import math
@@ -10,17 +11,17 @@ from vrg.errors import WorldError
 from vrg.types import Pose
 
 EXTRAPOLATE = 0.2
-"""s of match time past a measurement for which the body goes on at the measured velocity; then it stays."""
+"""The match time in s after a measurement for which the body goes on at the measured velocity; then it stands still."""
 _FAR = 1e5
-"""m; the largest coordinate that a message may hold."""
+"""The largest coordinate that a message may hold, m."""
 
 
 class Ghost:
-    """One physical robot.
+    """One physical robot, as the world shows it.
 
     Args:
-        pose: where it is taken to stand until it is measured.
-        stamp: match time from which the age of that is counted, s.
+        pose: where the robot is taken to stand until it is measured.
+        stamp: the match time from which the age of that pose is counted, s.
     """
 
     def __init__(self, pose: Pose, stamp: float) -> None:
@@ -32,10 +33,10 @@ class Ghost:
         """Take in a measurement; one that is older than the newest changes nothing.
 
         Args:
-            v, w: body velocity, m/s and rad/s. stamp: when it was measured, match time in s. now: match time, s.
+            v, w: body velocity, m/s and rad/s. stamp: the match time of the measurement, s. now: the match time, s.
 
         Raises:
-            WorldError: it is stamped in the future by more than clocks differ.
+            WorldError: the stamp is in the future by more than CLOCK_SKEW.
         """
         if stamp > now + CLOCK_SKEW:
             raise WorldError(f"expected a pose of now ({now:.2f} s) or before, got one of {stamp:.2f} s")
@@ -43,11 +44,11 @@ class Ghost:
             self._pose, self._v, self._w, self._stamp = pose, v, w, stamp
 
     def age(self, now: float) -> float:
-        """s of match time since it was measured."""
+        """The match time since the newest measurement, s."""
         return max(0.0, now - self._stamp)
 
     def at(self, now: float) -> tuple[Pose, float, float]:
-        """Its pose at match time `now`, and its body velocity there: m/s and rad/s, 0 once it is not known any more."""
+        """Its pose at match time `now` and its body velocity, m/s and rad/s, which is 0 once it stands still."""
         age = self.age(now)
         pose = along_arc(self._pose, self._v, self._w, min(age, EXTRAPOLATE))
         pose = Pose(max(-_FAR, min(pose.x, _FAR)), max(-_FAR, min(pose.y, _FAR)), pose.theta)
@@ -55,7 +56,7 @@ class Ghost:
 
 
 def along_arc(pose: Pose, v: float, w: float, seconds: float) -> Pose:
-    """Where a body at `pose` is after going on at v m/s and w rad/s for so long."""
+    """The pose of a body that starts at `pose` and moves at v m/s and w rad/s for `seconds`."""
     half = w * seconds / 2
     chord = v * seconds * (math.sin(half) / half if half else 1.0)
     middle = pose.theta + half

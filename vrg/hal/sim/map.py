@@ -1,7 +1,7 @@
 """Maps: walls and obstacles of a flat world, read from TOML.
 
 name = "yard"
-bounds = { x_min = -5, y_min = -5, x_max = 5, y_max = 5 }   # any region; no robot is placed outside
+bounds = { x_min = -5, y_min = -5, x_max = 5, y_max = 5 }   # any region; no robot can be placed outside of it
 [[wall]]                     # a polyline
 points = [[-5, -5], [5, -5]]
 thickness = 0.2
@@ -37,7 +37,7 @@ from vrg.toml_text import lines_of, syntax_error_line
 from vrg.types import Pose
 
 WALL_HEIGHT = 1.0
-"""m; every wall and obstacle, so that every laser sees it."""
+"""The height of every wall and obstacle, m, so that every laser sees it."""
 
 _Number = Annotated[float, Field(ge=-1e4, le=1e4)]
 _Size = Annotated[float, Field(gt=0.0, le=1e4)]
@@ -45,9 +45,10 @@ _Size = Annotated[float, Field(gt=0.0, le=1e4)]
 
 @dataclass(frozen=True)
 class Map:
-    """A flat world.
+    """The walls and obstacles of a flat world.
 
     Args:
+        name: the name that the map's file gives.
         bounds: the part of the plane in which robots may be placed.
         boxes: walls and box-shaped obstacles. circles: round obstacles.
     """
@@ -59,7 +60,7 @@ class Map:
 
     @cached_property
     def edges(self) -> npt.NDArray[np.float64]:
-        """Outlines of the boxes, counter-clockwise: shape (4 * boxes, 4), x0 y0 x1 y1 in m."""
+        """The outlines of the boxes, counter-clockwise: shape (4 * boxes, 4), x0 y0 x1 y1 in m."""
         return box_edges(np.array([(b.x, b.y, b.heading, b.length, b.width) for b in self.boxes]).reshape(-1, 5))
 
     @cached_property
@@ -89,7 +90,7 @@ class _WallEntry(Table):
         return self
 
     def boxes(self) -> list[Box]:
-        """One box a segment; each reaches half a thickness beyond its ends, so that corners are closed."""
+        """One box per segment. Each reaches half a thickness beyond its ends, so that corners are closed."""
         found = []
         for (x0, y0), (x1, y1) in zip(self.points, self.points[1:], strict=False):
             length = math.hypot(x1 - x0, y1 - y0) + self.thickness
@@ -115,16 +116,17 @@ class _CircleEntry(Table):
 class _MapFile(Table):
     name: str
     bounds: RegionSetting
-    wall: list[_WallEntry] = []
-    box: list[_BoxEntry] = []
-    circle: list[_CircleEntry] = []
+    wall: list[_WallEntry] = Field(default_factory=list)
+    box: list[_BoxEntry] = Field(default_factory=list)
+    circle: list[_CircleEntry] = Field(default_factory=list)
 
 
 def load_map(name_or_path: str | Path) -> Map:
-    """A map by its name, or one of the user's by the path of its .toml file.
+    """Load an installed map by its name, or any map by the path of its .toml file.
 
     Raises:
-        ConfigError: there is none of that name, it cannot be read, or its fields are wrong; all of them at once.
+        ConfigError: there is no map of that name, it cannot be read, or its fields are wrong. The error lists all
+            problems at once.
     """
     wanted = str(name_or_path)
     path = Path(wanted)

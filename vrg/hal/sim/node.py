@@ -1,4 +1,4 @@
-"""The world as a node: it owns match time, listens to drivers and the referee, and says where everybody is."""
+"""The world as a node: it owns match time, listens to robots and the referee, and publishes where all robots are."""
 
 import logging
 
@@ -17,20 +17,21 @@ from vrg.hal.sim.world import World
 log = logging.getLogger(__name__)
 
 LOUD_NAMES = 100
-"""Names whose measured poses are refused that are logged, one line each: anybody may send any name."""
+"""The number of names whose refused poses are logged. It is bounded because any program may send any name."""
 
 
 class WorldNode(Node):
-    """The world process' node; its period is the world's tick.
+    """The node of the world's process. Its period is the world's tick.
 
-    Its first tick, at `start_tick`, only reports; every later one steps the world first. The time of a tick is the
-    executor's; it must be (start_tick + number of ticks so far) * period.
+    Its first tick, at `start_tick`, only publishes; every later one steps the world first. The executor chooses the
+    time of a tick; it must be (start_tick + number of ticks so far) * period.
 
     Args:
-        config: what is in the world.
+        config: the set-up of the world.
+        mailbox: the node's own mailbox. keys: the keys of the match.
 
     Raises:
-        ConfigError: the set-up has problems; all of them.
+        ConfigError: the set-up has problems; the error lists all of them.
     """
 
     kind = "world"
@@ -54,23 +55,24 @@ class WorldNode(Node):
 
     @property
     def start_tick(self) -> int:
-        """The number of the first tick: 0, or the snapshot's after `restore`."""
+        """The number of the first tick: 0, or after `restore` the snapshot's. Read it before the first tick only."""
         return self.world.tick
 
     def restore(self, data: bytes) -> None:
-        """Go on from a snapshot, before the first tick: one epoch later, every robot at rest.
+        """Go on from a snapshot: one epoch later, with every robot at rest. Call it before the first tick.
 
         Raises:
-            WorldError: it is damaged or of another release. ConfigError: it names an unknown robot model.
+            WorldError: the snapshot is damaged, of another release, or of another set-up.
+            ConfigError: it names an unknown robot model.
         """
         self.world.restore(decode_snapshot(data))
 
     def snapshot(self) -> bytes:
-        """What `restore` needs."""
+        """The bytes of a snapshot, which `restore` takes."""
         return encode_snapshot(self.world.snapshot())
 
     def tick(self, tick: Tick) -> None:
-        """Hear, step, report; the clock last, so that who hears it has already been told the rest."""
+        """Listen, step the world, and publish. The clock goes last, so that who hears it has got everything else."""
         self._listen()
         if self._started:
             self.world.step()
@@ -88,7 +90,7 @@ class WorldNode(Node):
         )
 
     def stop(self) -> None:
-        """Let go of the engine."""
+        """Close the engine."""
         self.world.close()
 
     def _listen(self) -> None:
@@ -112,7 +114,7 @@ class WorldNode(Node):
         try:
             self.world.measure(name, body.pose, body.v, body.w, measured.stamp)
         except WorldError as error:
-            # Such poses come many times a second: the first is told, and the first after a good one.
+            # Such poses come many times a second: only the first is logged, and the first after a good one.
             if name not in self._refused and len(self._refused) < LOUD_NAMES:
                 self._refused.add(name)
                 log.warning("ignored a measured pose: %s", error)
@@ -126,7 +128,7 @@ class WorldNode(Node):
             log.warning("refused a request to the world: %s", error)
 
     def _state_of(self, robot: str) -> Topic[RobotState]:
-        """Topics are made once for a robot, not once a tick."""
+        """The topic of a robot's state. It is made once for a robot, not at each tick."""
         topic = self._states.get(robot)
         if topic is None:
             topic = self._states[robot] = self._keys.robot_state(robot)

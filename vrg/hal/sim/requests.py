@@ -1,4 +1,4 @@
-"""What the world can be asked for: robots that come, go, or are put somewhere else."""
+"""The requests to the world: to add robots, to remove them, or to put them somewhere else."""
 
 from vrg.bus.messages import RequestKind, WorldRequest
 from vrg.errors import ConfigError, WorldError
@@ -9,10 +9,10 @@ from vrg.types import Pose
 
 
 def grant(world: World, request: WorldRequest) -> None:
-    """Do what a request asks for. Only people can put a physical robot anywhere.
+    """Do what a request asks for. A physical robot cannot be placed or reset, because only people can move it.
 
     Raises:
-        WorldError: it cannot be done; nothing has changed.
+        WorldError: the request cannot be granted; nothing has changed.
     """
     match request.kind:
         case RequestKind.SPAWN:

@@ -1,6 +1,6 @@
-"""When the world brakes one robot, besides what the referee holds (vrg.hal.gate). Pure.
+"""When the world brakes one robot, besides the robots that the referee holds (vrg.hal.gate).
 
-Nothing here drives a robot; each rule can only hold it.
+Nothing here drives a robot; each rule can only hold it. This module uses no bus and no clock.
 """
 
 from vrg.hal.driver import COMMAND_TIMEOUT
@@ -13,7 +13,12 @@ class Interlock:
     """One robot's arming, watchdog and emergency stop.
 
     After an emergency stop a robot stays disarmed until a command that disarms was heard and then, with the stop
-    released, one that arms: a player that goes on sending what it sent before moves nothing.
+    released, a command that arms. So a player that goes on sending the same commands does not move its robot.
+
+    Attributes:
+        armed: True if the motors accept commands.
+        locked: True if the emergency stop has hit the robot and no command that disarms was heard since.
+        twist: the motion of the last command.
     """
 
     def __init__(self) -> None:
@@ -23,7 +28,11 @@ class Interlock:
         self._heard = 0.0
 
     def drive(self, now: float, twist: Twist, armed: bool, estop: bool) -> None:
-        """A command arrived at match time `now`."""
+        """Take in a command at match time `now`.
+
+        Args:
+            armed: False disarms the robot. estop: whether the emergency stop is engaged.
+        """
         if not armed:
             self.armed = self.locked = False
         elif estop:
@@ -34,7 +43,7 @@ class Interlock:
         self._heard = now
 
     def stop(self) -> None:
-        """The emergency stop was engaged."""
+        """Disarm the robot, because the emergency stop was engaged."""
         self.locked = self.locked or self.armed
         self.armed = False
 

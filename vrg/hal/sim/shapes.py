@@ -1,4 +1,4 @@
-"""Oriented boxes in the plane: outlines, overlap with each other and with circles, and how far apart they are. Pure."""
+"""Oriented boxes in the plane: their outlines, and their overlap with and distance from other boxes and circles."""
 
 import math
 from dataclasses import dataclass
@@ -23,13 +23,14 @@ class Box:
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """How a box lies to another shape.
+    """The gap between a box and another shape.
 
     Args:
-        distance: m between the two along the normal; negative = they overlap by as much. For boxes that are apart
-            corner to corner it is a lower bound.
-        nx, ny: unit normal from the other shape towards the box: moving the box by -distance along it frees it.
-        x, y: the point of the box that is deepest in, or nearest to, the other shape.
+        distance: the distance of the two along the normal, m; negative if they overlap by that much. For boxes that
+            are apart corner to corner it is a lower bound.
+        nx, ny: the unit normal from the other shape towards the box. Moving an overlapping box by -distance along it
+            separates the two.
+        x, y: the point where the two touch or come nearest, m: of the box, or a corner of the other box in its side.
     """
 
     distance: float
@@ -40,13 +41,13 @@ class Gap:
 
 
 def box_edges(boxes: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Outlines of boxes.
+    """The outlines of boxes.
 
     Args:
-        boxes: shape (n, 5): x, y, heading, length, width.
+        boxes: shape (n, 5): x, y, heading, length, width, in m and rad.
 
     Returns:
-        shape (4 n, 4): x0 y0 x1 y1, counter-clockwise around each box.
+        shape (4 n, 4): x0 y0 x1 y1 in m, counter-clockwise around each box.
     """
     cos, sin = np.cos(boxes[:, 2]), np.sin(boxes[:, 2])
     ax, ay = cos * boxes[:, 3] / 2, sin * boxes[:, 3] / 2
@@ -74,7 +75,7 @@ def box_corners(box: Box) -> list[Vector]:
 
 
 def box_gap(a: Box, b: Box) -> Gap:
-    """How box `a` lies to box `b`, by the separating-axis theorem."""
+    """The gap between box `a` and box `b`, by the separating-axis theorem."""
     dx, dy = a.x - b.x, a.y - b.y
     ca, sa, cb, sb = math.cos(a.heading), math.sin(a.heading), math.cos(b.heading), math.sin(b.heading)
     cos, sin = abs(ca * cb + sa * sb), abs(sa * cb - ca * sb)
@@ -94,13 +95,13 @@ def box_gap(a: Box, b: Box) -> Gap:
     distance, nx, ny = best
     x, y = _support(a, ca, sa, -nx, -ny)
     if not _inside(b, cb, sb, x, y, 0.02):
-        # It is a corner of b that is in a's side.
+        # The contact is then a corner of b in a side of a.
         x, y = _support(b, cb, sb, nx, ny)
     return Gap(distance, nx, ny, x, y)
 
 
 def circle_gap(box: Box, circle: Circle) -> Gap:
-    """How a box lies to a circle."""
+    """The gap between a box and a circle."""
     c, s = math.cos(box.heading), math.sin(box.heading)
     dx, dy = circle.x - box.x, circle.y - box.y
     u, v = dx * c + dy * s, -dx * s + dy * c
@@ -110,7 +111,7 @@ def circle_gap(box: Box, circle: Circle) -> Gap:
         distance = math.hypot(u - pu, v - pv)
         nu, nv = (pu - u) / distance, (pv - v) / distance
         distance -= circle.radius
-    # Otherwise the centre is inside the box: out through the nearest side.
+    # Otherwise the circle's centre is inside the box, and the shortest way out is through the nearest side.
     elif hl - abs(u) < hw - abs(v):
         nu, nv, distance = (-1.0 if u >= 0 else 1.0), 0.0, abs(u) - hl - circle.radius
         pu = -nu * hl

@@ -1,4 +1,4 @@
-"""What is kept of a world so that a restarted one goes on. Noise needs nothing: see vrg.hal.sim.sensors.noise."""
+"""The snapshot from which a restarted world goes on. Noise has no state to keep: see vrg.hal.sim.sensors.noise."""
 
 from typing import Any
 
@@ -12,10 +12,10 @@ _VERSION = 3
 
 
 class GhostSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One physical robot.
+    """The snapshot of one physical robot.
 
     Args:
-        pose: where the world showed it.
+        pose: the pose where the world showed it.
     """
 
     name: Name
@@ -24,13 +24,13 @@ class GhostSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 
 class RobotSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One virtual robot.
+    """The snapshot of one virtual robot.
 
     Args:
-        start: where a reset puts it. pose: where it is. wheels: angles turned, rad.
+        start: the pose where a reset puts it. pose: the pose where it is. wheels: the angles turned, rad.
         sensors: what its sensors must remember, by their simulation.
-        energy_used: J since its battery was full. v_max: its top speed in this match, m/s.
-        locked: it was stopped by the emergency stop and has not been disarmed since.
+        energy_used: the energy drawn since its battery was full, J. v_max: its top speed in this match, m/s.
+        locked: True if the emergency stop has stopped it and no command that disarms was heard since.
     """
 
     name: Name
@@ -45,12 +45,12 @@ class RobotSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 
 class WorldSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A world at a tick.
+    """The snapshot of a world at a tick.
 
     Args:
-        setup: fingerprint of the set-up that the world was made from.
-        refereed: a referee had been heard: nothing moves until it is heard again.
-        robots: the virtual ones. physical: the others.
+        setup: the fingerprint of the set-up that the world was made from.
+        refereed: True if a referee had been heard. Nothing then moves until it is heard again.
+        robots: the virtual robots. physical: the physical robots.
     """
 
     setup: str
@@ -64,15 +64,15 @@ class WorldSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 
 def encode_snapshot(snapshot: WorldSnapshot) -> bytes:
-    """A snapshot as MessagePack."""
+    """Encode a snapshot as MessagePack."""
     return msgspec.msgpack.encode(snapshot)
 
 
 def decode_snapshot(data: bytes) -> WorldSnapshot:
-    """A snapshot from MessagePack.
+    """Decode a snapshot from MessagePack.
 
     Raises:
-        WorldError: it is damaged, or of another release of vrg.
+        WorldError: the data is damaged, or of another release of vrg.
     """
     try:
         snapshot = msgspec.msgpack.decode(data, type=WorldSnapshot)

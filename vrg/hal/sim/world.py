@@ -1,7 +1,8 @@
-"""The world: robots on a map, their commands, limits, sensors and batteries. Pure: no bus, no clock.
+"""The world: robots on a map, their commands, limits, sensors and batteries. It uses no bus and no clock.
 
-A physical robot has all of these itself. In the world it is a ghost: a body that is where the robot was measured, which
-the virtual robots see and run into, and from whose place the range sensors are synthesised that the robot lacks.
+A physical robot has all of these itself. In the world it is a ghost: a body that is where the robot was measured.
+Virtual robots see the ghost and run into it. The world also uses the ghost's pose to synthesise the range sensors that
+the robot lacks.
 """
 
 import numpy as np
@@ -21,20 +22,20 @@ from vrg.hal.sim.snapshot import GhostSnapshot, RobotSnapshot, WorldSnapshot
 from vrg.types import Pose, Twist
 
 _BATTERY_TICKS = 10
-"""Ticks between energy balances."""
+"""The number of ticks between two energy balances."""
 STATE_PERIOD = 0.1
-"""s of match time between the states of a robot of which nothing has changed."""
+"""The match time in s between two states of a robot of which nothing has changed."""
 _LASERS = frozenset({"laser"})
 
 
 class World:
-    """See the module. Time is `tick * config.tick`; the world begins at tick 0.
+    """A world of virtual and physical robots. Its time is `tick * config.tick`; it begins at tick 0.
 
     Args:
-        config: what is in it.
+        config: the set-up of the world.
 
     Raises:
-        ConfigError: check_setup found problems; all of them.
+        ConfigError: check_setup found problems; the error lists all of them.
     """
 
     def __init__(self, config: WorldConfig) -> None:
@@ -63,21 +64,21 @@ class World:
 
     @property
     def time(self) -> float:
-        """Match time, s."""
+        """The match time, s."""
         return self.tick * self.config.tick
 
     @property
     def names(self) -> list[str]:
-        """The robots in the world, virtual and physical, in a fixed order."""
+        """The names of all robots in the world, virtual and physical, in a fixed order."""
         return list(self._engine.names)
 
     @property
     def virtual(self) -> list[str]:
-        """The virtual robots, in the same order."""
+        """The names of the virtual robots, in the same order."""
         return self._fleet.names
 
     def member(self, name: str) -> Member:
-        """A virtual robot.
+        """The virtual robot of this name.
 
         Raises:
             WorldError: there is no such robot, or it is physical.
@@ -89,7 +90,7 @@ class World:
         return member
 
     def model(self, name: str) -> RobotModel:
-        """A robot's model.
+        """The model of a robot.
 
         Raises:
             WorldError: there is no such robot.
@@ -97,7 +98,7 @@ class World:
         return self._engine.models[self._engine.row(name)]
 
     def pose(self, name: str) -> Pose:
-        """Where a robot truly is; a physical one, where it is taken to be.
+        """The true pose of a virtual robot, or the assumed pose of a physical one.
 
         Raises:
             WorldError: there is no such robot.
@@ -105,14 +106,14 @@ class World:
         return Pose(*self._engine.poses[self._engine.row(name)].tolist())
 
     def drive(self, name: str, twist: Twist, armed: bool) -> None:
-        """A drive command arrived. One for a robot that is not in the world is ignored: it may come yet."""
+        """Take in a drive command. One for a robot that is not in the world is ignored: the robot may still come."""
         self._fleet.drive(self.time, name, twist, armed, self.estop)
 
     def measure(self, name: str, pose: Pose, v: float, w: float, stamp: float) -> None:
-        """A physical robot was measured to be somewhere. What is older than the newest changes nothing.
+        """Take in a measured pose of a physical robot. One that is older than the newest changes nothing.
 
         Args:
-            v, w: its body velocity then, m/s and rad/s. stamp: when, match time in s.
+            v, w: its body velocity then, m/s and rad/s. stamp: the match time of the measurement, s.
 
         Raises:
             WorldError: there is no physical robot of that name, or it was measured in the future.
@@ -127,17 +128,17 @@ class World:
             raise WorldError(f"pose of {name}: {error}") from None
 
     def limit(self, name: str, v_max: float) -> None:
-        """The referee caps a robot's speed, m/s; also one that comes later."""
+        """Take in the referee's limit of a robot's speed, m/s. It also holds for a robot that comes later."""
         self._fleet.limit(name, v_max)
 
     def engage(self, engaged: bool) -> None:
-        """Latch or release the emergency stop. Nothing moves after a release until armed again."""
+        """Latch or release the emergency stop. After a release no robot moves until it is armed again."""
         self.estop = engaged
         if engaged:
             self._fleet.stop()
 
     def referee(self, state: RefereeState) -> None:
-        """The referee spoke."""
+        """Take in the referee's state."""
         self._gate.hear(self.time, state)
 
     def add(self, name: str, model: RobotModel, pose: Pose) -> None:
@@ -184,11 +185,11 @@ class World:
             self._fleet.drain(_BATTERY_TICKS * self.config.tick)
 
     def sense(self) -> list[Said]:
-        """What every sensor says that is due at this tick. To be called once a tick."""
+        """The readings of all sensors that are due at this tick. It must be called once per tick."""
         return self._sensors.sense(self._instant(), without=self._spared)
 
     def states(self) -> list[tuple[str, RobotState]]:
-        """How each virtual robot is: those that have changed, and all of them every STATE_PERIOD."""
+        """The states of the virtual robots: those that have changed, and all of them every STATE_PERIOD."""
         now, estop = self.time, self.estop
         regular = self.tick % self._state_ticks == 0
         states = [(member.name, member.state(now, estop)) for member in self._fleet.members]
@@ -197,7 +198,7 @@ class World:
         return news
 
     def poses(self) -> Poses:
-        """Where every body truly is; a physical one, where it is taken to be."""
+        """The true poses of all virtual robots and the assumed poses of the physical ones."""
         engine, ghosts, now = self._engine, self._ghosts, self.time
         bodies = [
             Body(name, Pose(x, y, theta), v, w, name in ghosts, ghosts[name].age(now) if name in ghosts else 0.0)
@@ -208,7 +209,7 @@ class World:
         return Poses(bodies=bodies)
 
     def snapshot(self) -> WorldSnapshot:
-        """All that a restarted world needs to go on."""
+        """The snapshot from which a restarted world goes on."""
         fleet = self._fleet
         robots = [
             RobotSnapshot(
@@ -240,11 +241,11 @@ class World:
     def restore(self, snapshot: WorldSnapshot) -> None:
         """Go on from a snapshot, in a new epoch, with every robot at rest and its motors off.
 
-        Physical robots count as measured there and then.
+        Physical robots are taken to be where the snapshot says, as if measured at the snapshot's time.
 
         Raises:
-            ConfigError: it names a robot model that is not known.
-            WorldError: it is of another set-up than this world's.
+            ConfigError: the snapshot names a robot model that is not known.
+            WorldError: the snapshot is of another set-up than this world's.
         """
         if snapshot.setup != self._setup:
             raise WorldError(
@@ -273,7 +274,7 @@ class World:
             self._sensors.recall(robot.name, robot.sensors)
 
     def close(self) -> None:
-        """Let go of the engine. Idempotent."""
+        """Close the engine. Idempotent."""
         self._engine.close()
 
     def _add_ghost(self, name: str, model: RobotModel, pose: Pose) -> None:
@@ -281,7 +282,7 @@ class World:
         self._ghosts[name] = Ghost(pose, self.time)
 
     def _resize(self) -> None:
-        """The list of robots has changed, or their rows in the engine."""
+        """Adapt to a change of the list of robots, or of their rows in the engine."""
         engine = self._engine
         self._fleet.resize()
         ghosts = np.asarray(engine.kinematic).tolist()

@@ -21,4 +21,4 @@ ENGINES: Registry[type[Engine]] = Registry(
     },
     _check,
 )
-"""Every engine by name. PyBullet is imported only when it is asked for: it takes long and 30 MB."""
+"""The class of every engine by name. PyBullet is imported only if it is asked for: it takes long and needs 30 MB."""

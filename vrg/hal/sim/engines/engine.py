@@ -1,4 +1,4 @@
-"""What the world asks of a physics engine. Engines know bodies and wheels; not players, sensors or the bus."""
+"""The interface of a physics engine. Engines know bodies and wheels; they know no players, no sensors and no bus."""
 
 import math
 from abc import ABC, abstractmethod
@@ -17,12 +17,13 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class BodyState:
-    """One robot's body.
+    """The state of one robot's body.
 
     Args:
-        v, w: along its own x axis, m/s, and yaw rate, rad/s.
-        wheels: angle that the left and the right wheels have turned since the start, rad.
-        touch: each bumper, True = in contact.
+        pose: the body's pose in the map's frame.
+        v, w: speed along the body's own x axis, m/s, and yaw rate, rad/s.
+        wheels: the angles that the left and the right wheels have turned since the start, rad.
+        touch: one value per bumper, True if it is in contact.
     """
 
     pose: Pose
@@ -33,23 +34,24 @@ class BodyState:
 
 
 class Engine(ABC):
-    """Moves robots over a map. Its state is in arrays, one row a robot, in the order of `names`.
+    """Moves robots over a map. Its state is in arrays with one row per robot, in the order of `names`.
 
-    A kinematic body is where it is put: nothing pushes it, and no wall or other kinematic body is in its way. The
-    others run into it, and are pushed where it drives over them; between it and a wall they overlap with it rather
-    than with the wall.
+    A kinematic body is where `move` puts it: nothing pushes it, and neither a wall nor another kinematic body stops it.
+    The other bodies run into it, and it pushes them. A body that is caught between it and a wall overlaps with it
+    rather than with the wall.
 
     Args:
         map_: the walls and obstacles.
 
     Attributes:
-        names, models: of the robots.
-        kinematic: shape (robots,): moved by `move` alone.
+        names, models: the robots' names and models.
+        kinematic: shape (robots,): True for a body that only `move` moves.
         poses: shape (robots, 3): x, y in m, heading in rad within -pi..pi.
         velocities: shape (robots, 2): v in m/s, w in rad/s.
-        wheels: shape (robots, 2): angles turned, left and right, rad.
-        speeds: shape (robots, 2): wheel speeds that the motors have reached, rad/s.
-        touch: bit n of a robot's number = its bumper n is in contact; with a kinematic body only others count.
+        wheels: shape (robots, 2): the angles that the left and right wheels have turned, rad.
+        speeds: shape (robots, 2): the wheel speeds that the motors have reached, rad/s.
+        touch: one number per robot; bit n is set if bumper n is in contact. For a kinematic body, only contact with
+            bodies that are not kinematic counts.
     """
 
     def __init__(self, map_: Map) -> None:
@@ -70,7 +72,7 @@ class Engine(ABC):
         """Put a robot into the world, at rest and with its wheels braked.
 
         Args:
-            kinematic: it is moved by `move` alone, and may be anywhere, also in a wall.
+            kinematic: True for a body that only `move` moves, and that may be anywhere, also in a wall.
 
         Raises:
             WorldError: the name is taken.
@@ -101,7 +103,7 @@ class Engine(ABC):
             setattr(self, field, np.delete(getattr(self, field), row, axis=0))
 
     def place(self, name: str, pose: Pose) -> None:
-        """Put a robot somewhere else, at rest. Whether it fits there is the caller's to check.
+        """Put a robot somewhere else, at rest. The caller must check that it fits there.
 
         Raises:
             WorldError: there is none of that name.
@@ -113,10 +115,10 @@ class Engine(ABC):
         self._placed(row)
 
     def move(self, name: str, pose: Pose, v: float, w: float) -> None:
-        """Carry a kinematic body to where it is at the end of the next step.
+        """Set where a kinematic body is at the end of the next step.
 
         Args:
-            v, w: its body velocity there, m/s and rad/s: what it pushes is pushed at that speed.
+            v, w: its body velocity there, m/s and rad/s. It pushes other bodies at that speed.
 
         Raises:
             WorldError: there is none of that name, or it is not kinematic.
@@ -130,11 +132,11 @@ class Engine(ABC):
         self._moved(row, math.hypot(pose.x - x, pose.y - y), abs(_wrap(pose.theta - theta)))
 
     def command(self, name: str, left: float, right: float, brake: bool) -> None:
-        """Set what the wheels of a robot aim for until the next command.
+        """Set the wheel speeds that a robot aims for until the next command.
 
         Args:
-            left, right: wheel speeds, rad/s, reached within the model's acceleration.
-            brake: lock the wheels instead.
+            left, right: wheel speeds, rad/s. The model's acceleration limits how fast they are reached.
+            brake: True locks the wheels instead.
 
         Raises:
             WorldError: there is none of that name, or it is kinematic.
@@ -153,7 +155,7 @@ class Engine(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Let go of what the engine holds. Idempotent."""
+        """Release what the engine holds, such as a physics client. Idempotent."""
 
     def row(self, name: str) -> int:
         """The row of a robot in the arrays.
@@ -168,7 +170,7 @@ class Engine(ABC):
             raise WorldError(f"robot: expected one of those in the world ({known}), got {name!r}") from None
 
     def state(self, name: str) -> BodyState:
-        """One robot's body.
+        """The state of one robot's body.
 
         Raises:
             WorldError: there is none of that name.
@@ -186,22 +188,22 @@ class Engine(ABC):
 
     @abstractmethod
     def _added(self, row: int) -> None:
-        """A robot has been appended."""
+        """Called after a robot has been appended."""
 
     @abstractmethod
     def _removed(self, row: int) -> None:
-        """A robot is about to be taken out."""
+        """Called before a robot is taken out of the arrays."""
 
     @abstractmethod
     def _placed(self, row: int) -> None:
-        """A robot has been put at `poses[row]`, at rest."""
+        """Called after a robot has been put at `poses[row]`, at rest."""
 
     @abstractmethod
     def _moved(self, row: int, way: float, turn: float) -> None:
-        """A kinematic body has been moved to `poses[row]` by so many m and rad, with `velocities[row]`."""
+        """Called after a kinematic body has been moved to `poses[row]`, by `way` in m and `turn` in rad."""
 
     def _accelerate(self, dt: float) -> Floats:
-        """The wheel speeds that the motors may ask for at the end of a step: `speeds` moved towards the targets."""
+        """The wheel speeds that the motors aim for at the end of a step: `speeds`, moved towards the targets."""
         change = self._targets - self.speeds
         limit = self._slew * dt
         np.minimum(change, limit, out=change)

@@ -1,8 +1,9 @@
-"""The planar engine: unicycles with acceleration limits, footprints that never overlap. For thousands of matches.
+"""The planar engine: unicycles with acceleration limits, whose footprints never overlap.
 
-Wheels don't slip on open ground; the skid of the real body is in the model's effective track. Bodies that run into
-something slide along it. A braked or resting body doesn't give way, two moving ones share the push. A kinematic body
-gives way to nobody: the other takes the whole push, as far as walls and its neighbours leave room.
+It is fast enough for thousands of matches. Wheels do not slip on open ground; the skid of a real body is in the model's
+effective track. Bodies that run into something slide along it. A braked or resting body does not give way, and two
+moving bodies share the push. A kinematic body never gives way: the other body takes the whole push, as far as walls and
+its neighbours leave room.
 """
 
 import math
@@ -18,23 +19,23 @@ from vrg.regions import Circle
 from vrg.types import Twist
 
 CONTACT = 0.005
-"""m; a bumper closer than this is pressed."""
+"""The distance in m below which a bumper is pressed."""
 _SLACK = 1e-9
-"""m left between bodies that were pushed apart, so that rounding makes no overlap."""
+"""The distance in m that is left between bodies that were pushed apart, so that rounding makes no overlap."""
 _PUSH = 0.2
-"""m; no robot is pushed farther than this in one step."""
+"""The longest push of a robot in one step, m."""
 _ROUNDS = 6
-"""Pushes apart before bodies that still overlap are put back where they came from."""
+"""The number of attempts to push bodies apart, before those that still overlap are put back where they came from."""
 _SHOVE = _PUSH / (2 * _ROUNDS)
-"""m; where kinematic bodies are, nobody is pushed farther than this at once: one may have appeared upon another."""
+"""The longest push of a robot in one attempt, m, in a world with kinematic bodies: one may appear inside another."""
 
 
 class PlanarEngine(Engine):
-    """See the module.
+    """An engine that moves unicycles in the plane and keeps their footprints apart.
 
-    Most steps need no collision check at all: each robot has budgets, the way it may go before it could touch
-    anything (half the gap to its nearest neighbour, the whole gap to a wall, from its circumscribed circle). Only
-    when a budget is used up is that robot looked at.
+    Most steps need no collision check at all. Each robot has two budgets: the way that it can go before it could touch
+    anything. One is the whole gap to the nearest wall, the other half the gap to the nearest robot, both measured from
+    the robot's circumscribed circle. A robot is checked only when one of its budgets is used up.
     """
 
     def __init__(self, map_: Map) -> None:
@@ -47,12 +48,12 @@ class PlanarEngine(Engine):
         self._turn: Floats = np.zeros(0)
         self._reach: Floats = np.zeros(0)
         self._budgets: Floats = np.zeros((2, 0))
-        """m to go before a wall (first row) or another robot (second) could be touched."""
+        """The way in m that each robot can go before it could touch a wall (first row) or a robot (second row)."""
         self._contacts: set[tuple[int, int, int]] = set()
         self._margin = CONTACT
-        """m; whoever is nearer than this may touch in this step."""
+        """The distance in m below which two bodies may touch in this step."""
         self._shove = math.inf
-        """m; the longest push at once."""
+        """The longest push of a robot in one attempt, m."""
 
     def step(self, dt: float) -> None:
         """Advance by dt seconds."""
@@ -60,7 +61,7 @@ class PlanarEngine(Engine):
             return
         poses, velocities = self.poses, self.velocities
         self.speeds = speeds = self._accelerate(dt)
-        carried = velocities[self.kinematic]  # their wheels stand: the lines below give them no speed and no way
+        carried = velocities[self.kinematic]  # their wheels do not turn, so the lines below would give them no speed
         v, w = velocities[:, 0], velocities[:, 1]
         np.multiply(speeds[:, 0] + speeds[:, 1], self._half_radius, out=v)
         np.multiply(speeds[:, 1] - speeds[:, 0], self._turn, out=w)
@@ -80,7 +81,7 @@ class PlanarEngine(Engine):
             heading -= np.round(heading / (2 * math.pi)) * (2 * math.pi)
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Do nothing: this engine holds nothing that must be released."""
 
     def _added(self, row: int) -> None:
         self._forget(self.models, self.kinematic)
@@ -95,19 +96,20 @@ class PlanarEngine(Engine):
         self._budgets[1, row] -= way + turn * self._reach[row]
 
     def _forget(self, models: list[RobotModel], kinematic: npt.NDArray[np.bool_]) -> None:
-        """Derive everything anew and look at every robot at the next step."""
+        """Compute everything that depends on the list of robots anew, and check every robot at the next step."""
         self._half_radius = np.array([m.wheel_radius / 2 for m in models])
         self._turn = np.array([m.wheel_radius / m.effective_track for m in models])
         self._reach = np.array([math.hypot(m.length, m.width) / 2 for m in models])
         self._budgets = np.full((2, len(models)), -1.0)
         self._budgets[0, kinematic] = math.inf
-        # Without them nobody is pushed by more than he drove in, and what is out of touch stays so.
+        # Without kinematic bodies no robot is pushed farther than it has driven in this step, so a robot that is out of
+        # reach before the push is out of reach after it.
         self._margin, self._shove = (CONTACT + _PUSH, _SHOVE) if kinematic.any() else (CONTACT, math.inf)
         self._contacts.clear()
         self.touch = [0] * len(self.touch)
 
     def _collide(self, before: Floats, dt: float) -> None:
-        """Push overlapping bodies apart, note who touches, and give out new budgets."""
+        """Push overlapping bodies apart, note which bumpers are pressed, and compute new budgets."""
         walls, pairs, at_walls, at_robots = self._candidates()
         if not (walls or pairs or self._contacts):
             return
@@ -115,7 +117,7 @@ class PlanarEngine(Engine):
             free = {pair for pair in pairs if not self.kinematic[list(pair)].any()}
             moved = self._push_apart(walls, pairs)
             if len(free) < len(pairs):
-                # The last word is the walls' and the neighbours': what a kinematic body wedges in, it overlaps.
+                # Walls and neighbours are resolved last, so a body that is caught overlaps with the kinematic body.
                 moved |= self._push_apart(walls, free)
             moved |= self._put_back(walls, free, before)
             for row in moved:
@@ -131,15 +133,15 @@ class PlanarEngine(Engine):
             self._note(gap, row, other)
             self._note(gap, other, row)
             if gap.distance < 0.0 and (self.kinematic[row] or self.kinematic[other]):
-                self._budgets[1, row] = -1.0  # pushed on at the next step, also if both stand
+                self._budgets[1, row] = -1.0  # it is pushed on at the next step, also if both stand still
         self.touch = [0] * len(self.names)
         for row, _, bit in self._contacts:
             self.touch[row] |= bit
 
     def _candidates(self) -> tuple[list[tuple[int, Box | Circle]], set[tuple[int, int]], set[int], set[int]]:
-        """The (robot, wall) and (robot, robot) pairs near enough to touch, and the robots whose pairs they are.
+        """The (robot, wall) and (robot, robot) pairs near enough to touch, and the robots that were checked for them.
 
-        A robot near one that is due is looked at too: it may be pushed.
+        A robot near one whose budget is used up is checked too, because it may be pushed.
         """
         due = (self._budgets[1] < 0.0).nonzero()[0].tolist()
         at_walls = set((self._budgets[0] < 0.0).nonzero()[0].tolist())
@@ -157,7 +159,7 @@ class PlanarEngine(Engine):
         return walls, pairs, at_walls, at_robots
 
     def _near_statics(self, row: int) -> list[int]:
-        """The walls and obstacles in reach of a robot; gives it a new budget."""
+        """The walls and obstacles in reach of a robot, by index. It also sets the robot's new budget."""
         x, y, _ = self.poses[row].tolist()
         gaps = self._static_distances(x, y) - self._reach[row]
         self._budgets[0, row] = max(0.0, gaps.min()) if len(gaps) else math.inf
@@ -165,7 +167,10 @@ class PlanarEngine(Engine):
         return near
 
     def _near_robots(self, row: int) -> list[int]:
-        """The robots in reach of a robot; gives it a new budget, and nobody more than half the gap to it."""
+        """The robots in reach of a robot, by row. It also sets the robot's new budget.
+
+        The budgets of the others are lowered where they exceed half the gap to this robot.
+        """
         poses, budgets = self.poses, self._budgets[1]
         gaps = np.hypot(poses[:, 0] - poses[row, 0], poses[:, 1] - poses[row, 1])
         gaps -= self._reach + self._reach[row]
@@ -179,7 +184,7 @@ class PlanarEngine(Engine):
         return near
 
     def _overlapping(self, walls: list[tuple[int, Box | Circle]], pairs: set[tuple[int, int]]) -> set[int]:
-        """The robots whose footprints are in a wall or in another's."""
+        """The robots whose footprints overlap with a wall or with another footprint."""
         rows = {row for row, shape in walls if self._gap(row, shape).distance < 0.0}
         for pair in pairs:
             if box_gap(self._body(pair[0]), self._body(pair[1])).distance < 0.0:
@@ -187,7 +192,7 @@ class PlanarEngine(Engine):
         return rows
 
     def _static_distances(self, x: float, y: float) -> Floats:
-        """From a point to each wall and obstacle, m."""
+        """The distance from a point to each wall and obstacle, m."""
         dx, dy = x - self._box_at[:, 0], y - self._box_at[:, 1]
         u = np.abs(dx * self._box_cos + dy * self._box_sin) - self._box_half[:, 0]
         v = np.abs(dy * self._box_cos - dx * self._box_sin) - self._box_half[:, 1]
@@ -196,9 +201,9 @@ class PlanarEngine(Engine):
         return np.concatenate((boxes, np.hypot(x - discs[:, 0], y - discs[:, 1]) - discs[:, 2]))
 
     def _push_apart(self, walls: list[tuple[int, Box | Circle]], pairs: set[tuple[int, int]]) -> set[int]:
-        """Move overlapping bodies out of each other along the shortest way; returns those that moved.
+        """Move overlapping bodies out of each other along the shortest way, and return those that moved.
 
-        All pushes of a round are found before any is made, so that no robot's place in the list favours it.
+        All pushes of an attempt are computed before any is applied, so that the order of the robots does not matter.
         """
         moved: set[int] = set()
         for _ in range(_ROUNDS):
@@ -230,14 +235,14 @@ class PlanarEngine(Engine):
             shift[1] += push * gap.ny
 
     def _share(self, row: int, other: int) -> float:
-        """How much of a push the first of two robots takes, 0 to 1."""
+        """The fraction of a push that the first of two robots takes, 0 to 1."""
         if self.kinematic[row] or self.kinematic[other]:
             return 0.0 if self.kinematic[row] else 1.0
         moves = [not self._braking[n] and bool(self.speeds[n].any()) for n in (row, other)]
         return 0.5 if moves[0] == moves[1] else float(moves[0])
 
     def _put_back(self, walls: list[tuple[int, Box | Circle]], pairs: set[tuple[int, int]], before: Floats) -> set[int]:
-        """Return bodies that are still in another to where they came from; where all came from there is no overlap."""
+        """Put bodies that still overlap back where they came from, where none of them overlapped."""
         back: set[int] = set()
         while stuck := self._overlapping(walls, pairs) - back:
             for row in stuck:
@@ -246,7 +251,7 @@ class PlanarEngine(Engine):
         return back
 
     def _slide(self, row: int, before: Floats, dt: float) -> None:
-        """What is left of a robot's velocity after it was pushed; its wheels stall to match."""
+        """Set a robot's velocity to what is left of it after a push, and its wheel speeds to match."""
         x, y, heading = (self.poses[row] - before[row]).tolist()
         theta = float(self.poses[row, 2])
         v = (x * math.cos(theta) + y * math.sin(theta)) / dt

@@ -1,9 +1,9 @@
 """The PyBullet engine: rigid bodies that stand on four wheels, and wheels that slip and scrub.
 
-PyBullet does the bodies: their weight, inertia, contacts with walls and each other. Traction is ours: PyBullet's
-friction at a wheel is a pyramid along the map's axes (or, as a cone, far too weak), which made the turn rate swing by
-15 to 40 % with the heading at any affordable number of iterations. So the wheels stand on the ground without friction,
-and each gets the Coulomb force against its slip, isotropic and smoothed near zero:
+PyBullet computes the bodies: their weight, inertia, and contacts with walls and each other. This module computes the
+traction itself: PyBullet's friction at a wheel is a pyramid along the map's axes (or, as a cone, far too weak), which
+made the turn rate vary by 15 to 40 % with the heading at any affordable number of iterations. So the wheels stand on
+the ground without friction, and each gets the Coulomb force against its slip, isotropic and smoothed near zero:
 
     force = -friction * load * slip / sqrt(|slip|^2 + SMOOTH^2)
 
@@ -11,10 +11,10 @@ Turning in place then balances the moments of lengthwise and sideways slip at
 
     effective track = track + wheelbase^2 / track
 
-whatever the friction; `RobotModel.effective_track` holds what this engine measures (tests/hal/test_bullet.py).
+whatever the friction is. `RobotModel.effective_track` holds the track measured here (tests/hal/test_bullet.py).
 
-A kinematic body is one without mass that is set to its place, with its speed, before each physics step, so that the
-solver pushes the others at that speed. It is far taller than they are, so that nobody is ever pushed up upon it.
+A kinematic body has no mass. Before each physics step it is set to its place, with its speed, so that the solver pushes
+the other bodies at that speed. It is far taller than they are, so that no body is ever pushed on top of it.
 """
 
 import math
@@ -29,35 +29,36 @@ from vrg.hal.sim.map import WALL_HEIGHT, Map
 from vrg.hal.sim.shapes import Box, box_gap, circle_gap
 
 STEP = 0.01
-"""s; the longest physics step."""
+"""The longest physics step, s."""
 ITERATIONS = 10
-"""Of the constraint solver."""
+"""The number of iterations of the constraint solver."""
 SMOOTH = 0.1
-"""m/s of slip at which friction is at 70 %; any less and friction * g * STEP would overshoot a standing wheel."""
+"""The slip in m/s at which friction has 70 % of its full value. With a lower value, one physics step of full friction
+(friction * g * STEP) would make a standing wheel overshoot."""
 BODY_FRICTION = 0.2
-"""Between bodies, and between a body and a wall."""
+"""The coefficient of friction between bodies, and between a body and a wall."""
 CONTACT = 0.005
-"""m; a bumper closer than this is pressed."""
+"""The distance in m below which a bumper is pressed."""
 _CLEARANCE = 0.05
-"""m of ground clearance of a body."""
+"""The ground clearance of a body, m."""
 _RAY, _GROUND, _WALL, _BODY, _WHEEL, _KINEMATIC = 1, 2, 4, 8, 16, 32
-"""Collision groups: wheels stand on the ground alone, bodies meet bodies and walls, kinematic bodies meet the other
-bodies alone. PyBullet's rays are in group 1."""
+"""The collision groups. Wheels meet only the ground, bodies meet bodies and walls, and kinematic bodies meet only the
+other bodies. PyBullet's rays are in group 1."""
 _TALL = 10.0
-"""m; a kinematic body's height above and below the axles."""
+"""The height of a kinematic body above and below the axles, m."""
 _SQUEEZED = 0.02
-"""m that a body may be pressed into a wall; deeper, and what presses it lets it through."""
+"""The depth in m that a body may be pressed into a wall. Beyond it the kinematic body lets the other body through."""
 
 
 class BulletEngine(Engine):
-    """See the module. One physics client of its own, without a window."""
+    """An engine that moves rigid bodies with PyBullet, in a physics client of its own without a window."""
 
     def __init__(self, map_: Map) -> None:
         super().__init__(map_)
         self._client = pybullet.connect(pybullet.DIRECT)
         self._bodies: list[int] = []
         self._passing: set[tuple[int, int]] = set()
-        """Kinematic bodies and others that they let through until the two are apart."""
+        """The pairs of a kinematic body and a body that it lets through until the two are apart."""
         self._radii: Floats = np.zeros((0, 1))
         self._open = True
         pybullet.setGravity(0, 0, -GRAVITY, physicsClientId=self._client)
@@ -74,7 +75,7 @@ class BulletEngine(Engine):
             physicsClientId=client,
         )
         aims = self._accelerate(dt)
-        aims[self._braking] = 0.0  # locked at once; how fast that stops the body is up to friction
+        aims[self._braking] = 0.0  # the wheels lock at once; friction decides how fast that stops the body
         self.speeds = aims
         self.wheels += aims * dt
         rims = (aims * self._radii).tolist()
@@ -121,14 +122,14 @@ class BulletEngine(Engine):
         pybullet.resetBaseVelocity(body, (0, 0, 0), (0, 0, 0), physicsClientId=self._client)
 
     def _moved(self, row: int, way: float, turn: float) -> None:
-        """The next step carries it there."""
+        """Do nothing: the next step moves the body there."""
 
     def _carry(self, row: int, ahead: float) -> None:
-        """Set a kinematic body to where it comes from, `ahead` seconds before it is at its pose."""
+        """Set a kinematic body to where it is `ahead` seconds before it reaches its pose."""
         client, body, model = self._client, self._bodies[row], self.models[row]
         x, y, theta = self.poses[row].tolist()
         v, w = self.velocities[row].tolist()
-        # What was measured may be nonsense; what it pushes is flung away no faster than a robot drives.
+        # A measured speed may be wrong by any amount; a body must not be pushed faster than a robot drives.
         v, w = max(-model.v_max, min(v, model.v_max)), max(-model.w_max, min(w, model.w_max))
         vx, vy = v * math.cos(theta), v * math.sin(theta)
         half = (theta - w * ahead) / 2
@@ -138,9 +139,9 @@ class BulletEngine(Engine):
         pybullet.resetBaseVelocity(body, (vx, vy, 0.0), (0.0, 0.0, w), physicsClientId=client)
 
     def _restrain(self, row: int) -> None:
-        """Keep what a kinematic body touches from being flung away or through a wall.
+        """Keep a kinematic body from throwing the bodies that it touches away or through a wall.
 
-        One that appears right upon another is deep in it, and the solver drives the two apart at any speed.
+        A kinematic body may appear deep inside another body, and the solver drives the two apart at any speed.
         """
         client = self._client
         contacts = pybullet.getContactPoints(bodyA=self._bodies[row], physicsClientId=client)
@@ -156,7 +157,7 @@ class BulletEngine(Engine):
             self._relieve(self._bodies[row], met)
 
     def _relieve(self, kinematic: int, met: set[int]) -> None:
-        """Let bodies through that are wedged between a kinematic body and a wall, also with others between."""
+        """Let bodies through that are caught between a kinematic body and a wall, also if others are in between."""
         chain, new = set(met), set(met)
         while new:
             touched = {
@@ -171,7 +172,7 @@ class BulletEngine(Engine):
                 self._meet((kinematic, body), False)
 
     def _meet(self, pair: tuple[int, int], do: bool) -> None:
-        """Whether a kinematic body and another meet from now on."""
+        """Set whether a kinematic body and another body collide from now on."""
         pybullet.setCollisionFilterPair(*pair, -1, -1, int(do), physicsClientId=self._client)
         if do:
             self._passing.discard(pair)
@@ -179,7 +180,7 @@ class BulletEngine(Engine):
             self._passing.add(pair)
 
     def _let_through(self) -> None:
-        """Bumpers of bodies that are let through; those that are apart again meet again."""
+        """Press the bumpers of bodies that are being let through, and let those collide again that are apart now."""
         for pair in sorted(self._passing):
             rows = [self._bodies.index(body) for body in pair]
             gap = box_gap(*(self._footprint(row) for row in rows))
@@ -191,7 +192,7 @@ class BulletEngine(Engine):
                 self.touch[row] |= bumper_bit(self.models[row], math.atan2(gap.y - y, gap.x - x) - theta)
 
     def _wall_depth(self, body: int) -> float:
-        """m by which a body is in a wall or an obstacle."""
+        """The depth in m by which a body is in a wall or an obstacle; negative if it touches none."""
         (x, y, _), turn = pybullet.getBasePositionAndOrientation(body, physicsClientId=self._client)
         model = self.models[self._bodies.index(body)]
         box = Box(x, y, _yaw(turn), model.length, model.width)
@@ -204,7 +205,7 @@ class BulletEngine(Engine):
         return Box(x, y, theta, self.models[row].length, self.models[row].width)
 
     def _pull(self, body: int, model: RobotModel, left: float, right: float) -> None:
-        """Apply the wheels' traction for the next physics step. `left` and `right` are speeds of the rims, m/s."""
+        """Apply the wheels' traction for the next physics step. `left` and `right` are the speeds of the rims, m/s."""
         client = self._client
         place, turn = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)
         (vx, vy, _), (_, _, w) = pybullet.getBaseVelocity(body, physicsClientId=client)
@@ -236,7 +237,7 @@ class BulletEngine(Engine):
             self.touch[row] = self._pressed(body, self.models[row], x, y, theta)
 
     def _pressed(self, body: int, model: RobotModel, x: float, y: float, theta: float) -> int:
-        """The bumpers in contact. A side that lies against something touches at its ends: the middle counts."""
+        """The bumpers in contact, as bits. A side against something touches it at both ends, so the middle counts."""
         points: dict[int, list[tuple[float, float]]] = {}
         for contact in pybullet.getContactPoints(bodyA=body, linkIndexA=-1, physicsClientId=self._client):
             if contact[8] < CONTACT:
@@ -272,7 +273,7 @@ class BulletEngine(Engine):
         pybullet.setCollisionFilterGroupMask(body, -1, _WALL, _BODY | _RAY, physicsClientId=client)
 
     def _build_robot(self, model: RobotModel) -> int:
-        """A box on four spheres; its origin, and its centre of mass, is at the height of the axles."""
+        """Build a box on four spheres. Its origin and its centre of mass are at the height of the axles."""
         client = self._client
         tall = model.height - _CLEARANCE
         hull = pybullet.createCollisionShape(

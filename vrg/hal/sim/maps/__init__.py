@@ -23,4 +23,4 @@ MAPS: Registry[Path] = Registry(
     },
     lambda found: None if isinstance(found, Path) else "expected the pathlib.Path of a map file",
 )
-"""The path of every map file by name."""
+"""The path of every map file, by the map's name."""

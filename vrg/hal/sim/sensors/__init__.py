@@ -1,1 +1,1 @@
-"""The simulations of sensors, one module a kind: from what is true of the robots to what their sensors say."""
+"""The simulations of sensors, one module per kind. They compute the sensors' messages from the true state of robots."""

@@ -1,4 +1,4 @@
-"""What the simulation of a kind of sensor is given and what it gives."""
+"""The base class of the simulations of sensors, with the data that they are given and that they return."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
@@ -14,15 +14,15 @@ from vrg.hal.sim.sensors.noise import Floats, generator
 P = TypeVar("P", bound=SensorSpec)
 
 Said = tuple[str, str, SensorMessage]
-"""One reading: the robot's name, the sensor's name on it, and what it says."""
+"""One reading: the robot's name, the sensor's name on that robot, and the sensor's message."""
 
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What stands still while a world lasts.
+    """What does not change while a world exists.
 
     Args:
-        map_: the walls and obstacles. seed: of all noise. noise: False = perfect sensors.
+        map_: the walls and obstacles. seed: the seed of all noise. noise: False means perfect sensors.
     """
 
     map_: Map
@@ -35,7 +35,8 @@ class Mounted(Generic[P]):
     """One sensor on one robot.
 
     Args:
-        row: of the robot in the arrays of an `Instant`.
+        row: the robot's row in the arrays of an `Instant`.
+        robot: the robot's name. model: its model. spec: the spec of the sensor.
     """
 
     row: int
@@ -46,16 +47,16 @@ class Mounted(Generic[P]):
 
 @dataclass(frozen=True, slots=True)
 class Instant:
-    """What is true of all robots at one tick, one row a robot.
+    """The true state of all robots at one tick. Each array has one row per robot.
 
     Args:
-        tick: number of the tick. dt: s between ticks.
-        models: of the robots.
+        tick: the number of the tick. dt: the match time between ticks, s.
+        models: the models of the robots.
         poses: shape (robots, 3): x, y in m, heading in rad.
         velocities: shape (robots, 2): v in m/s, w in rad/s.
-        wheels: shape (robots, 2): angles that the left and the right wheels have turned, rad.
-        touch: bit n of a robot's number is set where its bumper n is in contact.
-        charge: of a robot's battery by its name, 1 full to 0 empty.
+        wheels: shape (robots, 2): the angles that the left and the right wheels have turned, rad.
+        touch: one number per robot; bit n is set if bumper n is in contact.
+        charge: returns the charge of a robot's battery by the robot's name, from 1 (full) to 0 (empty).
     """
 
     tick: int
@@ -69,32 +70,32 @@ class Instant:
 
 
 class SensorSimulation(ABC, Generic[P]):
-    """All sensors of one kind in a world. A function of its ticks: it has no clock and no random source of its own."""
+    """Simulates all sensors of one kind in a world. Its results depend on its ticks and the seed alone."""
 
     def __init__(self, surroundings: Surroundings) -> None:
         self.surroundings = surroundings
         self.mounted: list[Mounted[P]] = []
 
     def resize(self, mounted: Sequence[Mounted[P]], now: Instant) -> None:
-        """The list of robots has changed, or their rows."""
+        """Adapt to a change of the list of robots, or of their rows."""
         self.mounted = list(mounted)
 
     @abstractmethod
     def sense(self, now: Instant) -> list[Said]:
-        """What the sensors say at this tick that are due. Called once a tick."""
+        """The readings of the sensors that are due at this tick. It is called once per tick."""
 
-    def placed(self, robot: str) -> None:  # noqa: B027 - most sensors remember nothing
-        """A robot was put somewhere else, at rest."""
+    def placed(self, robot: str) -> None:
+        """Take note that a robot was put somewhere else, at rest."""
 
     def remember(self, robot: str) -> Any:
-        """What a restarted world must know of this robot's sensor, as plain data; None is nothing."""
+        """What a restarted world must know of this robot's sensor, as plain data; None if there is nothing."""
         return None
 
-    def recall(self, robot: str, remembered: Any) -> None:  # noqa: B027 - most sensors remember nothing
-        """Go on from what was remembered."""
+    def recall(self, robot: str, remembered: Any) -> None:
+        """Go on from what `remember` returned."""
 
     def due(self, now: Instant) -> list[Mounted[P]]:
-        """The sensors whose reading is due at this tick and does come."""
+        """The sensors whose reading is due at this tick and does not drop out."""
         return [m for m in self.mounted if now.tick % m.spec.due_every(now.dt) == 0 and self._comes(m, now)]
 
     def _comes(self, mounted: Mounted[P], now: Instant) -> bool:

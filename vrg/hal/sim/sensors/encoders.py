@@ -1,4 +1,4 @@
-"""Wheel encoders. They have no noise, only their resolution."""
+"""The simulation of wheel encoders. They have no noise; only their resolution is finite."""
 
 import math
 
@@ -7,10 +7,10 @@ from vrg.hal.sim.sensors.base import Instant, Said, SensorSimulation
 
 
 class EncodersSimulation(SensorSimulation[EncodersSpec]):
-    """Counts the turns of the wheels."""
+    """Simulates encoders: they count the turns of the wheels."""
 
     def sense(self, now: Instant) -> list[Said]:
-        """The counts of each robot whose encoders are due."""
+        """The counts of the robots whose encoders are due."""
         said: list[Said] = []
         for m in self.due(now):
             left, right = now.wheels[m.row].tolist()

@@ -1,4 +1,4 @@
-"""The inertial navigation system: the true pose with noise."""
+"""The simulation of the inertial navigation system: the true pose with noise."""
 
 from collections.abc import Sequence
 
@@ -9,7 +9,7 @@ from vrg.types import Pose
 
 
 class InsSimulation(SensorSimulation[InsSpec]):
-    """Tells where the robots are, nearly."""
+    """Simulates inertial navigation systems: they tell the robots' true poses plus noise."""
 
     def __init__(self, surroundings: Surroundings) -> None:
         super().__init__(surroundings)
@@ -17,13 +17,13 @@ class InsSimulation(SensorSimulation[InsSpec]):
         self._index: dict[tuple[str, str], int] = {}
 
     def resize(self, mounted: Sequence[Mounted[InsSpec]], now: Instant) -> None:
-        """See the base class."""
+        """Adapt to a change of the list of robots, or of their rows."""
         super().resize(mounted, now)
         self._noise.resize([f"{m.robot} {m.spec.name}" for m in mounted])
         self._index = {(m.robot, m.spec.name): index for index, m in enumerate(mounted)}
 
     def sense(self, now: Instant) -> list[Said]:
-        """The pose of each robot whose system is due."""
+        """The noisy poses of the robots whose systems are due."""
         due = self.due(now)
         if not due:
             return []

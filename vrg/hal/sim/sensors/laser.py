@@ -1,4 +1,4 @@
-"""The robots' planar range finders: rays, noise and resolution. Pure."""
+"""The simulation of planar laser range finders: rays, noise and resolution. It uses no bus and no clock."""
 
 from collections.abc import Sequence
 from functools import cache
@@ -14,17 +14,17 @@ from vrg.hal.sim.sensors.rays import Edges, Fan, cast
 from vrg.hal.sim.shapes import box_edges
 
 _BLOCK = 64
-"""Scans of noise that are drawn at once."""
+"""The number of scans whose noise is drawn at once."""
 
 
 @cache
 def fan_of(spec: LaserSpec) -> Fan:
-    """The beams of a range finder."""
+    """The beams of a laser range finder."""
     return Fan.of(spec.beams, spec.fov)
 
 
 class LaserSimulation(SensorSimulation[LaserSpec]):
-    """All range finders of a world. They see the map and all robots, physical ones included."""
+    """Simulates all laser range finders of a world. They see the map and all robots, physical ones included."""
 
     def __init__(self, surroundings: Surroundings) -> None:
         super().__init__(surroundings)
@@ -34,7 +34,7 @@ class LaserSimulation(SensorSimulation[LaserSpec]):
         self._blocks: dict[tuple[str, str], tuple[int, Floats]] = {}
 
     def sense(self, now: Instant) -> list[Said]:
-        """A scan of each range finder that is due."""
+        """The scans of the laser range finders that are due."""
         due = self.due(now)
         if due:
             self.look(now.models, now.poses)
@@ -57,10 +57,11 @@ class LaserSimulation(SensorSimulation[LaserSpec]):
     def scan(
         self, robot: str, spec: LaserSpec, pose: tuple[float, float, float], number: int
     ) -> npt.NDArray[np.float32]:
-        """One scan.
+        """Compute one scan, among the robots that `look` was given.
 
         Args:
-            robot: its name, for the noise. pose: the robot's, x, y, heading. number: counts the robot's scans.
+            robot: the robot's name, for the noise. pose: the robot's x and y in m and its heading in rad, in the map's
+                frame. number: the number of the scan, for the noise.
 
         Returns:
             shape (beams,), m, in steps of the resolution; `range_max` where a beam met nothing.

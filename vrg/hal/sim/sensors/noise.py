@@ -1,7 +1,7 @@
-"""Noise that a seed fixes. Pure.
+"""Noise that depends on a seed alone.
 
-Noise is a function of (world seed, robot, sensor, number of the reading) alone: a restarted world needs no generator
-states, and no robot's noise depends on which others take part.
+Noise is a function of (world seed, robot, sensor, number of the reading) alone. So a restarted world needs no states of
+random generators, and no robot's noise depends on which other robots take part.
 """
 
 import zlib
@@ -13,7 +13,7 @@ import numpy.typing as npt
 Floats = npt.NDArray[np.float64]
 
 _BLOCK = 256
-"""Readings of noise that are drawn at once; drawing each one for each robot would cost more than moving it."""
+"""The number of readings whose noise is drawn at once, because drawing at every reading would be slow."""
 
 
 def generator(seed: int, robot: str, sensor: str, block: int = 0) -> np.random.Generator:
@@ -25,7 +25,7 @@ class Noise:
     """Standard normal numbers for a sensor that several robots have.
 
     Args:
-        seed: of the world. sensor: in a word. columns: numbers for one reading of one robot.
+        seed: the world's seed. sensor: a word for the sensor. columns: how many numbers one reading of a robot needs.
     """
 
     def __init__(self, seed: int, sensor: str, columns: int) -> None:

@@ -1,6 +1,6 @@
-"""Odometry by the encoders, with each side's calibration error and slip.
+"""The simulation of odometry from the encoders, with each side's calibration error and slip.
 
-The way of each tick is integrated, whatever the rate of the readings.
+The way of each tick is integrated, whatever the rate of the readings is.
 """
 
 import math
@@ -16,11 +16,11 @@ from vrg.hal.sim.sensors.noise import Floats, Noise, generator
 from vrg.types import Pose, Twist
 
 _FINE = 1_000_000
-"""Ticks per turn of a robot whose model has odometry but no encoders."""
+"""The encoders' ticks per turn that are assumed for a robot whose model has odometry but no encoders."""
 
 
 class OdometrySimulation(SensorSimulation[OdometrySpec]):
-    """Adds up the ways of the wheels."""
+    """Simulates odometry: it adds up the ways of the wheels."""
 
     def __init__(self, surroundings: Surroundings) -> None:
         super().__init__(surroundings)
@@ -28,7 +28,7 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
         self._index: dict[str, int] = {}
         self._rows: list[int] = []
         self.poses: Floats = np.zeros((0, 3))
-        """Shape (robots, 3): x, y in m, heading in rad since the odometry began, by the order of `mounted`."""
+        """The poses relative to where the odometry began: shape (robots, 3), m and rad, in the order of `mounted`."""
         self._counts: Floats = np.zeros((0, 2))
         self._per_rad: Floats = np.zeros((0, 1))
         self._way: Floats = np.zeros((0, 2))
@@ -36,7 +36,7 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
         self._slip: Floats = np.zeros((0, 1))
 
     def resize(self, mounted: Sequence[Mounted[OdometrySpec]], now: Instant) -> None:
-        """See the base class; the robots that stay go on from where they are."""
+        """Adapt to a change of the list of robots, or of their rows. The odometry of robots that stay goes on."""
         before = {robot: self.poses[index] for robot, index in self._index.items()}
         super().resize(mounted, now)
         names = [m.robot for m in mounted]
@@ -57,7 +57,7 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
         self._counts = np.floor(now.wheels[self._rows] * self._per_rad)
 
     def sense(self, now: Instant) -> list[Said]:
-        """Integrate the way of this tick, and tell it for each robot whose reading is due."""
+        """Integrate the way of this tick, and return the odometry of the robots whose reading is due."""
         if not self._rows:
             return []
         counts = np.floor(now.wheels[self._rows] * self._per_rad)
@@ -81,16 +81,16 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
         return said
 
     def placed(self, robot: str) -> None:
-        """The odometry begins anew there."""
+        """Begin a robot's odometry anew, because it was put somewhere else."""
         if robot in self._index:
             self.poses[self._index[robot]] = 0.0
 
     def remember(self, robot: str) -> Any:
-        """How far it has come."""
+        """The pose of a robot's odometry, as a list of x, y and heading."""
         return self.poses[self._index[robot]].tolist() if robot in self._index else None
 
     def recall(self, robot: str, remembered: Any) -> None:
-        """Go on from there."""
+        """Set the pose of a robot's odometry to what `remember` returned."""
         if robot in self._index:
             self.poses[self._index[robot]] = remembered
 

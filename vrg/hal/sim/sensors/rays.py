@@ -1,9 +1,9 @@
-"""Planar ray casting against the outlines of boxes and against circles, vectorised. Pure.
+"""Planar ray casting against the outlines of boxes and against circles, vectorised.
 
-A range finder's beams are evenly spaced, so an edge is met by one run of beams. The run of each edge follows from the
-bearings of its two ends; only those (beam, edge) pairs are intersected, a few per beam however many edges there are.
-Edges are counter-clockwise around solid bodies and seen from outside only: the far side of a body is never nearer
-than its near side, so half of the edges drop out by the sign of one cross product.
+The beams of a range finder are evenly spaced, so the beams that meet an edge are neighbours: a run. The run of an edge
+follows from the bearings of its two ends. Only those (beam, edge) pairs are intersected: a few per beam, however many
+edges there are. Edges are counter-clockwise around solid bodies and are seen from outside only: the far side of a body
+is never nearer than its near side, so the sign of one cross product excludes half of the edges.
 """
 
 import math
@@ -18,7 +18,7 @@ _EPS = 1e-9
 
 
 class Edges:
-    """Outlines with what every scan needs of them.
+    """The edges of outlines, with the values that every scan needs of them.
 
     Args:
         segments: shape (n, 4): x0 y0 x1 y1 in m, counter-clockwise around each body.
@@ -28,16 +28,16 @@ class Edges:
 
     def __init__(self, segments: Floats) -> None:
         self.ends: Floats = np.ascontiguousarray(segments.T)
-        """Shape (4, n)."""
+        """The two ends of each edge: shape (4, n), x0 y0 x1 y1 in m."""
         dx, dy = self.ends[2] - self.ends[0], self.ends[3] - self.ends[1]
         length = np.hypot(dx, dy)
         self.normals: Floats = np.array((dy / length, -dx / length))
-        """Outward, shape (2, n)."""
+        """The outward unit normal of each edge: shape (2, n)."""
         self.offsets: Floats = self.normals[0] * self.ends[0] + self.normals[1] * self.ends[1]
-        """Of each edge's line from the origin, along its normal, shape (n,)."""
+        """The distance of each edge's line from the origin, along its normal: shape (n,), m."""
 
     def join(self, others: "Edges") -> "Edges":
-        """These edges and others."""
+        """Return these edges and others together."""
         joined = Edges.__new__(Edges)
         joined.ends = np.concatenate((self.ends, others.ends), axis=1)
         joined.normals = np.concatenate((self.normals, others.normals), axis=1)
@@ -50,9 +50,10 @@ class Fan:
     """Evenly spaced beams, within -pi..pi of straight ahead.
 
     Args:
-        first: angle of the first beam in the sensor's frame, rad. step: angle between beams, rad.
-        count: number of beams.
-        angles: shape (count,), rad; derived. directions: shape (2, count), their cosines and sines; derived.
+        first: the angle of the first beam in the sensor's frame, rad. step: the angle between beams, rad.
+        count: the number of beams.
+        angles: the beams' angles, derived from the above: shape (count,), rad.
+        directions: the cosines and sines of the angles: shape (2, count).
     """
 
     first: float
@@ -68,24 +69,24 @@ class Fan:
 
     @classmethod
     def of(cls, beams: int, fov: float) -> "Fan":
-        """Beams that cover `fov` (rad) symmetrically about straight ahead, both ends included."""
+        """The beams that cover `fov` (rad) symmetrically about straight ahead, both ends included."""
         return cls(-fov / 2, fov / (beams - 1), beams)
 
 
 def cast(x: float, y: float, heading: float, fan: Fan, range_max: float, edges: Edges, discs: Floats) -> Floats:
-    """Distance along each beam to the nearest body.
+    """The distance along each beam to the nearest body.
 
     Args:
-        x, y, heading: the sensor in the map's frame, m and rad.
-        range_max: m; what a beam reads that meets nothing nearer.
-        edges: outlines of bodies. One whose inside holds the sensor is not seen, so a robot never sees itself.
-        discs: shape (n, 3): x, y, radius of round bodies, m.
+        x, y, heading: the sensor's pose in the map's frame, m and rad.
+        range_max: the range in m of a beam that meets nothing nearer.
+        edges: outlines of bodies. A body is not seen from inside, so a robot never sees itself.
+        discs: shape (n, 3): x, y and radius of round bodies, m.
 
     Returns:
         shape (fan.count,), m.
     """
     c, s = math.cos(heading), math.sin(heading)
-    # Beams are compared by 1 / range, which is linear in a beam's direction: no division for each pair.
+    # Beams are compared by 1 / range. It is linear in a beam's direction, so the pairs need no divisions.
     inverse = np.full(fan.count, 1.0 / range_max)
     height = edges.normals[0] * x
     height += edges.normals[1] * y
@@ -109,7 +110,7 @@ def _cast_edges(
     seen: npt.NDArray[np.intp],
     height: Floats,
 ) -> None:
-    """Raise `inverse` where a seen edge is nearer. `turn` takes the map's frame to the sensor's."""
+    """Raise `inverse` where a seen edge is nearer. `turn` rotates from the map's frame to the sensor's."""
     ends = edges.ends.take(seen, axis=1)
     start, end = turn @ (ends[:2] - sensor), turn @ (ends[2:] - sensor)
     slopes = turn @ edges.normals.take(seen, axis=1)
@@ -117,7 +118,7 @@ def _cast_edges(
     # An outline is counter-clockwise, so from outside an edge runs from its greater bearing to its smaller one.
     high, low = np.arctan2(start[1], start[0]), np.arctan2(end[1], end[0])
     behind = (high < low).nonzero()[0]
-    if len(behind):  # these edges cross the line straight behind, where bearings jump: two runs each
+    if len(behind):  # these edges cross the line straight behind, where bearings jump, so each has two runs
         slopes = np.concatenate((slopes, slopes[:, behind]), axis=1)
         low = np.concatenate((low, np.full(len(behind), -math.pi)))
         high = np.concatenate((high, high[behind]))

@@ -10,17 +10,22 @@ from vrg.registry import load_object
 
 
 class SensorSuite:
-    """See the module."""
+    """All sensors of a world. It makes the simulation of a kind as soon as a robot has a sensor of that kind.
+
+    Args:
+        surroundings: the map, the seed and whether there is noise.
+    """
 
     def __init__(self, surroundings: Surroundings) -> None:
         self._surroundings = surroundings
         self._simulations: dict[str, SensorSimulation[Any]] = {}
 
     def resize(self, names: Sequence[str], models: Sequence[RobotModel], ghosts: Sequence[bool], now: Instant) -> None:
-        """The list of robots has changed, or their rows.
+        """Adapt to a change of the list of robots, or of their rows.
 
         Args:
-            ghosts: by row, whether it is a physical robot, of which only what it may lack is simulated.
+            ghosts: for each row, whether it is a physical robot. Of its sensors only the synthesised are simulated.
+            now: the state of the robots at this tick.
 
         Raises:
             ConfigError: the simulation of a sensor cannot be imported.
@@ -36,10 +41,10 @@ class SensorSuite:
             self._simulations[target].resize(sensors, now)
 
     def sense(self, now: Instant, *, without: frozenset[str] = frozenset()) -> list[Said]:
-        """What all sensors say at this tick. Called once a tick.
+        """The readings of all sensors that are due at this tick. It must be called once per tick.
 
         Args:
-            without: kinds of sensors that are spared.
+            without: the kinds of sensors that are left out.
         """
         said: list[Said] = []
         for simulation in self._simulations.values():
@@ -49,17 +54,17 @@ class SensorSuite:
         return said
 
     def placed(self, robot: str) -> None:
-        """A robot was put somewhere else, at rest."""
+        """Tell every simulation that a robot was put somewhere else, at rest."""
         for simulation in self._simulations.values():
             simulation.placed(robot)
 
     def remember(self, robot: str) -> dict[str, Any]:
-        """What a restarted world must know of this robot's sensors, as plain data."""
+        """What a restarted world must know of this robot's sensors, as plain data by simulation."""
         remembered = {target: simulation.remember(robot) for target, simulation in self._simulations.items()}
         return {target: data for target, data in remembered.items() if data is not None}
 
     def recall(self, robot: str, remembered: dict[str, Any]) -> None:
-        """Go on from what was remembered; of a sensor that is no longer there it is forgotten."""
+        """Go on from what `remember` returned. Data of a simulation that no longer exists is dropped."""
         for target, data in remembered.items():
             if target in self._simulations:
                 self._simulations[target].recall(robot, data)

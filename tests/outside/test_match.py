@@ -1,0 +1,86 @@
+"""A match of real processes in which everything but VRG itself is somebody else's, down to the robot."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.system.harness import Match
+from vrg.recording.reader import read_tracks
+
+pytestmark = pytest.mark.system
+
+RACE = """
+name = "long-race"
+game = "race"
+map = "open"
+engine = "ideal"
+
+[rules]
+x = 90.0
+y = 0.0
+
+[backends.hover]
+fault_file = "broken"
+
+[[players]]
+name = "amber"
+role = "red"
+model = "Scout"
+backend = "hover"
+x = -60.0
+y = 1.5
+
+[[players]]
+name = "jade"
+role = "green"
+model = "Scout"
+x = -60.0
+y = -1.5
+"""
+
+
+@pytest.fixture
+def race(tmp_path: Path, installed: None) -> Iterator[Match]:
+    with Match(tmp_path, RACE, movers=("amber", "jade")) as match:
+        yield match
+
+
+def test_a_robot_of_somebody_elses_driver_obeys_the_match(race: Match, tmp_path: Path) -> None:
+    observer = race.observer
+    assert {body.name: body.physical for body in observer.heard.poses[-1].body.bodies} == {"amber": True, "jade": False}
+
+    # The referee's gate: a halt stops it whatever its player does.
+    race.command("official", "halt")
+    observer.wait_until(lambda: observer.standing("amber", "jade"), "both to stand in the halt")
+    race.resume()
+
+    # The emergency stop, and its release.
+    race.command("estop")
+    observer.wait_until(lambda: observer.standing("amber", "jade"), "both to stand in the emergency stop")
+    observer.wait_until(lambda: not observer.heard.robots["jade"][-1].body.armed, "the motors to be off")
+    race.command("estop", "--release")
+    race.resume()
+
+    # A fault of the robot halts the match until the robot has recovered.
+    (tmp_path / "broken").touch()
+    observer.wait_until(lambda: "the fault file is there" in (observer.state.halted or ""), "the halt by the fault")
+    observer.wait_until(lambda: observer.standing("amber", "jade"), "both to stand")
+    (tmp_path / "broken").unlink()
+    refused = race.vrg("official", "resume")
+    assert refused.returncode != 0
+    assert "the fault file is there" in refused.stdout + refused.stderr
+    race.command("official", "recover", "amber")
+    race.resume()
+
+    # Its pose is where it was carried, once an official has said so.
+    race.command("official", "halt")
+    observer.wait_until(lambda: observer.standing("amber", "jade"), "both to stand")
+    race.command("official", "place", "amber", "--at", "86", "3", "0")
+    observer.wait_until(lambda: abs(observer.body("amber").pose.x - 86.0) < 0.1, "the match to know where it is")
+    race.resume()
+    observer.wait_until(lambda: observer.body("amber").pose.x > 86.5, "it to go on from there")
+
+    assert race.wait_ended() == 0
+    assert "amber at the finish" in race.said()
+    assert set(read_tracks(race.run.recording)) == {"amber", "jade"}

@@ -1,0 +1,102 @@
+"""What somebody else has written is found by its name, and passes the suites that VRG ships for it."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from vrg.config.loading import load_match
+from vrg.coordinator.rulebook import Contestant, Field, RuleBook
+from vrg.errors import ConfigError
+from vrg.games import GAMES, STRATEGIES
+from vrg.hal.backends import BACKENDS
+from vrg.hal.driver import DriverContext
+from vrg.hal.models import MODELS
+from vrg.hal.sensors import SENSORS
+from vrg.hal.sim.engines import ENGINES
+from vrg.hal.sim.maps import MAPS
+from vrg.registry import Registry
+from vrg.testing.driver import DriverBench, DriverContract
+from vrg.testing.rulebook import RuleBookContract
+from vrg.testing.strategy import StrategyContract
+from vrg.types import Pose
+
+
+class TestRace(RuleBookContract):
+    CONTESTANTS = (
+        Contestant(name="amber", role="red", start=Pose(-4.0, 1.5, 0.0), size=(0.5, 0.49), v_max=0.7),
+        Contestant(name="jade", role="green", start=Pose(-4.0, -1.5, 0.0), size=(0.5, 0.49), v_max=0.7),
+    )
+
+    @pytest.fixture
+    def book(self) -> RuleBook[Any]:
+        game = GAMES.get("race")
+        rules: Callable[..., RuleBook[Any]] = game.load_rules()
+        return rules(game.load_settings()(x=4.0, y=0.0), self.CONTESTANTS)
+
+    @pytest.fixture
+    def ready(self) -> Field:
+        return Field({c.name: c.start for c in self.CONTESTANTS})
+
+
+class TestRacer(StrategyContract):
+    @pytest.fixture
+    def match_file(self) -> Path:
+        return GAMES.get("race").default_match()
+
+
+class HoverBench(DriverBench):
+    """The robot glides in the time of this bench."""
+
+    def __init__(self) -> None:
+        self.now = 100.0
+        make: Callable[[DriverContext], Any] = BACKENDS.get("hover")
+        self.driver = make(DriverContext(name="r", model=MODELS.get("P2AT"), now=lambda: self.now))
+
+    def advance(self, seconds: float) -> None:
+        self.now += seconds
+
+    def cut(self) -> None:
+        self.driver.read()
+        self.driver.cut = True  # type: ignore[attr-defined]
+
+
+class TestHover(DriverContract):
+    @pytest.fixture
+    def bench(self) -> HoverBench:
+        return HoverBench()
+
+
+@pytest.mark.parametrize(
+    ("registry", "name"),
+    [
+        (GAMES, "race"),
+        (STRATEGIES, "racer"),
+        (MODELS, "Scout"),
+        (SENSORS, "compass"),
+        (MAPS, "island"),
+        (ENGINES, "ideal"),
+        (BACKENDS, "hover"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_each_is_found_by_its_name(registry: Registry[Any], name: str) -> None:
+    assert name in registry.names()
+    assert registry.get(name) is not None
+    with pytest.raises(ConfigError, match=f"did you mean '{name}'"):
+        registry.get(name + "x")
+
+
+def test_its_match_names_a_map_a_model_an_engine_and_strategies_of_the_package() -> None:
+    setup = load_match(GAMES.get("race").default_match())
+    assert (setup.game, setup.world.engine) == ("race", "ideal")
+    assert {player.model for player in setup.players} == {"Scout"}
+
+
+def test_a_mistake_in_the_rules_of_the_game_is_found_with_its_line(tmp_path: Path) -> None:
+    text = GAMES.get("race").default_match().read_text(encoding="utf-8")
+    file = tmp_path / "match.toml"
+    file.write_text(text.replace("x = 4.0", "x = -4.0").replace("y = 0.0\n", "y = 1.5\n"), encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"match.toml:10: .*amber: starts in the finish"):
+        load_match(file)

@@ -1,0 +1,146 @@
+"""How a match starts where something is amiss, and what a stall of the machine does to it."""
+
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import psutil
+import pytest
+
+from tests.system.harness import PATIENCE, PLAYERS, Match, long_match, short_match, wait_until
+
+pytestmark = pytest.mark.system
+
+EVERYBODY = ("router", "world", "coordinator", "recorder", *PLAYERS)
+STALL = 6.0
+"""s of real time: more than twice as long as one process among others may be silent."""
+
+BLOCKS = """
+import time
+from pathlib import Path
+
+from vrg.games.sharks_and_minnows.player import SharksAndMinnowsPlayer as Player
+
+HERE = Path(__file__)
+if HERE.with_name("blocks").exists():
+    HERE.with_name("blocked").touch()
+    time.sleep(3600)
+"""
+"""A strategy whose import blocks for ever once the file `blocks` is there."""
+
+
+def with_strategy(text: str, folder: Path, code: str) -> str:
+    """A match in which bob plays by this code."""
+    (folder / "mine.py").write_text(code)
+    return text.replace('name = "bob"', f'name = "bob"\nstrategy = "{folder}/mine.py:Player"')
+
+
+@pytest.fixture
+def launch(tmp_path: Path) -> Iterator[Callable[..., Match]]:
+    """Starts a match that need not come to play; no process of it is left at the end."""
+    started: list[Match] = []
+
+    def launch(text: str, **options: object) -> Match:
+        started.append(Match(tmp_path, text, **options))  # type: ignore[arg-type]
+        return started[-1]
+
+    yield launch
+    for match in started:
+        match.close()
+
+
+def test_files_of_the_working_folder_are_not_taken_for_the_package_or_the_library(
+    launch: Callable[..., Match], tmp_path: Path
+) -> None:
+    """A student's working folder may hold a folder `vrg` and a file `random.py`."""
+    (tmp_path / "vrg").mkdir()
+    for name in ("vrg/__init__.py", "random.py", "json.py", "typing.py"):
+        (tmp_path / name).write_text(f'raise SystemExit("the wrong {name} was imported")\n')
+    match = launch(short_match("shadowed"), here=tmp_path)
+    assert match.launcher.wait(4 * PATIENCE) == 0, match.said()
+    assert "the wrong" not in match.said()
+
+
+def test_a_process_that_dies_while_it_starts_is_told_with_its_last_words(
+    launch: Callable[..., Match], tmp_path: Path
+) -> None:
+    code = 'import os\nprint("no such gripper", flush=True)\nos._exit(7)\n'
+    match = launch(with_strategy(long_match("stillborn"), tmp_path, code))
+    assert match.wait_ended(4 * PATIENCE) == 1
+    assert "bob ended with status 7 before it was ready: no such gripper" in match.said()
+
+
+def test_ctrl_c_during_the_start_ends_it(launch: Callable[..., Match], tmp_path: Path) -> None:
+    (tmp_path / "blocks").touch()
+    match = launch(with_strategy(long_match("interrupted"), tmp_path, BLOCKS))
+    wait_until((tmp_path / "blocked").exists, "bob's import to block", match._check_launcher)
+    match.launcher.send_signal(signal.SIGINT)
+    assert match.wait_ended() == 130, match.said()
+    assert "Interrupted" in match.said()
+
+
+def test_an_import_that_blocks_harms_its_own_player_alone(start: Callable[..., Match], tmp_path: Path) -> None:
+    match = start(with_strategy(long_match("blocking"), tmp_path, BLOCKS))
+    observer = match.observer
+    others = [name for name in EVERYBODY if name != "bob"]
+    before = {name: match.child(name).pid for name in others}
+    (tmp_path / "blocks").touch()
+    old = match.child("bob")
+    old.kill()
+    observer.wait_until((tmp_path / "blocked").exists, "bob's import to block")
+    observer.time_passes(2.0, "without bob")
+    assert observer.playing
+    assert observer.moving("ann", "cid")
+    assert observer.standing("bob")
+    # A player that stays away halts the match, and the halt says so.
+    observer.wait_until(lambda: observer.state.halted, "bob to be missed")
+    assert "bob has not reported" in (observer.state.halted or "")
+    (tmp_path / "blocks").unlink()
+    match.child("bob").kill()
+    match.resume()
+    assert {name: match.child(name).pid for name in others} == before
+
+
+@pytest.mark.parametrize("with_launcher", [True, False], ids=["everything", "all-but-the-launcher"])
+def test_a_stall_that_hits_everybody_kills_nobody(start: Callable[..., Match], with_launcher: bool) -> None:
+    match = start(long_match("stalled"))
+    before = {name: match.child(name).pid for name in EVERYBODY}
+    frozen = [*(psutil.Process(pid) for pid in before.values())]
+    if with_launcher:
+        frozen.append(psutil.Process(match.launcher.pid))
+    for process in frozen:
+        process.suspend()
+    threading.Event().wait(STALL)
+    for process in reversed(frozen):
+        process.resume()
+    observer = match.observer
+    began = observer.now
+    observer.wait_until(lambda: observer.now > began + 3.0, "the match to go on")
+    assert {name: match.child(name).pid for name in EVERYBODY} == before, match.said()
+    assert "killed" not in match.said()
+    if not observer.playing:
+        # Where the referee has missed somebody it has halted the match, and says how that is left.
+        assert "vrg official resume" in (observer.state.way_out or "")
+        match.resume()
+
+
+@pytest.mark.parametrize("fault", [signal.SIGKILL, signal.SIGSTOP], ids=["dies", "freezes"])
+def test_a_match_goes_on_without_its_fork_server(start: Callable[..., Match], fault: signal.Signals) -> None:
+    match = start(long_match("forkless"))
+    observer = match.observer
+    (server,) = (p for p in psutil.Process(match.launcher.pid).children() if "vrg.launch.fork_server" in p.cmdline())
+    before = {name: match.child(name).pid for name in PLAYERS}
+    server.send_signal(fault)
+    os.kill(before["bob"], signal.SIGKILL)
+    # Whoever was forked by a server that is dead has another parent now.
+    observer.wait_until(lambda: "bob was killed" in match.said() or "bob ended" in match.said(), "bob to be missed")
+    since = len(observer.heard.drives["bob"])
+    observer.wait_until(lambda: len(observer.heard.drives["bob"]) > since, "the next bob")
+    if observer.state.halted:
+        match.resume()
+    observer.wait_until(lambda: observer.moving("bob"), "bob to play on")
+    assert all(psutil.pid_exists(before[name]) for name in PLAYERS if name != "bob")
+    match.launcher.send_signal(signal.SIGINT)
+    assert match.wait_ended() == 130
