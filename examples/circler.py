@@ -1,7 +1,6 @@
 """The smallest player there is: it drives in circles, and asks the referee nothing."""
 
-from vrg.agents.strategy import Strategy, View
-from vrg.types import Twist
+from vrg.agents import Strategy, Twist, View
 
 
 class Circler(Strategy):

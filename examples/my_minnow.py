@@ -1,8 +1,8 @@
 """A minnow of one's own: it hugs the border on the side where fewer sharks are, then runs home."""
 
+from vrg.agents import STILL, Twist, View
 from vrg.agents.avoidance import Obstacle, steer
-from vrg.agents.control import STILL, Twist, linearise, scaled
-from vrg.agents.strategy import View
+from vrg.agents.control import linearise, scaled
 from vrg.games.sharks_and_minnows.player import SharksAndMinnowsPlayer
 
 
@@ -15,10 +15,11 @@ class WallHugger(SharksAndMinnowsPlayer):
             return STILL
         others = view.others()
         sharks = [p.pose.x for p in others if p.role == "shark" and p.pose is not None]
-        middle = (field.x_min + field.x_max) / 2
+        middle, _ = field.middle
         left_is_safer = sum(x > middle for x in sharks) >= sum(x < middle for x in sharks)
-        bounds = field.shrunk(0.8)
-        lane = bounds.x_min if left_is_safer else bounds.x_max
+        lanes = field.shrunk(0.8)
+        x_min, _, x_max, _ = lanes.bounds
+        lane = x_min if left_is_safer else x_max
 
         home = safe.shrunk(0.5).nearest(*view.position)
         wanted = scaled((2 * (lane - view.pose.x), home[1] - view.pose.y), self.robot.v_max)
@@ -27,4 +28,4 @@ class WallHugger(SharksAndMinnowsPlayer):
             for p in others
             if p.pose is not None
         ]
-        return linearise(steer(view.position, wanted, bodies, bounds, horizon=2.5), view.pose.theta, d=0.25)
+        return linearise(steer(view.position, wanted, bodies, lanes, horizon=2.5), view.pose.theta, d=0.25)

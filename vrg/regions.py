@@ -135,7 +135,7 @@ class Rectangle(_Shape, frozen=True, tag="rectangle"):
         )
 
     def outline(self) -> list[Vector]:
-        """The four corners."""
+        """The four corners, counter-clockwise."""
         x_min, y_min, x_max, y_max = self.bounds
         return [(x_min, y_min), (x_max, y_min), (x_max, y_max), (x_min, y_max)]
 
@@ -297,7 +297,7 @@ class Polygon(_Shape, frozen=True, tag="polygon"):
         return Polygon(tuple(corners))
 
     def outline(self) -> list[Vector]:
-        """The corners."""
+        """The corners, counter-clockwise."""
         return list(self.points)
 
     @property

@@ -59,7 +59,7 @@ class Registry(Generic[T]):
         return self._found[name]
 
     def find(self, name: str) -> T | None:
-        """Return the object of this name, or None if there is none or it cannot be used; for code that only shows it."""
+        """Return the object of this name for code that only shows it, or None if there is none that can be used."""
         if name not in self._unusable:
             try:
                 return self.get(name)

@@ -1,5 +1,6 @@
 """What the models of all TOML files that people write have in common."""
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path as FilePath
 from typing import Annotated, Any
@@ -43,7 +44,10 @@ def known_in(value: str, registry: "Registry[Any]") -> str:
 
 def _region(value: object) -> object:
     if isinstance(value, Mapping):
-        shaped = value if "shape" in value else {"shape": "rectangle", **value}
+        shaped = {"shape": "rectangle", **value}
+        for angle in ("start", "sweep"):
+            if isinstance(shaped.get(angle), int | float):
+                shaped[angle] = math.radians(shaped[angle])
         try:
             return msgspec.convert(shaped, Region, strict=False)
         except msgspec.ValidationError as error:
@@ -55,7 +59,7 @@ RegionSetting = Annotated[
     InstanceOf[Rectangle] | InstanceOf[Circle] | InstanceOf[Sector] | InstanceOf[Polygon], BeforeValidator(_region)
 ]
 """A region as people write it, for example `{ shape = "circle", x = 0.0, y = 0.0, radius = 0.6 }`. Without a shape it
-is a rectangle. Angles are in radians."""
+is a rectangle. People write the angles of a sector in degrees."""
 
 
 def problems_of(error: ValidationError, prefix: Path = ()) -> list[Problem]:

@@ -31,7 +31,7 @@ PULSE_PERIOD = 0.5
 
 @dataclass
 class Statistics:
-    """What a node's process has done.
+    """The statistics of a node's process.
 
     Args:
         ticks: the number of ticks done. missed: the number of ticks that were due but never done.

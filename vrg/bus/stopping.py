@@ -1,4 +1,4 @@
-"""How a process is told to stop."""
+"""The signal that tells a process to stop."""
 
 import contextlib
 import logging

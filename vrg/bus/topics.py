@@ -22,7 +22,7 @@ _HOLE = re.compile(r"\{(\w+)\}")
 
 
 class Qos(enum.Enum):
-    """How a message is delivered.
+    """The quality of service: how a message is delivered.
 
     LATEST is for sensors and commands: only the newest message counts, so a slow reader loses old ones.
     EVENT is for calls and orders: reliable, in order, and none is lost while the router lives.

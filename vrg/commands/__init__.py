@@ -1,1 +1,1 @@
-"""The subcommands of `vrg`, one module a topic."""
+"""The subcommands of `vrg`, one module per topic."""

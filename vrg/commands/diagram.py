@@ -1,4 +1,4 @@
-"""`vrg diagram GAME`: the players' automaton as Mermaid."""
+"""The command `vrg diagram`, which prints the automaton of a player as Mermaid."""
 
 from typing import Annotated
 
@@ -10,8 +10,8 @@ from vrg.launch.nodes import strategy_of
 
 
 def diagram(
-    game: Annotated[str, typer.Argument(metavar="GAME|match.toml", help="Whose players.")],
-    player: Annotated[str | None, typer.Option(help="Of a match file; the first if missing.")] = None,
+    game: Annotated[str, typer.Argument(metavar="GAME|match.toml", help="Game or match file of the player.")],
+    player: Annotated[str | None, typer.Option(help="Name of the player; the default is the first one.")] = None,
 ) -> None:
     """Print the statechart of a player as Mermaid."""
     setup = load_match(match_path(game))

@@ -1,4 +1,4 @@
-"""`vrg doctor`: whether this machine has what VRG needs."""
+"""The command `vrg doctor`, which checks whether this machine has what VRG needs."""
 
 import importlib
 import json
@@ -34,7 +34,12 @@ PACKAGES = (
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that was looked at. `good` None = not needed, but good to know."""
+    """The result of one check.
+
+    Args:
+        what: the name of what was checked. text: the result in words.
+        good: True or False for what VRG needs; None for what is only good to know.
+    """
 
     what: str
     good: bool | None
@@ -92,7 +97,7 @@ def _matches() -> Finding:
     return Finding("matches", None, ", ".join(f"{m.match} at {m.router}" for m in found) or "none runs here")
 
 
-def doctor(as_json: Annotated[bool, typer.Option("--json", help="For scripts.")] = False) -> None:
+def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for scripts.")] = False) -> None:
     """Check this machine: Python, packages, bus, physics, CAN, display. Status 1 if something needed is missing."""
     checks: list[Callable[[], Finding]] = [_python, _bus, _physics, _can, _display, _matches]
     findings = [*[_package(name) for name in PACKAGES], *[check() for check in checks]]

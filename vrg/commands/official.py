@@ -1,4 +1,4 @@
-"""`vrg official ...` and `vrg estop`: what people decide, with the referee's answer."""
+"""The commands `vrg official` and `vrg estop`, which send a person's decision and print the referee's answer."""
 
 import getpass
 import time
@@ -17,7 +17,7 @@ from vrg.errors import BusError
 app = typer.Typer(no_args_is_help=True, help="Decide as an official: halt, resume, end, overrule, recover robots.")
 
 ANSWER_PATIENCE = 3.0
-"""s of real time to wait for the referee's answer."""
+"""The real time in s to wait for the referee's answer."""
 
 
 def _short(reason: str) -> str:
@@ -26,7 +26,7 @@ def _short(reason: str) -> str:
     return reason
 
 
-ReasonOption = Annotated[str, typer.Option("--reason", callback=_short, help="Why, for the journal.")]
+ReasonOption = Annotated[str, typer.Option("--reason", callback=_short, help="The reason, for the journal.")]
 
 
 def _me() -> str:
@@ -38,7 +38,7 @@ def _me() -> str:
 
 
 class _Referee:
-    """A line to the referee of a running match."""
+    """A connection to the referee of a running match."""
 
     def __init__(self, session: Session, keys: Keys) -> None:
         self._session = session
@@ -60,7 +60,11 @@ class _Referee:
         self._session.send(out)
 
     def answer(self, number: str) -> Call:
-        """The referee's call that answers the decision of this id."""
+        """Wait for the referee's call that answers the decision with this id.
+
+        Raises:
+            BusError: the referee does not answer within ANSWER_PATIENCE.
+        """
         deadline = time.monotonic() + ANSWER_PATIENCE
         while time.monotonic() < deadline:
             self.receive()
@@ -114,7 +118,7 @@ def end(match: NameOption = None, router: EndpointOption = None, reason: ReasonO
 def set_score(
     team: str, points: int, match: NameOption = None, router: EndpointOption = None, reason: ReasonOption = ""
 ) -> None:
-    """Overrule: the score of a team."""
+    """Overrule the score of a team."""
     _decide(OfficialAction.SET_SCORE, match, router, reason, team, str(points))
 
 
@@ -122,7 +126,7 @@ def set_score(
 def set_role(
     player: str, role: str, match: NameOption = None, router: EndpointOption = None, reason: ReasonOption = ""
 ) -> None:
-    """Overrule: the role of a player."""
+    """Overrule the role of a player."""
     _decide(OfficialAction.SET_ROLE, match, router, reason, player, role)
 
 
@@ -130,16 +134,16 @@ def set_role(
 def set_state(
     player: str, state: str, match: NameOption = None, router: EndpointOption = None, reason: ReasonOption = ""
 ) -> None:
-    """Overrule: the state of a player."""
+    """Overrule the state of a player."""
     _decide(OfficialAction.SET_STATE, match, router, reason, player, state)
 
 
 @app.command()
 def place(
-    player: Annotated[str, typer.Argument(help="Whose robot.")],
+    player: Annotated[str, typer.Argument(help="The player whose robot it is.")],
     at: Annotated[
         tuple[float, float, float] | None,
-        typer.Option(metavar="X Y HEADING", help="m and degrees; the player's mark if missing."),
+        typer.Option(metavar="X Y HEADING", help="In m and degrees; the default is the player's mark."),
     ] = None,
     match: NameOption = None,
     router: EndpointOption = None,
@@ -152,7 +156,7 @@ def place(
 
 @app.command()
 def recover(
-    player: Annotated[str | None, typer.Argument(help="Whose robot; everybody's if missing.")] = None,
+    player: Annotated[str | None, typer.Argument(help="The player whose robot it is; all if missing.")] = None,
     match: NameOption = None,
     router: EndpointOption = None,
     reason: ReasonOption = "",

@@ -16,16 +16,16 @@ MatchArgument = Annotated[
 RouterOption = Annotated[str, typer.Option("--router", help="Endpoint of the router, such as tcp/192.168.1.5:7447.")]
 RunOption = Annotated[Path | None, typer.Option("--run", help="Run folder to write to.")]
 LeashOption = Annotated[bool, typer.Option("--leash", hidden=True)]
-NameOption = Annotated[str | None, typer.Option("--match", help="Name of the match, if several run.")]
-EndpointOption = Annotated[str | None, typer.Option("--router", help="Endpoint of its router, if several run.")]
+NameOption = Annotated[str | None, typer.Option("--match", help="Name of the match; needed if several run.")]
+EndpointOption = Annotated[str | None, typer.Option("--router", help="Endpoint of its router; needed if several run.")]
 
 
 @contextmanager
 def stoppable() -> Iterator[Stop]:
-    """Until SIGINT or SIGTERM.
+    """A Stop that SIGINT and SIGTERM set.
 
     Raises:
-        typer.Exit: at the end, with status 130, after Ctrl-C.
+        typer.Exit: at the end of the context, with status 130, if Ctrl-C was pressed.
     """
     with stop_on_signals() as stop:
         yield stop
@@ -37,8 +37,8 @@ def which_match(match: str | None, router: str | None) -> tuple[str, str]:
     """The (match, endpoint) that a command on a running match means.
 
     Raises:
-        ConfigError: it is not clear which.
+        ConfigError: it is not clear which match is meant.
     """
-    from vrg.launch import registry  # platformdirs is for those who look for a match
+    from vrg.launch import registry  # only commands on a running match need platformdirs
 
     return registry.find(match, router, DEFAULT_ENDPOINT)

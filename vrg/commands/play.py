@@ -1,4 +1,4 @@
-"""`vrg play` and `vrg check`."""
+"""The commands `vrg play`, which plays a match, and `vrg check`, which checks a match file."""
 
 from pathlib import Path
 from typing import Annotated
@@ -12,7 +12,7 @@ from vrg.launch.fork_server import fork_server
 def _known_engine(engine: str | None) -> str | None:
     if engine is None:
         return None
-    from vrg.hal.sim.engines import ENGINES  # only who asks for an engine waits for it
+    from vrg.hal.sim.engines import ENGINES  # it loads numpy, which only --engine needs
 
     if engine not in ENGINES:
         raise typer.BadParameter(ENGINES.unknown(engine))
@@ -20,14 +20,14 @@ def _known_engine(engine: str | None) -> str | None:
 
 
 EngineOption = Annotated[
-    str | None, typer.Option(callback=_known_engine, help="Physics, in place of the match file's.")
+    str | None, typer.Option(callback=_known_engine, help="Physics engine that replaces the match file's.")
 ]
-SeedOption = Annotated[int | None, typer.Option(min=0, help="Seed, in place of the match file's.")]
+SeedOption = Annotated[int | None, typer.Option(min=0, help="Seed that replaces the match file's.")]
 
 
 def check(match: MatchArgument) -> None:
     """Say whether a match file can be played, or everything that is wrong with it."""
-    from vrg.config.loading import check_strategies, load_match, match_path  # as below
+    from vrg.config.loading import check_strategies, load_match, match_path  # `vrg play` must start quickly
     from vrg.config.rules import rulebook_of
     from vrg.launch.nodes import strategy_of
 
@@ -42,20 +42,20 @@ def check(match: MatchArgument) -> None:
 def play(
     match: MatchArgument,
     in_process: Annotated[
-        bool, typer.Option("--in-process", help="All in one process, in lockstep, without the bus.")
+        bool, typer.Option("--in-process", help="Play in one process, in lockstep, without the bus.")
     ] = False,
     engine: EngineOption = None,
     rate: Annotated[
         str | None, typer.Option(metavar="X|max", help="Match seconds per second; max only in one process.")
     ] = None,
     seed: SeedOption = None,
-    headless: Annotated[bool, typer.Option("--headless", help="No window, also where there is a display.")] = False,
-    runs: Annotated[Path, typer.Option(help="Folder for run folders.")] = Path("runs"),
+    headless: Annotated[bool, typer.Option("--headless", help="Open no window, even if there is a display.")] = False,
+    runs: Annotated[Path, typer.Option(help="Folder in which the run folder is made.")] = Path("runs"),
     record: Annotated[bool, typer.Option(help="Record for Foxglove and the plot.")] = True,
 ) -> None:
     """Play a match on this machine, show it, and say who won and where the run is recorded."""
     speed = _rate(rate, in_process)
-    # It loads what the match's processes need while this process loads what checks the match file.
+    # The fork server loads what the match's processes need while this process loads the code that checks match files.
     with fork_server(wanted=not in_process) as server:
         from vrg.commands.playing import Wish, play_match
 
@@ -64,7 +64,7 @@ def play(
 
 
 def _rate(rate: str | None, one_process: bool) -> float | None:
-    """The number that was typed; None = not typed or `max`."""
+    """The rate that was typed as a number; None if none was typed, or for `max`."""
     if rate is None or rate == "max":
         if rate == "max" and not one_process:
             raise typer.BadParameter(

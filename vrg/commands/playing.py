@@ -1,4 +1,4 @@
-"""What `vrg play` does: a match in this process or as processes, shown, recorded, and concluded."""
+"""What `vrg play` does: it plays a match in this process or as processes, shows it, records it, and concludes it."""
 
 import os
 import sys
@@ -32,18 +32,19 @@ from vrg.launch.run_folder import RunFolder
 from vrg.ui.table import TerminalTable
 
 LINGER = 5.0
-"""s of real time that windows stay open when the game is over."""
+"""The real time in s that windows stay open when the game is over."""
 ENDPOINTS_TRIED = 3
-"""Launchers that are started at once can choose the same endpoint; all but one of them then choose again."""
+"""The number of endpoints that are tried. Launchers that are started together may choose the same one at first."""
 
 
 @dataclass(frozen=True)
 class Wish:
-    """What the person who plays has asked for.
+    """What the user of `vrg play` has asked for.
 
     Args:
-        in_process: all in one process. paced: at the rate of the match file, or that was typed.
-        window: open one, if there is a display. record: for Foxglove and the plot.
+        in_process: True plays the match in one process.
+        paced: True if a rate was typed as a number. Otherwise a match in one process is as fast as possible.
+        window: True opens a window, if there is a display. record: True records for Foxglove and the plot.
     """
 
     in_process: bool
@@ -58,13 +59,15 @@ def play_match(
     """Play a match on this machine, show it, and say who won and where the run is recorded.
 
     Args:
-        match: a match file, or a game's name. runs: folder for run folders.
-        server: becomes the match's processes.
-        engine, seed, rate: in place of those of the match file; None leaves its own.
+        match: a match file, or a game's name. runs: the folder for run folders.
+        wish: what the user has asked for.
+        server: the fork server that starts the match's processes.
+        engine, seed, rate: these replace the values of the match file; None keeps the file's value.
 
     Raises:
-        ConfigError: the match file has problems. LaunchError: a process does not start, or dies too often.
-        typer.Exit: 130 interrupted, 1 broken off.
+        ConfigError: the match file has problems.
+        LaunchError: a process does not start, or dies too often.
+        typer.Exit: with status 130 if the match was interrupted, or 1 if it was broken off.
     """
     setup = load_match(match_path(match), engine=engine, seed=seed, rate=rate)
     if wish.in_process:
@@ -96,7 +99,8 @@ class Show:
     """What people see of a match, and what is kept of it.
 
     Args:
-        window: open the spectator. record: for Foxglove and the plot.
+        console: where texts are printed.
+        window: True opens the spectator. record: True records for Foxglove and the plot.
     """
 
     console: Console
@@ -104,14 +108,14 @@ class Show:
     record: bool
 
     def announce(self, text: str) -> None:
-        """Say what happens to the processes."""
+        """Print what happens to the processes."""
         self.console.print(f"[yellow]{escape(text)}[/yellow]")
 
 
 def _has_display() -> bool:
     if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         return False
-    from vrg.ui.spectator import display_available  # whoever has no display waits for no window library
+    from vrg.ui.spectator import display_available  # without a display the window library is not loaded
 
     return display_available()
 
@@ -129,7 +133,7 @@ def _play_in_process(
 
 
 def _pace(stop: Stop, rate: float) -> Callable[[float], bool]:
-    """What waits for real time between ticks; at rate 0 it only looks whether to stop."""
+    """Return a function that waits for real time between ticks. At rate 0 it only checks whether to stop."""
     began = time.monotonic()
 
     def wait(match_time: float) -> bool:
@@ -142,7 +146,7 @@ def _pace(stop: Stop, rate: float) -> Callable[[float], bool]:
 def _play_processes(
     setup: MatchSetup, folder: RunFolder, show: Show, stop: Stop, server: ForkServer
 ) -> tuple[RefereeState | None, LaunchError | None]:
-    """The referee's last state, and why the match had to be given up, if it had."""
+    """Play the match as processes. Return the last state of the referee, and the error if the match was given up."""
     local = _served(setup, folder, show, stop, server)
     if local is None:
         return None, None
@@ -173,7 +177,7 @@ def _play_processes(
 
 
 def _served(setup: MatchSetup, folder: RunFolder, show: Show, stop: Stop, server: ForkServer) -> LocalMatch | None:
-    """A match whose router runs, at the first endpoint where it can; None where that was interrupted."""
+    """Start the router of a match at the first endpoint where it can run; return None if that was interrupted."""
     attempt = 1
     while True:
         local = LocalMatch(
@@ -207,10 +211,11 @@ def _conclude(
     interrupted: bool,
     failure: LaunchError | None,
 ) -> None:
-    """Write and say how it ended.
+    """Write the result and print how the match ended.
 
     Raises:
-        typer.Exit: 130 interrupted, 1 broken off; a match that was over is neither.
+        typer.Exit: with status 130 if the match was interrupted, or 1 if it was broken off. Not raised if the game was
+            over.
     """
     over = state is not None and state.stage is Stage.GAME_OVER
     if failure is not None:

@@ -1,4 +1,4 @@
-"""`vrg router | world | coordinator | player | recorder | spectator`: one node in a process of its own."""
+"""The commands `vrg router`, `world`, `coordinator`, `player`, `recorder` and `spectator`: each runs one process."""
 
 import os
 from pathlib import Path
@@ -35,7 +35,7 @@ def router(endpoint: RouterOption = DEFAULT_ENDPOINT, leash: LeashOption = False
 
 
 def _serve(kind: str, match: str, router: str, run: Path | None, name: str = "") -> None:
-    """Read the match file and be the node."""
+    """Read the match file and run the node until it is stopped."""
     from vrg.config.loading import load_match, match_path  # the router needs no match file
 
     setup = load_match(match_path(match))
@@ -84,7 +84,7 @@ def spectator(
     if not display_available():
         raise LaunchError("expected a display to open a window on, found none: set DISPLAY or WAYLAND_DISPLAY")
     if match is not None:
-        from vrg.config.loading import load_match, match_path  # a window can do without
+        from vrg.config.loading import load_match, match_path  # a window needs it only if a match file is given
 
         setup = load_match(match_path(match))
         endpoint = router or which_match(setup.name, router)[1]

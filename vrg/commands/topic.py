@@ -1,4 +1,4 @@
-"""`vrg topic list | echo | hz`: what goes over the bus of a running match."""
+"""The commands `vrg topic list`, `echo` and `hz`, which show what goes over the bus of a running match."""
 
 import json
 import queue
@@ -24,8 +24,8 @@ from vrg.hal.sensors import message_of
 app = typer.Typer(no_args_is_help=True, help="Look at what goes over the bus of a running match.")
 
 KeyArgument = Annotated[str, typer.Argument(help="Key below vrg/<match>/, such as clock or robot/*/state.")]
-JsonOption = Annotated[bool, typer.Option("--json", help="One JSON object a line.")]
-CountOption = Annotated[int | None, typer.Option("--count", "-n", min=1, help="Stop after so many.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object per line.")]
+CountOption = Annotated[int | None, typer.Option("--count", "-n", min=1, help="Stop after this many lines.")]
 
 
 def _full_key(keys: Keys, key: str) -> str:
@@ -33,7 +33,7 @@ def _full_key(keys: Keys, key: str) -> str:
 
 
 def _plain(keys: Keys, key: str, payload: bytes) -> dict[str, Any]:
-    """A message as plain data; one that does not fit its key is told as such, with what it holds."""
+    """A message as plain data. A message that does not fit its key becomes its key, the error and its size."""
     topic = keys.topic_of(key, message_of)
     try:
         if topic is None:

@@ -24,7 +24,7 @@ def _check_name(value: str) -> str:
 
 
 class PlayerEntry(Table):
-    """One [[players]] table.
+    """One [[players]] table of a match file.
 
     Args:
         name: the player's name.
@@ -70,7 +70,7 @@ class PlayerEntry(Table):
 
 
 class MatchFile(Table):
-    """A match file.
+    """The top level of a match file.
 
     Args:
         name: the name of the match, which is a part of every key on the bus.

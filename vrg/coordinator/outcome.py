@@ -10,7 +10,7 @@ from vrg.types import Pose
 
 @dataclass(frozen=True)
 class Outcome:
-    """What must be written to the journal, called and done. It is false if it has no calls, stages and places.
+    """What must be written to the journal, called and done. It is false if `calls`, `stages` and `place` are empty.
 
     Args:
         calls: the calls to announce, in order.

@@ -162,7 +162,8 @@ class Device:
         """Let the motors accept commands; `read().armed` tells when they accept them.
 
         Raises:
-            RobotError: not connected, a fault has latched, or the emergency stop is engaged.
+            RobotError: not connected, a fault has latched, the emergency stop is engaged, or the robot is being
+                recovered.
         """
         if self._latch.engaged:
             raise RobotError(f"{self.name}: the emergency stop is engaged: release it, then arm")

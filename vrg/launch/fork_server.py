@@ -29,13 +29,13 @@ from typing import IO
 from vrg.launch import child
 
 PATIENCE = 5.0
-"""s of real time for an answer: forking takes milliseconds, but the server may still be loading."""
+"""The real time in s that the launcher waits for an answer. Forking itself takes milliseconds."""
 REAPED = 2.0
-"""s of real time from the end of a node until the server must have told its status."""
+"""The real time in s from the end of a node within which the server must have reported its status."""
 LOADING = 60.0
-"""s of real time for the first answer."""
+"""The real time in s that the launcher waits for the first answer, because the server may still be loading."""
 UNKNOWN = 255
-"""The exit status of a node whose end nobody has seen, because the server died before it."""
+"""The exit status that is assumed for a node whose end was not seen, because the server died before it."""
 _MESSAGE = 1 << 16
 
 
@@ -117,7 +117,7 @@ class ForkServer:
                 self._process.wait(1.0)
 
     def give_up(self) -> None:
-        """Ask it for nothing more. Idempotent."""
+        """Send the server no more requests. Idempotent."""
         if self._channel is not None:
             self._channel.close()
             self._channel = None
@@ -128,9 +128,9 @@ class ForkServer:
 
 @contextlib.contextmanager
 def fork_server(*, wanted: bool = True) -> Iterator[ForkServer]:
-    """A fork server, stopped at the end; where it is not wanted, one that is not started, and never answers.
+    """A fork server that is stopped at the end. If it is not wanted, it is not started, and `fork` returns None.
 
-    There is one on Linux alone: on macOS a process that has loaded the system's libraries cannot fork safely.
+    It is started only on Linux: on macOS a process that has loaded the system's libraries cannot fork safely.
     """
     server = ForkServer()
     if wanted and sys.platform == "linux":
@@ -275,13 +275,13 @@ def _preload() -> None:
     import vrg.bus.session  # noqa: PLC0415
     import vrg.hal.sim.driver  # noqa: F401, PLC0415
 
-    # What was loaded is never collected, and so stays in pages that all nodes share.
+    # Frozen objects are not touched by garbage collection, so they stay in memory pages that all nodes share.
     gc.collect()
     gc.freeze()
 
 
 def main() -> None:
-    """Be the server."""
+    """Run as the server. If something has started a second thread, end at once, because forks would not be safe."""
     if Path("/proc/self/task").exists() and len(os.listdir("/proc/self/task")) > 1:
         return
     with socket.socket(fileno=os.dup(0)) as channel:

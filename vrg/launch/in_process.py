@@ -1,4 +1,4 @@
-"""A whole virtual match in this process, in lockstep."""
+"""Plays a whole virtual match in this process, in lockstep."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -18,8 +18,8 @@ class Ending:
     """How a match ended.
 
     Args:
-        state: the referee's last.
-        time: match time at the end, s.
+        state: the last state of the referee.
+        time: the match time at the end, s.
     """
 
     state: RefereeState
@@ -38,13 +38,14 @@ def play(
     """Play a match to its end.
 
     Args:
-        watchers: nodes that watch: a recorder, a table, a window.
-        limit: s of match time after which the match is broken off.
-        pace: called after each tick with the match time; may wait; False breaks the match off.
-        strict: pass every message through the codec of the wire.
+        journal: the open journal of the match.
+        watchers: nodes that only watch, such as a recorder, a table or a window.
+        limit: the match time in s after which the match is broken off.
+        pace: called after each tick with the match time. It may wait; if it returns False, the match is broken off.
+        strict: True passes every message through the codec of the bus.
 
     Raises:
-        ConfigError: a player is not virtual.
+        ConfigError: a robot of the match is a physical one.
     """
     if setup.physical:
         raise ConfigError([f"{', '.join(setup.physical)}: only robots of backend 'sim' can be played in one process"])
@@ -54,7 +55,7 @@ def play(
     executor = Lockstep(world, [coordinator, *players, *watchers], strict=strict)
     linger = 0.0
     try:
-        # A second more, so that everybody hears how it ended.
+        # The match goes on for one more second, so that every node hears how it ended.
         while linger < 1.0 and executor.time < limit:
             executor.step()
             if pace is not None and not pace(executor.time):

@@ -1,4 +1,4 @@
-"""A match as processes on this machine: who they are, and what their end means."""
+"""A match as processes on this machine: which they are, and how they are started, watched and stopped."""
 
 import contextlib
 import os
@@ -19,11 +19,15 @@ from vrg.launch.run_folder import RunFolder
 from vrg.launch.supervisor import Supervisor
 
 POLL_PERIOD = 0.05
-"""s of real time between looks at the processes."""
+"""The real time in s between two looks at the processes."""
 
 
 def free_endpoint() -> str:
-    """The default endpoint, or one on a free port where another router has that."""
+    """The default endpoint, or one on a free port if another router has the default one.
+
+    Raises:
+        OSError: there is no free port.
+    """
     host, port = DEFAULT_ENDPOINT.removeprefix("tcp/").split(":")
     for candidate in (int(port), 0):
         with contextlib.suppress(OSError), socket.socket() as probe:
@@ -34,12 +38,13 @@ def free_endpoint() -> str:
 
 
 def specs(setup: MatchSetup, folder: RunFolder, endpoint: str, *, window: bool, record: bool) -> list[ProcessSpec]:
-    """The processes of a match, in the order of their start.
+    """The processes of a match, the router first.
 
-    All start at once, after the router; only players whose robots need a companion wait until that is ready.
+    The router starts first, then all others at once. Only players of physical robots wait, until all companions are
+    ready.
 
     Args:
-        window: open the spectator. record: run the recorder.
+        window: True adds the spectator. record: True adds the recorder.
     """
     keys, run = setup.keys, folder.path.resolve()
 
@@ -66,13 +71,17 @@ def specs(setup: MatchSetup, folder: RunFolder, endpoint: str, *, window: bool, 
 
 
 class LocalMatch:
-    """A supervised match. `state` is the referee's last, None as long as it has not spoken.
+    """A match as supervised processes.
 
     Args:
-        endpoint: of the router, which is started there.
-        window: open the spectator. record: run the recorder.
-        announce: told of what happens to the processes, in words.
-        server: see `Supervisor`.
+        setup: the match. folder: its run folder.
+        endpoint: the endpoint at which the router is started.
+        window: True opens the spectator. record: True runs the recorder.
+        announce: called with a text about each event that a person should know of.
+        server: the fork server that starts the processes; see `Supervisor`.
+
+    Attributes:
+        state: the last state of the referee; None as long as there is none.
     """
 
     def __init__(
@@ -101,14 +110,17 @@ class LocalMatch:
 
     @property
     def names(self) -> list[str]:
-        """Of the processes."""
+        """The names of the processes."""
         return [p.spec.name for p in self._supervisor.processes]
 
     def serve(self, stop: StopSignal) -> bool:
-        """Start the router; `run` starts the others. False where it was broken off by `stop`, and nothing runs.
+        """Start the router; `run` starts the other processes.
+
+        Returns:
+            False if `stop` was set before the router answered; no process then runs.
 
         Raises:
-            LaunchError: it cannot serve at the endpoint; nothing runs.
+            LaunchError: the router cannot serve at the endpoint; no process then runs.
         """
         write_setup(self._setup, self._folder.setup)
         served = False
@@ -128,14 +140,14 @@ class LocalMatch:
         ending: Callable[[], None],
         linger: float,
     ) -> None:
-        """Start, watch over and stop the match that is served. Whatever happens, no process is left behind.
+        """Start, supervise and stop the processes of the match. No process is left behind, whatever happens.
 
         Args:
             stop: set it to break the match off.
-            progress: told each process that is ready.
-            started: called once all are, with the launcher's session.
+            progress: called with the name of each process that is ready.
+            started: called with the launcher's session when all processes are ready.
             ending: called before the processes are stopped.
-            linger: s of real time that everything stays after the game is over, for those who watch.
+            linger: the real time in s that all processes go on after the game is over, for spectators.
 
         Raises:
             LaunchError: a process does not start or dies too often.

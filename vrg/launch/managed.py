@@ -14,33 +14,34 @@ from vrg.errors import LaunchError
 from vrg.launch.fork_server import Forked, ForkServer
 
 STOP_PATIENCE = 5.0
-"""s of real time from SIGTERM to SIGKILL."""
+"""The real time in s from SIGTERM to SIGKILL."""
 IDLE_PATIENCE = 30.0
-"""s of real time that a process may do nothing at all before it is ready."""
+"""The real time in s that a process may do nothing at all before it is ready."""
 BUSY_PATIENCE = 60.0
-"""s of processor time that a process may use before it is ready: an endless loop uses up any."""
+"""The processor time in s that a process may use before it is ready. An endless loop would use more."""
 _WORKS = 0.01
-"""s of processor time; using less between two looks counts as doing nothing."""
+"""The processor time in s that a process must use between two looks; less counts as doing nothing."""
 _STALL = 2.0
-"""s of real time; a longer pause between two looks counts for no more than this."""
+"""The longest real time in s that counts for a pause between two looks."""
 RESTART_LIMIT = 5
+"""The number of deaths within RESTART_WINDOW after which a process is still started again."""
 RESTART_WINDOW = 60.0
-"""More deaths than RESTART_LIMIT in this many seconds of real time, and the match is given up."""
+"""The real time in s in which the deaths of a process are counted."""
 
 
 @dataclass(frozen=True)
 class ProcessSpec:
-    """What to run.
+    """What a process is and how it is run.
 
     Args:
-        name: of the process and of its log.
-        arguments: of `vrg.launch.child`, or of the `vrg` command where this is no node of VRG's.
-        command: it is the `vrg` command.
-        pulse: key of its pulse, whose first beat says that it is ready; None where it is no node of the match.
-        group: processes of a lower group are ready before those of a higher one are started.
-        stop_order: processes of a lower number are stopped before those of a higher one.
-        essential: without it there is no match.
-        says: of a process without a pulse: what it prints once it is ready; the router prints nothing.
+        name: the name of the process and of its log.
+        arguments: the arguments of `vrg.launch.child`, or of the `vrg` command.
+        pulse: the key of its pulse, whose first message tells that it is ready; None if it is no node of the match.
+        group: processes of a lower group must be ready before those of a higher group are started.
+        stop_order: processes of a lower number are stopped before those of a higher number.
+        essential: True if there is no match without it.
+        says: the text that a process without a pulse prints when it is ready; None for the router.
+        command: True if it is run as a `vrg` command.
     """
 
     name: str
@@ -54,24 +55,30 @@ class ProcessSpec:
 
     @property
     def interpreter(self) -> tuple[str, ...]:
-        """The arguments of a Python interpreter of its own."""
-        # -P: a folder `vrg` or a file `random.py` where somebody works must not be taken for this package or the
-        # library.
+        """The arguments of a Python interpreter that runs it."""
+        # With -P, a folder `vrg` or a file `random.py` in the working directory does not hide this package or the
+        # library's module.
         return ("-P", "-m", "vrg" if self.command else "vrg.launch.child", *self.arguments)
 
     @property
     def is_router(self) -> bool:
-        """The router is started before there is a bus to hear anybody on."""
+        """Whether this is the router. It has no pulse, because it runs before there is a bus."""
         return self.pulse is None and self.says is None
 
 
 class ManagedProcess:
-    """A child in a session of its own, so that Ctrl-C reaches the supervisor alone.
+    """A child process of the supervisor.
 
-    Its standard input is a leash: it ends when the supervisor dies, and the child stops then.
+    It has an operating-system session of its own, so that Ctrl-C reaches only the supervisor. Its standard input is a
+    leash: it is closed when the supervisor dies, and then the child stops.
 
     Args:
-        server: becomes the child, as long as it lives.
+        spec: what to run. log: the file that its output is appended to.
+        server: the fork server that starts the child, as long as the server lives.
+
+    Attributes:
+        ready: True when the child has told that it is ready.
+        deaths: the monotonic times of its last deaths, s.
     """
 
     def __init__(self, spec: ProcessSpec, log: Path, server: ForkServer) -> None:
@@ -88,7 +95,7 @@ class ManagedProcess:
 
     @property
     def has_said(self) -> bool:
-        """Whether it has printed what it prints once it is ready, since it was started last."""
+        """Whether it has printed the text that tells that it is ready, since it was last started."""
         if self.spec.says is None:
             return False
         with self.log.open("rb") as log:
@@ -97,12 +104,12 @@ class ManagedProcess:
 
     @property
     def pid(self) -> int | None:
-        """Of the running child."""
+        """The process id of the child; None while it does not run."""
         return self._process.pid if self._process and self._process.poll() is None else None
 
     @property
     def exit_status(self) -> int | None:
-        """None while it runs; negative = killed by that signal."""
+        """The exit status of the child, negative if a signal killed it; None while it runs or was never started."""
         return self._process.poll() if self._process else None
 
     def start(self) -> None:
@@ -128,9 +135,12 @@ class ManagedProcess:
             raise LaunchError(f"{self.spec.name}: cannot be started: {error}") from error
 
     def stuck(self, now: float) -> str | None:
-        """Why a process that is not ready will not be, in words; None as long as it makes progress.
+        """The reason, in words, why a process that is not ready will never be; None as long as it makes progress.
 
-        Progress is processor time: however long a slow and busy machine takes, a process that gets on is waited for.
+        Progress is measured as processor time, so that a process is waited for on a slow and busy machine too.
+
+        Args:
+            now: the monotonic time, s.
         """
         pid = self.pid
         if pid is None:
@@ -152,27 +162,27 @@ class ManagedProcess:
         return None
 
     def note_death(self, now: float) -> bool:
-        """Remember a death; False when it has died too often to be started again."""
+        """Remember a death at monotonic time `now`; return False if it has died too often to be started again."""
         self.deaths.append(now)
         while self.deaths and now - self.deaths[0] > RESTART_WINDOW:
             self.deaths.popleft()
         return len(self.deaths) <= RESTART_LIMIT
 
     def kill(self) -> None:
-        """Kill a child that hangs, and wait for it; SIGKILL also ends a stopped process."""
+        """Kill a child that hangs, and wait for its end. SIGKILL also ends a process that is stopped."""
         if self._process is not None and self._process.poll() is None:
             self._process.kill()
             self._process.wait()
 
     def terminate(self) -> None:
-        """Ask it to stop."""
+        """Ask the child to stop."""
         if self._process is not None and self._process.poll() is None:
             self._process.send_signal(signal.SIGTERM)
-            # A frozen process takes the request only when it runs again.
+            # A process that is stopped gets the request only when it runs again.
             self._process.send_signal(signal.SIGCONT)
 
     def wait_stopped(self, deadline: float) -> bool:
-        """Wait for the end until the monotonic time `deadline`, then kill; whether it ended by itself."""
+        """Wait for the end until the monotonic time `deadline`, then kill. Return whether it ended by itself."""
         if self._process is None:
             return True
         try:
@@ -186,7 +196,7 @@ class ManagedProcess:
                 self._process.stdin.close()
 
     def last_words(self, lines: int = 15) -> str:
-        """The end of its log."""
+        """The last lines of its log."""
         try:
             text = self.log.read_text(encoding="utf-8", errors="replace")
         except OSError:

@@ -1,7 +1,7 @@
-"""The nodes of a match, made from its set-up: the same ones for every executor.
+"""How the nodes of a match are made from its set-up. They are the same for every executor.
 
-Each is imported when it is made, so that a process loads only what it needs. Above all, only a player's own process
-ever imports a student's code.
+Each node is imported when it is made, so that a process loads only what it needs. Above all, in a match of several
+processes only a player's own process imports a student's code.
 """
 
 from pathlib import Path
@@ -23,17 +23,21 @@ if TYPE_CHECKING:
 
 
 def world_node(setup: MatchSetup) -> "WorldNode":
-    """The world of a match."""
+    """Make the world of a match.
+
+    Raises:
+        ConfigError: the set-up of the world has problems.
+    """
     from vrg.hal.sim.node import WorldNode
 
     return WorldNode(setup.world, Mailbox(), setup.keys)
 
 
 def open_journal(setup: MatchSetup, folder: RunFolder) -> "Journal":
-    """The journal of a match, new or to go on with.
+    """Open the journal of a match, a new one or the one that is in the run folder.
 
     Raises:
-        JournalError: see `Journal`.
+        JournalError: it cannot be used; see `Journal`.
     """
     from vrg.coordinator.journal import Header, Journal
 
@@ -41,7 +45,11 @@ def open_journal(setup: MatchSetup, folder: RunFolder) -> "Journal":
 
 
 def coordinator_node(setup: MatchSetup, journal: "Journal") -> "Coordinator":
-    """The referee of a match."""
+    """Make the coordinator of a match.
+
+    Raises:
+        ConfigError: the rules cannot be played with this set-up.
+    """
     from vrg.config.rules import rulebook_of
     from vrg.coordinator.coordinator import Coordinator
 
@@ -49,10 +57,10 @@ def coordinator_node(setup: MatchSetup, journal: "Journal") -> "Coordinator":
 
 
 def strategy_of(setup: MatchSetup, name: str) -> "Strategy":
-    """The strategy of a player, imported and made now.
+    """Import and make the strategy of a player.
 
     Raises:
-        ConfigError: it cannot be imported or made, or is no Strategy.
+        ConfigError: there is no such player, or its strategy cannot be imported or made, or is no Strategy.
     """
     from vrg.agents.importing import import_object
     from vrg.agents.strategy import Strategy
@@ -71,10 +79,10 @@ def strategy_of(setup: MatchSetup, name: str) -> "Strategy":
 
 
 def player_node(setup: MatchSetup, name: str) -> "Player":
-    """A player with its robot and its strategy.
+    """Make a player with its device and its strategy.
 
     Raises:
-        ConfigError: no such player, or its strategy or its robot cannot be made.
+        ConfigError: there is no such player, or its strategy or its driver cannot be made.
     """
     from vrg.agents.player import Player
     from vrg.bus.radio import Radio
@@ -100,7 +108,7 @@ def player_node(setup: MatchSetup, name: str) -> "Player":
 
 
 def recorder_node(setup: MatchSetup, folder: RunFolder) -> "Recorder":
-    """What records a match for Foxglove."""
+    """Make the recorder, which records a match for Foxglove."""
     from vrg.hal.models import robot_model
     from vrg.recording.recorder import Recorder
 
@@ -109,10 +117,10 @@ def recorder_node(setup: MatchSetup, folder: RunFolder) -> "Recorder":
 
 
 def spectator_node(setup: MatchSetup, name: str, pictures: Path) -> "Spectator":
-    """A window on a match, with the map's walls and the robots' real sizes.
+    """Make a window that shows a match, with the map's walls and the robots' real sizes.
 
     Args:
-        pictures: folder for the pictures that its user takes.
+        name: the name of the node. pictures: the folder for the pictures that its user takes.
     """
     from vrg.hal.models import robot_model
     from vrg.hal.sim.map import load_map

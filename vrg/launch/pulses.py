@@ -1,22 +1,23 @@
-"""Who hangs, judged by the others. Pure.
+"""Which processes hang, judged by comparing them. This module uses no bus and reads no clock.
 
-A process that gives no sign of life hangs; but where nobody gives any, the whole machine has stalled, and nobody is to
-blame. So silence is not measured in real time: the time that counts goes on only while somebody is heard.
+A process that gives no sign of life hangs. But if no process gives any, the whole machine has stalled, and none of them
+is at fault. So silence is not measured in real time: the time that counts goes on only while some process is heard.
 """
 
 from collections.abc import Iterable
 
 HUNG = 2.5
-"""s without a pulse, while others give theirs, after which a process is taken to hang; it beats every 0.5 s."""
+"""The time in s without a pulse, while others are heard, after which a process is taken to hang. Pulses come every
+0.5 s."""
 STEP = 1.0
-"""s; a pause in which nobody was heard counts for no more than this."""
+"""The longest time in s that counts for a pause in which no process was heard."""
 
 
 class Pulses:
     """The signs of life of several processes.
 
     Args:
-        now: monotonic s.
+        now: the monotonic time, s; so in all methods.
     """
 
     def __init__(self, now: float) -> None:
@@ -25,7 +26,7 @@ class Pulses:
         self._last: dict[str, float] = {}
 
     def feel(self, names: Iterable[str], now: float) -> None:
-        """Pulses of these processes have arrived by `now`."""
+        """Take in that pulses of these processes have arrived by `now`."""
         felt = list(names)
         if not felt:
             return
@@ -35,13 +36,13 @@ class Pulses:
             self._last[name] = self._counted
 
     def forget(self, name: str) -> None:
-        """A process has ended or begins anew: it is not missed until it has been felt again."""
+        """Forget a process that has ended or is started again. It is not missed until its next pulse has arrived."""
         self._last.pop(name, None)
 
     def hung(self) -> list[str]:
-        """The processes that were felt once and now are silent while others are not."""
+        """The processes that have given a pulse before and are silent now while others are not."""
         return [name for name, last in self._last.items() if self._counted - last > HUNG]
 
     def silence(self, now: float) -> float:
-        """s of real time since anybody was felt."""
+        """The real time since the last pulse of any process, s."""
         return now - self._heard_at

@@ -1,4 +1,4 @@
-"""Which matches run on this machine, so that `vrg official halt` needs no address."""
+"""The list of the matches that run on this machine, so that `vrg official halt` needs no address."""
 
 import fcntl
 import json
@@ -21,7 +21,7 @@ class RunningMatch:
     """A match that a launcher on this machine has started.
 
     Args:
-        match: its name. router: the endpoint of its router. run: its run folder. pid: of the launcher.
+        match: its name. router: the endpoint of its router. run: its run folder. pid: the launcher's process id.
     """
 
     match: str
@@ -36,10 +36,10 @@ def _folder() -> Path:
 
 @contextmanager
 def registered(match: RunningMatch) -> Iterator[None]:
-    """Tell others of a match as long as the context lasts.
+    """List a match as long as the context lasts.
 
-    The entry is locked by its launcher, so that one whose launcher was killed is known for what it is. Where the
-    folder cannot be written the match goes on without: others then have to name its address.
+    The launcher locks the entry, so that an entry whose launcher was killed can be recognised. If the folder cannot be
+    written, the match goes on without an entry, and commands must then name its address.
     """
     path = _folder() / f"{match.match}-{match.pid}.json"
     entry = None
@@ -75,7 +75,7 @@ def running() -> list[RunningMatch]:
 
 
 def _is_abandoned(entry: TextIO) -> bool:
-    """Whether nobody holds the entry's lock."""
+    """Whether no launcher holds the entry's lock."""
     try:
         fcntl.flock(entry, fcntl.LOCK_SH | fcntl.LOCK_NB)
     except BlockingIOError:
@@ -87,10 +87,11 @@ def find(match: str | None, router: str | None, default_router: str) -> tuple[st
     """The (match, router endpoint) that a command means.
 
     Args:
-        match, router: as typed, None = not.
+        match, router: what was typed; None if nothing was.
+        default_router: the endpoint to use for a match that is named but does not run on this machine.
 
     Raises:
-        ConfigError: several matches run and none is named, or none runs and no name is given.
+        ConfigError: several running matches fit, or none does and no match is named.
     """
     if match and router:
         return match, router

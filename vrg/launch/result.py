@@ -1,4 +1,4 @@
-"""What is left when a match has ended: the result, and the plot of the trajectories."""
+"""What is written when a match has ended: the result, and the plot of the trajectories."""
 
 import json
 import logging
@@ -16,11 +16,11 @@ log = logging.getLogger(__name__)
 
 
 def write_result(setup: MatchSetup, folder: RunFolder, state: RefereeState | None, ended: str) -> dict[str, Any]:
-    """Write result.json; what cannot be written is told, and still returned.
+    """Write result.json, and return its content. If it cannot be written, that is logged.
 
     Args:
-        state: the referee's last.
-        ended: `game over`, `interrupted`, or why it failed.
+        state: the last state of the referee; None if there is none.
+        ended: how the match ended, in words, such as `game over` or `interrupted`.
     """
     try:
         _, records = read_journal(folder.journal)
@@ -52,7 +52,7 @@ def write_result(setup: MatchSetup, folder: RunFolder, state: RefereeState | Non
 
 
 def _statistics(folder: RunFolder) -> dict[str, Any]:
-    """What each process said of itself when it stopped."""
+    """The statistics that each process wrote when it stopped, by name."""
     found = {}
     for path in sorted(folder.logs.glob("*.json")):
         try:
@@ -66,7 +66,8 @@ def plot(setup: MatchSetup, folder: RunFolder) -> None:
     """Draw the trajectories from the recording.
 
     Raises:
-        OSError: no recording, or no room for the picture. ValueError: nobody moved yet.
+        OSError: there is no recording, or no room for the picture.
+        ValueError: the recording has nothing to draw.
     """
     from vrg.ui.plot import plot_trajectories  # noqa: PLC0415 - matplotlib takes a second to load
 

@@ -1,4 +1,4 @@
-"""What a run leaves behind: one folder with everything."""
+"""The folder of a run, with all files that the run writes."""
 
 import json
 import os
@@ -12,7 +12,7 @@ from vrg.errors import LaunchError
 
 @dataclass(frozen=True)
 class RunFolder:
-    """The files of one run, by name."""
+    """The run folder at `path`, and the paths of the files in it."""
 
     path: Path
 
@@ -21,8 +21,9 @@ class RunFolder:
         """Make a folder that no other run has, with the match file in it.
 
         Args:
-            now: local real time, for the folder's name.
-            text: of the match file as it is played, overrides included.
+            parent: the folder to make it in. match: the name of the match.
+            now: the local real time, for the folder's name.
+            text: the text of the match file as it is played, overrides included.
 
         Raises:
             LaunchError: the folder cannot be made.
@@ -46,10 +47,10 @@ class RunFolder:
         raise LaunchError(f"{parent / stem}: a thousand runs in one second")
 
     def prepare(self) -> None:
-        """Make what is missing of the folder.
+        """Make the folder and its folder for logs, if they are missing.
 
         Raises:
-            LaunchError: it cannot be made.
+            LaunchError: they cannot be made.
         """
         try:
             self.logs.mkdir(parents=True, exist_ok=True)
@@ -58,47 +59,47 @@ class RunFolder:
 
     @property
     def match_file(self) -> Path:
-        """As it was played."""
+        """The match file as it was played."""
         return self.path / "match.toml"
 
     @property
     def setup(self) -> Path:
-        """The checked match, for its processes."""
+        """The set-up of the checked match, for its processes."""
         return self.path / "setup.json"
 
     @property
     def journal(self) -> Path:
-        """The referee's."""
+        """The referee's journal."""
         return self.path / "journal.jsonl"
 
     @property
     def recording(self) -> Path:
-        """For Foxglove."""
+        """The first part of the recording, for Foxglove."""
         return self.path / "recording.mcap"
 
     def recordings(self) -> list[Path]:
-        """Every part of the recording: a recorder that was started again begins a new one."""
+        """Every part of the recording. A recorder that was started again begins a new part."""
         parts = self.path.glob(f"{self.recording.stem}*{self.recording.suffix}")
         return sorted(parts, key=lambda part: (len(part.name), part.name))
 
     @property
     def snapshot(self) -> Path:
-        """The world's, from which a restarted world goes on."""
+        """The snapshot from which a restarted world goes on."""
         return self.path / "world.snapshot"
 
     @property
     def logs(self) -> Path:
-        """One log a process."""
+        """The folder with one log per process."""
         return self.path / "logs"
 
     @property
     def result(self) -> Path:
-        """Who won."""
+        """The result of the match."""
         return self.path / "result.json"
 
     @property
     def plot(self) -> Path:
-        """The trajectories."""
+        """The plot of the trajectories."""
         return self.path / "trajectories.png"
 
 
@@ -107,7 +108,7 @@ def _unusable(path: Path, error: OSError) -> LaunchError:
 
 
 def write_whole(path: Path, data: bytes) -> None:
-    """Replace a file so that a reader sees the old or the new content, never a part.
+    """Replace a file in one step, so that a reader sees either the old or the new content, never a part of it.
 
     Raises:
         OSError: it cannot be written; the old content is still there.
@@ -122,5 +123,9 @@ def write_whole(path: Path, data: bytes) -> None:
 
 
 def write_json(path: Path, content: dict[str, Any]) -> None:
-    """Write a JSON file for people and scripts."""
+    """Write a JSON file for people and scripts.
+
+    Raises:
+        OSError: it cannot be written; the old content is still there.
+    """
     write_whole(path, (json.dumps(content, indent=2) + "\n").encode())

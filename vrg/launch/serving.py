@@ -1,4 +1,4 @@
-"""One node in a process of its own: what every process of a match does from its start to its end."""
+"""What every process of a match does from its start to its end: it runs one node, or the router."""
 
 import logging
 import os
@@ -21,25 +21,26 @@ from vrg.launch.run_folder import RunFolder, write_json, write_whole
 log = logging.getLogger(__name__)
 
 SNAPSHOT_PERIOD = 5
-"""World ticks between snapshots: 0.1 s of match time with the default tick."""
+"""The number of world ticks between two snapshots. With the default tick this is 0.1 s of match time."""
 WINDOW_PERIOD = 1 / 30
-"""s of real time between looks at a window's keys."""
+"""The real time in s between two looks at a window's keys."""
 KINDS = ("world", "coordinator", "recorder", "spectator", "player")
-"""The nodes of a match that `serve` can be."""
+"""The kinds of nodes that `serve` can run."""
 
 
 def serve(
     kind: str, setup: MatchSetup, *, router: str, run: Path | None = None, name: str = "", leash: bool = False
 ) -> Stop:
-    """Be a node of a match until stopped; returns what has stopped it.
+    """Run a node of a match until it is stopped, and return the stop, which tells the reason.
 
     Args:
-        kind: one of KINDS. name: of a player; of a window.
-        run: the run folder. A world goes on from its snapshot there, a referee from its journal, in HALT.
-        leash: standard input ends when whoever started this dies, and this ends then, too.
+        kind: one of KINDS. name: the name of a player or of a window.
+        router: the endpoint of the router.
+        run: the run folder. A world goes on from its snapshot there, and a coordinator from its journal, in HALT.
+        leash: True if the process must stop when its standard input is closed, which happens when its parent dies.
 
     Raises:
-        VrgError: the router or the robot cannot be reached, the set-up has problems, or there is one of that name.
+        VrgError: the router or the robot cannot be reached, the set-up has problems, or a node of that name runs.
     """
     folder = RunFolder(run or Path("runs") / setup.name)
     if run is not None or kind not in ("player", "spectator"):
@@ -84,7 +85,7 @@ def _never() -> bool:
 
 
 def serve_router(endpoint: str, *, leash: bool = False) -> Stop:
-    """Be the router that all processes of a match connect to, until stopped; returns what has stopped it.
+    """Run the router that all processes of a match connect to, and return the stop, which tells the reason.
 
     Raises:
         BusError: the endpoint is taken or cannot be listened on.
@@ -97,9 +98,13 @@ def serve_router(endpoint: str, *, leash: bool = False) -> Stop:
 
 @contextmanager
 def child_process(leash: bool) -> Iterator[Stop]:
-    """Logging, signals, and the leash of whoever started this: standard input ends when it dies."""
+    """Set up logging, signals and the leash of a process.
+
+    Args:
+        leash: True if the process must stop when its standard input is closed, which happens when its parent dies.
+    """
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
-    # zenoh's threads wait for the interpreter's lock: let it go sooner than the default 5 ms.
+    # zenoh's threads wait for the interpreter's lock, so it must be released sooner than after the default 5 ms.
     sys.setswitchinterval(1e-3)
     with stop_on_signals() as stop:
         if leash:
@@ -108,7 +113,7 @@ def child_process(leash: bool) -> Iterator[Stop]:
 
 
 def _hold_leash(stop: Stop) -> None:
-    # The bare descriptor: a thread inside sys.stdin's lock would keep the interpreter from ending.
+    # It reads the bare descriptor, because a thread that holds the lock of sys.stdin keeps the interpreter from ending.
     while os.read(0, 64):
         pass
     log.info("stopping: the supervisor is gone")
@@ -125,7 +130,7 @@ def _report(folder: RunFolder | None, name: str, statistics: Statistics) -> None
 
 
 class _SnapshotKeeper:
-    """Saves the world now and then, so that a world that crashed is taken up again."""
+    """Saves the world every SNAPSHOT_PERIOD ticks, so that a restarted world can go on after a crash."""
 
     def __init__(self, folder: RunFolder, snapshot: Callable[[], bytes]) -> None:
         self._folder = folder

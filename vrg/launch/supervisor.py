@@ -1,4 +1,4 @@
-"""Starts the processes of a match in order, keeps them alive, and stops them cleanly."""
+"""The supervisor, which starts the processes of a match in order, keeps them alive, and stops them cleanly."""
 
 import time
 from collections.abc import Callable, Iterable, Sequence
@@ -14,24 +14,25 @@ from vrg.launch.managed import STOP_PATIENCE, ManagedProcess, ProcessSpec
 from vrg.launch.pulses import Pulses
 
 CUT_OFF = 1.0
-"""s of real time without a link to the router after which it is taken to hang."""
+"""The real time in s without a connection to the router after which the router is taken to hang."""
 ROUTER_START = 10.0
-"""s of real time that a router has from its start until it must answer."""
+"""The real time in s from a router's start after which it must answer."""
 QUIET = 10.0
-"""s of real time without any sign of life of anybody after which a person is told."""
+"""The real time in s without a sign of life of any process after which a person is told."""
 _LOOK = 0.02
-"""s of real time between looks at processes that start."""
+"""The real time in s between two looks at whether starting processes are ready."""
 _PROGRESS = 0.5
-"""s of real time between looks at how they get on."""
+"""The real time in s between two looks at whether starting processes make progress."""
 
 
 class Supervisor:
-    """The processes of one match on this machine.
+    """Supervises the processes of one match on this machine.
 
     Args:
-        specs: the first is the router, at `endpoint`.
-        announce: told, in words, of everything that a person should know.
-        server: becomes the processes; without one each is started by itself.
+        specs: the processes, the router first.
+        endpoint: the endpoint of the router. keys: the keys of the match. logs: the folder for the logs.
+        announce: called with a text about each event that a person should know of.
+        server: the fork server that starts the processes; without one each gets an interpreter of its own.
     """
 
     def __init__(
@@ -55,17 +56,18 @@ class Supervisor:
         self.processes = [ManagedProcess(spec, logs / f"{spec.name}.log", server or ForkServer()) for spec in specs]
 
     def start(self, session: Session, stop: StopSignal, progress: Callable[[str], None]) -> bool:
-        """Start everything but the router, which already runs; each group waits for the one before.
+        """Start all processes but the router, which runs already. Each group waits until the one before is ready.
 
         Args:
+            session: the launcher's session.
             stop: set it to break the start off.
-            progress: told the name of each process that is ready.
+            progress: called with the name of each process that is ready.
 
         Returns:
-            False where it was broken off.
+            False if the start was broken off.
 
         Raises:
-            LaunchError: a process ended before it was ready, or does not get on; says what it said last.
+            LaunchError: a process ended before it was ready, or makes no progress. The message has the end of its log.
         """
         self._session = session
         session.attach(self._mailbox)
@@ -80,10 +82,10 @@ class Supervisor:
         return True
 
     def start_router(self, stop: StopSignal) -> bool:
-        """Start the router and wait until it answers; False where that was broken off by `stop`.
+        """Start the router and wait until it answers. Return False if `stop` was set before.
 
         Raises:
-            LaunchError: it ended or does not get on, or another one has taken its endpoint.
+            LaunchError: the router ended or makes no progress, for example because another one has its endpoint.
         """
         for router in [p for p in self.processes if p.spec.is_router]:
             router.start()
@@ -96,7 +98,7 @@ class Supervisor:
         return True
 
     def _answers(self, router: ManagedProcess) -> bool:
-        """Whether the router that answers is the one that was started, and not one that was faster."""
+        """Whether the router that was started answers. Another router at the same endpoint does not count."""
         try:
             with open_session(self._endpoint, patience=0.0) as session:
                 return router.pid is not None and bool(session.alive(router_alive(router.pid)))
@@ -104,7 +106,7 @@ class Supervisor:
             return False
 
     def _waiting(self, members: Sequence[ManagedProcess], stop: StopSignal) -> Iterable[ManagedProcess | None]:
-        """Each of the members when it is ready; None where `stop` was set."""
+        """Yield each of the members when it is ready; yield None and end if `stop` is set."""
         waiting = list(members)
         looked = time.monotonic()
         while waiting:
@@ -124,7 +126,7 @@ class Supervisor:
 
     @staticmethod
     def _check_start(process: ManagedProcess) -> None:
-        """Raise LaunchError where a process that starts has ended, or does not get on."""
+        """Raise LaunchError if a process has ended before it was ready, or makes no progress."""
         name = process.spec.name
         if process.exit_status is not None:
             raise LaunchError(
@@ -135,10 +137,10 @@ class Supervisor:
             raise LaunchError(f"{name} {stuck}; see {process.log}\n{process.last_words()}")
 
     def poll(self) -> None:
-        """Look after everybody once: restart what died, kill what hangs.
+        """Look at all processes once: restart those that have died, and kill those that hang.
 
         Raises:
-            LaunchError: a process without which there is no match died too often.
+            LaunchError: an essential process has died too often.
         """
         self._feel_pulses()
         now = time.monotonic()
@@ -204,7 +206,7 @@ class Supervisor:
         self._told_of_quiet = quiet
 
     def stop(self) -> None:
-        """Stop everybody, players first, the router last; bounded."""
+        """Stop all processes, players first and the router last. A process that does not stop in time is killed."""
         for order in sorted({p.spec.stop_order for p in self.processes}):
             members = [p for p in self.processes if p.spec.stop_order == order]
             for member in members:

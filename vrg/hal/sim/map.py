@@ -71,7 +71,7 @@ class Map:
     def footprint_clear(self, pose: Pose, length: float, width: float) -> bool:
         """Whether a body of this size (m) fits at this pose: inside the bounds, touching no wall or obstacle."""
         body = Box(pose.x, pose.y, pose.theta, length, width)
-        # The bounds are convex: a body whose corners are inside is inside.
+        # The bounds are convex, so a body is inside if its corners are.
         return (
             all(self.bounds.contains(x, y) for x, y in box_corners(body))
             and not any(boxes_touch(body, box) for box in self.boxes)

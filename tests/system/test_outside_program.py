@@ -1,0 +1,37 @@
+"""A program that has nothing of VRG listens to a match and drives a robot: examples/outside.py, as its reader runs it."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.system.harness import Match
+
+pytestmark = pytest.mark.system
+
+PROGRAM = Path(__file__).parents[2] / "examples" / "outside.py"
+
+
+def test_it_needs_only_zenoh_and_messagepack() -> None:
+    tree = ast.parse(PROGRAM.read_text(encoding="utf-8"))
+    named = {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
+    named |= {node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
+    assert {name for name in named if name.split(".")[0] not in sys.stdlib_module_names} == {"zenoh", "msgpack"}
+
+
+def test_it_hears_the_match_and_drives_a_robot(match: Match) -> None:
+    observer = match.observer
+    command = [sys.executable, "-I", str(PROGRAM), match.keys.match, "bob", "--router", match.endpoint]
+    with subprocess.Popen([*command, "--seconds", "60"], stdout=subprocess.PIPE, text=True) as program:
+        try:
+            observer.wait_until(lambda: observer.heard.reports["bob"][-1].body.manual, "the program to hold the lease")
+            observer.wait_until(lambda: observer.body("bob").w > 0.2, "its robot to turn")
+            assert program.stdout is not None
+            lines = [program.stdout.readline() for _ in range(3)]
+            assert any("play_round" in line and "bob at (" in line for line in lines), lines
+        finally:
+            program.terminate()
+    observer.wait_until(lambda: not observer.heard.reports["bob"][-1].body.manual, "the lease to end")
+    observer.wait_until(lambda: observer.moving("bob"), "its player to drive on")
