@@ -5,8 +5,9 @@ Start a match, then this program beside it; docs/bus.md says what it speaks:
     vrg play sharks-and-minnows
     python examples/outside.py courtyard player2
 
-It holds the lease of the player's robot, as a person with a gamepad does, and drives it in a circle. The referee's rules,
-the emergency stop and the speed limit hold for it, too. The same can be written in any language that has both libraries.
+It holds the lease of the player's robot, as a person with a gamepad does, and drives it in a circle. The referee's
+rules, the emergency stop and the speed limit hold for it, too. The same can be written in any language that has both
+libraries.
 """
 
 import argparse

@@ -7,18 +7,16 @@ it in the same way, for example `{ shape = "circle", x = 1.0, y = 2.0, radius = 
 """
 
 import math
-from collections.abc import Sequence
 from typing import Annotated
 
 from msgspec import Meta, Struct
 
+from vrg.segments import arc, centroid, clipped, cross, in_disc, nearest_on_segment, on_inner_sides, turned
 from vrg.types import Length, Metres, Radians, Vector
 
 Bounds = tuple[float, float, float, float]
 """The smallest axis-aligned rectangle around something: (x_min, y_min, x_max, y_max), m."""
 
-CHORD = 0.01
-"""The distance in m by which a drawn arc may differ from the true one."""
 _EPS = 1e-12
 
 
@@ -73,18 +71,6 @@ class _Shape(Struct, frozen=True, tag_field="shape", forbid_unknown_fields=True)
             return None
         stretch = self.inside(start, end)
         return stretch[1] if stretch is not None else 0.0
-
-    def entry_fraction(self, start: Vector, end: Vector) -> float | None:
-        """The fraction of the way from start to end at which it enters the region; None if it never does.
-
-        It is 0 for a way that starts inside.
-        """
-        if self.contains(*start):
-            return 0.0
-        stretch = self.inside(start, end)
-        if stretch is not None:
-            return stretch[0]
-        return 1.0 if self.contains(*end) else None
 
 
 class Rectangle(_Shape, frozen=True, tag="rectangle"):
@@ -163,7 +149,7 @@ class Circle(_Shape, frozen=True, tag="circle"):
 
     def inside(self, start: Vector, end: Vector) -> tuple[float, float] | None:
         """The stretch that is inside, from the roots of a quadratic equation."""
-        return _in_disc(start, end, (self.x, self.y), self.radius)
+        return in_disc(start, end, (self.x, self.y), self.radius)
 
     def nearest(self, x: float, y: float) -> Vector:
         """The point itself if it is inside, or the nearest point of the border."""
@@ -179,7 +165,7 @@ class Circle(_Shape, frozen=True, tag="circle"):
 
     def outline(self) -> list[Vector]:
         """Points of the border, counter-clockwise."""
-        points = _arc(self.middle, self.radius, 0.0, math.tau)
+        points = arc(self.middle, self.radius, 0.0, math.tau)
         return points[:-1]
 
 
@@ -221,9 +207,9 @@ class Sector(_Shape, frozen=True, tag="sector"):
 
     def inside(self, start: Vector, end: Vector) -> tuple[float, float] | None:
         """The stretch that is inside: the part in the disc that is also on the inner side of both edges."""
-        stretch = _in_disc(start, end, (self.x, self.y), self.radius)
+        stretch = in_disc(start, end, (self.x, self.y), self.radius)
         planes = [(nx, ny, nx * self.x + ny * self.y) for nx, ny in self._normals()]
-        return _on_inner_sides(start, end, planes, stretch)
+        return on_inner_sides(start, end, planes, stretch)
 
     def nearest(self, x: float, y: float) -> Vector:
         """The point itself if it is inside, or the nearest point of the arc or of an edge."""
@@ -231,7 +217,7 @@ class Sector(_Shape, frozen=True, tag="sector"):
             return x, y
         bearing = math.atan2(y - self.y, x - self.x)
         candidates = [
-            _nearest_on_segment((x, y), (self.x, self.y), self._at(self.radius, edge))
+            nearest_on_segment((x, y), (self.x, self.y), self._at(self.radius, edge))
             for edge in (self.start, self.start + self.sweep)
         ]
         if (bearing - self.start) % math.tau <= self.sweep:
@@ -244,7 +230,7 @@ class Sector(_Shape, frozen=True, tag="sector"):
 
     def outline(self) -> list[Vector]:
         """The corner, then points of the arc."""
-        return [(self.x, self.y), *_arc((self.x, self.y), self.radius, self.start, self.sweep)]
+        return [(self.x, self.y), *arc((self.x, self.y), self.radius, self.start, self.sweep)]
 
     def _at(self, distance: float, bearing: float) -> Vector:
         return self.x + distance * math.cos(bearing), self.y + distance * math.sin(bearing)
@@ -266,7 +252,7 @@ class Polygon(_Shape, frozen=True, tag="polygon"):
 
     def __post_init__(self) -> None:
         turns = [
-            _cross(a, b, c) for a, b, c in zip(self.points, _next(self.points), _next(self.points, 2), strict=True)
+            cross(a, b, c) for a, b, c in zip(self.points, turned(self.points), turned(self.points, 2), strict=True)
         ]
         if any(turn < -1e-9 for turn in turns) or sum(turns) <= 0.0:
             raise ValueError("expected the corners of a convex polygon, counter-clockwise")
@@ -277,22 +263,22 @@ class Polygon(_Shape, frozen=True, tag="polygon"):
 
     def inside(self, start: Vector, end: Vector) -> tuple[float, float] | None:
         """The stretch that is inside, by Cyrus and Beck's clipping."""
-        return _on_inner_sides(start, end, self._planes(), (0.0, 1.0))
+        return on_inner_sides(start, end, self._planes(), (0.0, 1.0))
 
     def nearest(self, x: float, y: float) -> Vector:
         """The point itself if it is inside, or the nearest point of the border."""
         if self.contains(x, y):
             return x, y
-        edges = zip(self.points, _next(self.points), strict=True)
-        return min((_nearest_on_segment((x, y), a, b) for a, b in edges), key=lambda p: math.dist(p, (x, y)))
+        edges = zip(self.points, turned(self.points), strict=True)
+        return min((nearest_on_segment((x, y), a, b) for a, b in edges), key=lambda p: math.dist(p, (x, y)))
 
     def shrunk(self, margin: float) -> "Polygon":
         """The part that is at least `margin` m from every side, or a tiny triangle about the middle."""
         corners = list(self.points)
         for nx, ny, offset in self._planes():
-            corners = _clip(corners, nx, ny, offset + margin)
+            corners = clipped(corners, nx, ny, offset + margin)
         if len(corners) < 3:
-            x, y = _centroid(self.points)
+            x, y = centroid(self.points)
             corners = [(x, y), (x + 1e-6, y), (x, y + 1e-6)]
         return Polygon(tuple(corners))
 
@@ -303,12 +289,12 @@ class Polygon(_Shape, frozen=True, tag="polygon"):
     @property
     def middle(self) -> Vector:
         """The mean of the corners."""
-        return _centroid(self.points)
+        return centroid(self.points)
 
     def _planes(self) -> list[tuple[float, float, float]]:
         """For each side its inward unit normal and its offset. A point is inside if nx x + ny y >= offset for all."""
         planes = []
-        for (ax, ay), (bx, by) in zip(self.points, _next(self.points), strict=True):
+        for (ax, ay), (bx, by) in zip(self.points, turned(self.points), strict=True):
             length = math.hypot(bx - ax, by - ay)
             if length > 0.0:
                 nx, ny = (ay - by) / length, (bx - ax) / length
@@ -328,90 +314,10 @@ def touch(first: Region, second: Region) -> bool:
         return second.distance(first.x, first.y) <= first.radius
     a, b = first.outline(), second.outline()
     for shape in (a, b):
-        for (ax, ay), (bx, by) in zip(shape, _next(shape), strict=True):
+        for (ax, ay), (bx, by) in zip(shape, turned(shape), strict=True):
             nx, ny = by - ay, ax - bx
             if max(nx * x + ny * y for x, y in a) < min(nx * x + ny * y for x, y in b):
                 return False
             if max(nx * x + ny * y for x, y in b) < min(nx * x + ny * y for x, y in a):
                 return False
     return True
-
-
-def _in_disc(start: Vector, end: Vector, centre: Vector, radius: float) -> tuple[float, float] | None:
-    dx, dy = end[0] - start[0], end[1] - start[1]
-    fx, fy = start[0] - centre[0], start[1] - centre[1]
-    a, b, c = dx * dx + dy * dy, fx * dx + fy * dy, fx * fx + fy * fy - radius * radius
-    if a == 0.0:
-        return (0.0, 1.0) if c <= 0.0 else None
-    discriminant = b * b - a * c
-    if discriminant < 0.0:
-        return None
-    root = math.sqrt(discriminant)
-    enter, leave = max(0.0, (-b - root) / a), min(1.0, (-b + root) / a)
-    return (enter, leave) if enter <= leave else None
-
-
-def _on_inner_sides(
-    start: Vector, end: Vector, planes: Sequence[tuple[float, float, float]], stretch: tuple[float, float] | None
-) -> tuple[float, float] | None:
-    """The part of a stretch of the way that is on the inner side of every plane."""
-    if stretch is None:
-        return None
-    enter, leave = stretch
-    for nx, ny, offset in planes:
-        at_start = nx * start[0] + ny * start[1] - offset
-        at_end = nx * end[0] + ny * end[1] - offset
-        if at_start < 0.0 and at_end < 0.0:
-            return None
-        if at_start < 0.0:
-            enter = max(enter, at_start / (at_start - at_end))
-        elif at_end < 0.0:
-            leave = min(leave, at_start / (at_start - at_end))
-    return (enter, leave) if enter <= leave else None
-
-
-def _arc(centre: Vector, radius: float, start: float, sweep: float) -> list[Vector]:
-    """Points of an arc, both ends included, so close together that no chord is farther than CHORD from the arc."""
-    step = 2 * math.acos(max(0.0, 1.0 - CHORD / radius)) if radius > CHORD else math.pi / 4
-    count = max(8, math.ceil(sweep / step))
-    return [
-        (
-            centre[0] + radius * math.cos(start + sweep * i / count),
-            centre[1] + radius * math.sin(start + sweep * i / count),
-        )
-        for i in range(count + 1)
-    ]
-
-
-def _nearest_on_segment(point: Vector, a: Vector, b: Vector) -> Vector:
-    dx, dy = b[0] - a[0], b[1] - a[1]
-    square = dx * dx + dy * dy
-    along = 0.0 if square == 0.0 else ((point[0] - a[0]) * dx + (point[1] - a[1]) * dy) / square
-    along = min(1.0, max(0.0, along))
-    return a[0] + along * dx, a[1] + along * dy
-
-
-def _clip(corners: list[Vector], nx: float, ny: float, offset: float) -> list[Vector]:
-    """The part of a convex polygon with nx x + ny y >= offset (Sutherland and Hodgman)."""
-    kept: list[Vector] = []
-    for a, b in zip(corners, _next(corners), strict=True):
-        at_a, at_b = nx * a[0] + ny * a[1] - offset, nx * b[0] + ny * b[1] - offset
-        if at_a >= 0.0:
-            kept.append(a)
-        if at_a * at_b < 0.0:
-            share = at_a / (at_a - at_b)
-            kept.append((a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])))
-    return kept
-
-
-def _next(points: Sequence[Vector], by: int = 1) -> list[Vector]:
-    """The same corners in the same cyclic order, beginning `by` corners later."""
-    return [*points[by:], *points[:by]]
-
-
-def _cross(a: Vector, b: Vector, c: Vector) -> float:
-    return (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])
-
-
-def _centroid(points: Sequence[Vector]) -> Vector:
-    return sum(x for x, _ in points) / len(points), sum(y for _, y in points) / len(points)

@@ -1,7 +1,7 @@
 """What the models of all TOML files that people write have in common."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path as FilePath
 from typing import Annotated, Any
 
@@ -18,17 +18,6 @@ class Table(BaseModel):
     """The base class of the tables of a TOML file. It refuses unknown fields, NaN and infinity, and is frozen."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-def one_of(value: str, known: Sequence[str]) -> str:
-    """Return the value, if it is one of those known.
-
-    Raises:
-        ValueError: it is not; the message lists those known.
-    """
-    if value not in known:
-        raise ValueError(f"expected one of {', '.join(known)}, got {value!r}")
-    return value
 
 
 def known_in(value: str, registry: "Registry[Any]") -> str:

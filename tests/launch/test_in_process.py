@@ -140,8 +140,7 @@ def test_a_match_can_be_broken_off(tmp_path: Path) -> None:
 
 
 CIRCLER = """
-from vrg.types import Twist
-from vrg.agents.strategy import Strategy
+from vrg.agents import Strategy, Twist
 
 class Circler(Strategy):
     def act(self, view):
@@ -155,7 +154,8 @@ def test_a_player_that_never_lines_up_does_not_keep_the_others_from_playing(tmp_
     minnow = 'name = "player7"\nrole = "minnow"'
     assert minnow in text
     (tmp_path / "match.toml").write_text(text.replace(minnow, minnow + '\nstrategy = "circler.py:Circler"'))
-    setup = load_match(tmp_path / "match.toml", engine="planar", lasers=False)
+    # With this seed it does not happen to circle over its mark in the second pass.
+    setup = load_match(tmp_path / "match.toml", engine="planar", lasers=False, seed=1)
     with open_journal(setup, RunFolder(tmp_path)) as journal:
         ending = play(setup, journal, limit=900.0)
     assert ending.state.stage is Stage.GAME_OVER

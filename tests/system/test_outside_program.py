@@ -1,4 +1,4 @@
-"""A program that has nothing of VRG listens to a match and drives a robot: examples/outside.py, as its reader runs it."""
+"""A program that has nothing of VRG listens to a match and drives a robot: examples/outside.py."""
 
 import ast
 import subprocess

@@ -5,6 +5,7 @@ key and the sequence number alone, never by the order of arrival, so that a matc
 processes lose the same messages.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -137,7 +138,7 @@ def plain(value: object) -> object:
 
 
 def _distance(a: Vector | None, b: Vector | None) -> float | None:
-    return None if a is None or b is None else ((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2) ** 0.5
+    return None if a is None or b is None else math.dist(a, b)
 
 
 def _decode(words: bytes) -> Any:

@@ -22,7 +22,7 @@ from vrg.bus.session import Session, open_session
 from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.config.loading import check_strategies, load_match, match_path
 from vrg.config.setup import MatchSetup
-from vrg.coordinator.match import NOBODY
+from vrg.coordinator.match import DRAW, NOBODY
 from vrg.errors import LaunchError
 from vrg.launch import in_process, nodes
 from vrg.launch.fork_server import ForkServer
@@ -235,7 +235,10 @@ def _conclude(
     if state is not None:
         points.append(f"{state.total:.1f} s of play")
     summary = f" ({', '.join(points)})" if points else ""
-    headline = f"{str(result['winner']).capitalize()} win" if ended == "game over" else ended[0].upper() + ended[1:]
+    if ended == "game over":
+        headline = "A draw" if result["winner"] == DRAW else f"{str(result['winner']).capitalize()} win"
+    else:
+        headline = ended[0].upper() + ended[1:]
     show.console.print(f"[bold]{escape(headline)}[/bold]{summary}", soft_wrap=True)
     kept = (folder.result, folder.journal, *folder.recordings(), folder.plot)
     show.console.print(f"Recorded in {folder.path}: {', '.join(p.name for p in kept if p.exists())}", soft_wrap=True)

@@ -100,6 +100,9 @@ class Journal:
         except JournalError:
             self.close()
             raise
+        except OSError as error:
+            self.close()
+            raise JournalError(f"{path}: cannot be read: {error}") from error
 
     def _load(self, header: Header) -> tuple[int, Record | None]:
         content = self.path.read_bytes()

@@ -24,6 +24,8 @@ LONGEST = 1500
 """The length in characters to which all reasons of a halt together are cut, so that they fit into a message."""
 NOBODY = "nobody"
 """The winner of a match that an official has ended."""
+DRAW = "draw"
+"""The winner of a match that nobody has won."""
 
 
 class Standing(Struct, frozen=True, kw_only=True):

@@ -7,7 +7,6 @@ physical robot is on the map, and tells the world.
 
 import logging
 import threading
-from collections.abc import Sequence
 
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Inlet, Mailbox
@@ -20,7 +19,7 @@ from vrg.hal.estop import EstopLatch, decisive
 from vrg.hal.gate import RefereeGate
 from vrg.hal.location import Location
 from vrg.hal.models import RobotModel
-from vrg.hal.readings import Readings
+from vrg.hal.readings import Readings, samples_of
 from vrg.hal.sensors.ins import Ins
 from vrg.hal.sensors.spec import Sample
 from vrg.types import STILL, Pose, Twist
@@ -127,7 +126,7 @@ class Device:
         readings = self._driver.read()
         if self._location is None:
             return readings
-        samples = [*readings.samples, *self._of_the_world()]
+        samples = [*readings.samples, *samples_of(self._synthesised, self._mailbox.now)]
         own = readings.ins
         if own is None:
             place = self._location.locate(readings.odometry)
@@ -227,16 +226,3 @@ class Device:
         except Exception:
             # The fault is still latched, and the readings show it.
             log.exception("%s: it could not be recovered", self.name)
-
-    def _of_the_world(self) -> Sequence[Sample[SensorMessage]]:
-        """The samples of the sensors that the world simulates for this robot.
-
-        The age of a sample is the absolute difference of its stamp and now. A stamp far in the future is from before
-        the world was set back to a snapshot, so the sample is old.
-        """
-        now = self._mailbox.now
-        return [
-            Sample(received.stamp, abs(now - received.stamp), received.body, name)
-            for name, inlet in self._synthesised
-            if (received := inlet.latest) is not None
-        ]

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
+from vrg.bus.mailbox import Inlet
 from vrg.bus.messages import SensorMessage
 from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.encoders import Encoders
@@ -14,6 +15,22 @@ from vrg.hal.sensors.spec import Sample
 from vrg.hal.sensors.touch import Touch
 
 S = TypeVar("S", bound=SensorMessage)
+
+
+def samples_of(inlets: Sequence[tuple[str, Inlet[SensorMessage]]], now: float) -> list[Sample[SensorMessage]]:
+    """The newest sample of each sensor that the world simulates.
+
+    The age of a sample is the absolute difference of its stamp and now. A stamp far in the future is from before the
+    world was set back to a snapshot, so the sample is old.
+
+    Args:
+        inlets: the name of each sensor on its robot, and where its readings arrive. now: match time, s.
+    """
+    return [
+        Sample(received.stamp, abs(now - received.stamp), received.body, name)
+        for name, inlet in inlets
+        if (received := inlet.latest) is not None
+    ]
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from vrg.bus.messages import Stage
 from vrg.colours import Rgb
+from vrg.coordinator.match import DRAW
 from vrg.games.game import title
 from vrg.ui import palette
 from vrg.ui.scene import Scene
@@ -55,5 +56,5 @@ def _result(scene: Scene) -> tuple[str, ...]:
     if scene.winner is None:
         result = "No winner"
     else:
-        result = "A draw" if scene.winner == "draw" else f"Winner: {title(scene.winner)}"
+        result = "A draw" if scene.winner == DRAW else f"Winner: {title(scene.winner)}"
     return (result, score) if score else (result,)

@@ -1,15 +1,13 @@
 """The driver of a virtual robot. Where other drivers use a cable to the robot, it speaks to the world over the bus."""
 
 import math
-from collections.abc import Sequence
 
 from vrg.bus.mailbox import Inlet
 from vrg.bus.messages import Drive, SensorMessage
 from vrg.errors import RobotError, StaleDataError
 from vrg.hal.backends import MatchContext
 from vrg.hal.driver import Driver
-from vrg.hal.readings import Readings
-from vrg.hal.sensors.spec import Sample
+from vrg.hal.readings import Readings, samples_of
 from vrg.types import STILL, Twist
 
 AGREE_TIME = 0.5
@@ -104,7 +102,7 @@ class SimDriver(Driver):
             armed=self._armed and state.armed,
             estop=state.estop,
             fault=state.fault,
-            samples=self._samples(),
+            samples=samples_of(self._sensors, self._mailbox.now),
         )
 
     def stop(self) -> None:
@@ -122,14 +120,6 @@ class SimDriver(Driver):
         """Disarm the robot and end the connection. Idempotent."""
         self.disarm()
         self._connected = False
-
-    def _samples(self) -> Sequence[Sample[SensorMessage]]:
-        now = self._mailbox.now
-        return [
-            Sample(received.stamp, abs(now - received.stamp), received.body, name)
-            for name, inlet in self._sensors
-            if (received := inlet.latest) is not None
-        ]
 
     def _stopped(self) -> bool:
         """Whether the world reports the emergency stop. It disarms this side if the world has disarmed the robot."""

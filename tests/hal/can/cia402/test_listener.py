@@ -11,7 +11,7 @@ from vrg.hal.can.emulator.faults import FaultKind
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.listener import ANSWER_PATIENCE, Found
 from vrg.hal.can.survey import Survey, all_listeners
-from vrg.testing.protocol import SERIAL
+from vrg.testing.wire import SERIAL
 
 
 def asked(wire: Wire) -> Found:

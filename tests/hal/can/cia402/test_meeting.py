@@ -16,7 +16,7 @@ from vrg.hal.can.cia402.set_up import DEADLINE
 from vrg.hal.can.emulator.drive import DriveOptions
 from vrg.hal.can.emulator.faults import FaultKind
 from vrg.hal.can.frame import Frame
-from vrg.testing.protocol import SERIAL
+from vrg.testing.wire import SERIAL
 
 
 class TestMeeting:

@@ -9,7 +9,7 @@ from vrg.hal.can.cia402.drive import Cia402Drive
 from vrg.hal.can.cia402.network import Function
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.protocols import PROTOCOLS
-from vrg.testing.protocol import SERIAL, ProtocolWire
+from vrg.testing.wire import SERIAL, ProtocolWire
 
 NODE = 5
 

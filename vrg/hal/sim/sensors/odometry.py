@@ -25,7 +25,7 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
     def __init__(self, surroundings: Surroundings) -> None:
         super().__init__(surroundings)
         self._noise = Noise(surroundings.seed, "odometry", 2)
-        self._index: dict[str, int] = {}
+        self._index: dict[tuple[str, str], int] = {}
         self._rows: list[int] = []
         self.poses: Floats = np.zeros((0, 3))
         """The poses relative to where the odometry began: shape (robots, 3), m and rad, in the order of `mounted`."""
@@ -37,12 +37,12 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
 
     def resize(self, mounted: Sequence[Mounted[OdometrySpec]], now: Instant) -> None:
         """Adapt to a change of the list of robots, or of their rows. The odometry of robots that stay goes on."""
-        before = {robot: self.poses[index] for robot, index in self._index.items()}
+        before = {sensor: self.poses[index] for sensor, index in self._index.items()}
         super().resize(mounted, now)
-        names = [m.robot for m in mounted]
+        names = [(m.robot, m.spec.name) for m in mounted]
         self._index = {name: index for index, name in enumerate(names)}
         self._rows = [m.row for m in mounted]
-        self._noise.resize(names)
+        self._noise.resize([" ".join(name) for name in names])
         self.poses = np.array([before.get(name, np.zeros(3)) for name in names]).reshape(-1, 3)
         self._per_rad = np.array([_ticks(m) / math.tau for m in mounted]).reshape(-1, 1)
         self._track = np.array([m.model.effective_track for m in mounted])
@@ -50,7 +50,7 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
         scale = np.ones((len(names), 2))
         if self.surroundings.noise:
             for index, m in enumerate(mounted):
-                rng = generator(self.surroundings.seed, m.robot, "scale")
+                rng = generator(self.surroundings.seed, m.robot, f"scale of odometry {m.spec.name}")
                 scale[index] += m.spec.scale_noise * rng.standard_normal(2)
         radius = np.array([m.model.wheel_radius for m in mounted]).reshape(-1, 1)
         self._way = radius / self._per_rad * scale
@@ -74,7 +74,7 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
         poses[:, 2] += turn
         said: list[Said] = []
         for m in self.due(now):
-            index = self._index[m.robot]
+            index = self._index[m.robot, m.spec.name]
             x, y, theta = poses[index].tolist()
             twist = Twist(float(distance[index]) / now.dt, float(turn[index]) / now.dt)
             said.append((m.robot, m.spec.name, Odometry(pose=Pose(x, y, theta), twist=twist)))
@@ -82,17 +82,21 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
 
     def placed(self, robot: str) -> None:
         """Begin a robot's odometry anew, because it was put somewhere else."""
-        if robot in self._index:
-            self.poses[self._index[robot]] = 0.0
+        for index in self._of(robot).values():
+            self.poses[index] = 0.0
 
     def remember(self, robot: str) -> Any:
-        """The pose of a robot's odometry, as a list of x, y and heading."""
-        return self.poses[self._index[robot]].tolist() if robot in self._index else None
+        """The pose of each odometry of a robot by the sensor's name, as a list of x, y and heading."""
+        return {name: self.poses[index].tolist() for name, index in self._of(robot).items()} or None
 
     def recall(self, robot: str, remembered: Any) -> None:
-        """Set the pose of a robot's odometry to what `remember` returned."""
-        if robot in self._index:
-            self.poses[self._index[robot]] = remembered
+        """Set the poses of a robot's odometry to what `remember` returned."""
+        for name, index in self._of(robot).items():
+            self.poses[index] = remembered.get(name, 0.0)
+
+    def _of(self, robot: str) -> dict[str, int]:
+        """The rows of a robot's odometry by the sensor's name."""
+        return {name: index for (owner, name), index in self._index.items() if owner == robot}
 
 
 def _ticks(mounted: Mounted[OdometrySpec]) -> int:

@@ -1,0 +1,89 @@
+"""Segments, arcs and corners of convex polygons: pure functions of numbers."""
+
+import math
+from collections.abc import Sequence
+
+from vrg.types import Vector
+
+CHORD = 0.01
+"""The distance in m by which a drawn arc may differ from the true one."""
+
+
+def in_disc(start: Vector, end: Vector, centre: Vector, radius: float) -> tuple[float, float] | None:
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    fx, fy = start[0] - centre[0], start[1] - centre[1]
+    a, b, c = dx * dx + dy * dy, fx * dx + fy * dy, fx * fx + fy * fy - radius * radius
+    if a == 0.0:
+        return (0.0, 1.0) if c <= 0.0 else None
+    discriminant = b * b - a * c
+    if discriminant < 0.0:
+        return None
+    root = math.sqrt(discriminant)
+    enter, leave = max(0.0, (-b - root) / a), min(1.0, (-b + root) / a)
+    return (enter, leave) if enter <= leave else None
+
+
+def on_inner_sides(
+    start: Vector, end: Vector, planes: Sequence[tuple[float, float, float]], stretch: tuple[float, float] | None
+) -> tuple[float, float] | None:
+    """The part of a stretch of the way that is on the inner side of every plane."""
+    if stretch is None:
+        return None
+    enter, leave = stretch
+    for nx, ny, offset in planes:
+        at_start = nx * start[0] + ny * start[1] - offset
+        at_end = nx * end[0] + ny * end[1] - offset
+        if at_start < 0.0 and at_end < 0.0:
+            return None
+        if at_start < 0.0:
+            enter = max(enter, at_start / (at_start - at_end))
+        elif at_end < 0.0:
+            leave = min(leave, at_start / (at_start - at_end))
+    return (enter, leave) if enter <= leave else None
+
+
+def arc(centre: Vector, radius: float, start: float, sweep: float) -> list[Vector]:
+    """Points of an arc, both ends included, so close together that no chord is farther than CHORD from the arc."""
+    step = 2 * math.acos(max(0.0, 1.0 - CHORD / radius)) if radius > CHORD else math.pi / 4
+    count = max(8, math.ceil(sweep / step))
+    return [
+        (
+            centre[0] + radius * math.cos(start + sweep * i / count),
+            centre[1] + radius * math.sin(start + sweep * i / count),
+        )
+        for i in range(count + 1)
+    ]
+
+
+def nearest_on_segment(point: Vector, a: Vector, b: Vector) -> Vector:
+    dx, dy = b[0] - a[0], b[1] - a[1]
+    square = dx * dx + dy * dy
+    along = 0.0 if square == 0.0 else ((point[0] - a[0]) * dx + (point[1] - a[1]) * dy) / square
+    along = min(1.0, max(0.0, along))
+    return a[0] + along * dx, a[1] + along * dy
+
+
+def clipped(corners: list[Vector], nx: float, ny: float, offset: float) -> list[Vector]:
+    """The part of a convex polygon with nx x + ny y >= offset (Sutherland and Hodgman)."""
+    kept: list[Vector] = []
+    for a, b in zip(corners, turned(corners), strict=True):
+        at_a, at_b = nx * a[0] + ny * a[1] - offset, nx * b[0] + ny * b[1] - offset
+        if at_a >= 0.0:
+            kept.append(a)
+        if at_a * at_b < 0.0:
+            share = at_a / (at_a - at_b)
+            kept.append((a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])))
+    return kept
+
+
+def turned(points: Sequence[Vector], by: int = 1) -> list[Vector]:
+    """The same corners in the same cyclic order, beginning `by` corners later."""
+    return [*points[by:], *points[:by]]
+
+
+def cross(a: Vector, b: Vector, c: Vector) -> float:
+    return (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])
+
+
+def centroid(points: Sequence[Vector]) -> Vector:
+    return sum(x for x, _ in points) / len(points), sum(y for _, y in points) / len(points)
