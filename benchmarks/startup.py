@@ -97,7 +97,8 @@ def _start(command: str, engine: str) -> Start:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "match.toml"
         file.write_text(MATCH.format(engine=engine) + _players(), encoding="utf-8")
-        environment = {**os.environ, "XDG_STATE_HOME": folder}
+        # Not in the working folder: an older release takes the folder `vrg` there for the package.
+        environment = {**os.environ, "XDG_STATE_HOME": f"{folder}/state"}
         began = time.monotonic()
         launcher = subprocess.Popen(
             [command, "play", str(file), "--headless", "--runs", folder],
@@ -162,6 +163,8 @@ def _measure(launcher: int, wall: float) -> Start:
     players = []
     for process in everybody:
         with contextlib.suppress(psutil.NoSuchProcess):
+            if process.status() == psutil.STATUS_ZOMBIE:
+                continue
             times = process.cpu_times()
             cpu[process.pid] = times.user + times.system
             memory[process.pid] = process.memory_full_info().pss / 1e6
