@@ -113,7 +113,7 @@ class _Runner:
         self._arm()
         end = time.monotonic() + seconds
         while time.monotonic() < end:
-            self._train.spin(axis.node, velocity)
+            self._command(lambda: self._train.spin(axis.node, velocity))
             time.sleep(_PERIOD)
         self._rest()
 
@@ -126,16 +126,28 @@ class _Runner:
         while not done(self._state()):
             if time.monotonic() > deadline:
                 raise RobotError(f"{self._train.name}: the odometry did not get there within {_LONGEST:g} s")
-            self._train.drive(left * rate, right * rate)
+            self._command(lambda: self._train.drive(left * rate, right * rate))
             time.sleep(_PERIOD)
         return self._rest()
 
+    def _command(self, send: Callable[[], None]) -> None:
+        """Send a command. Where the drives' watchdog has met one that was late, arm again, as a player does."""
+        try:
+            send()
+        except RobotError:
+            self._arm()
+
     def _arm(self) -> None:
+        """Arm the motors, again and again: on a busy computer the drives' watchdog may switch them off meanwhile.
+
+        Raises:
+            RobotError: a fault has latched, or they are not armed in time.
+        """
         deadline = time.monotonic() + _ARMING
-        self._train.arm()
         while not self._state().armed:
             if time.monotonic() > deadline:
                 raise RobotError(f"{self._train.name}: the motors were not armed within {_ARMING:g} s")
+            self._train.arm()
             self._train.stand()
             time.sleep(_PERIOD)
 
