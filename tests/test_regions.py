@@ -43,9 +43,7 @@ def test_a_way_is_inside_for_exactly_the_stretch_that_is_told(
 
 
 @given(any_region, near, near)
-def test_a_way_leaves_where_the_border_is(
-    region: Region, start: tuple[float, float], end: tuple[float, float]
-) -> None:
+def test_a_way_leaves_where_the_border_is(region: Region, start: tuple[float, float], end: tuple[float, float]) -> None:
     left = region.exit_fraction(start, end)
     assert (left is None) == (region.contains(*start) and region.contains(*end))
     if not region.contains(*start):
@@ -148,3 +146,10 @@ def test_nothing_tunnels_through_a_small_circle() -> None:
 def test_regions_touch_or_do_not(first: Region, second: Region, expected: bool) -> None:
     assert touch(first, second) is expected
     assert touch(second, first) is expected
+
+
+@pytest.mark.parametrize(("length", "width"), [(6.0, 1.0), (1.0, 6.0), (4.0, 2.0)])
+def test_a_polygon_that_is_shrunk_to_nothing_leaves_its_middle(length: float, width: float) -> None:
+    flat = Polygon(((0.0, 0.0), (length, 0.0), (length, width), (0.0, width)))
+    left = flat.shrunk(min(length, width) / 2)
+    assert left.middle == pytest.approx((length / 2, width / 2), abs=1e-3)

@@ -1,12 +1,16 @@
-"""The CAN interface that tests marked `vcan` use."""
+"""The CAN interface that tests marked `vcan` use, and the bus of those that need no CAN in the kernel."""
 
 import socket
 import struct
 import sys
 
 from tests.requirements import missing
+from vrg.hal.can.link import Link
 
 INTERFACE = "vcan0"
+VCAN = Link(channel=INTERFACE)
+UDP = Link(interface="udp_multicast", channel="239.74.163.7")
+"""A bus on which each frame is a datagram to a multicast group."""
 
 _SIOCGIFFLAGS = 0x8913
 _IFF_UP = 0x1
@@ -35,3 +39,15 @@ def require_vcan() -> None:
     """Skip the test if there is no CAN interface; in CI fail it."""
     if not is_up():
         missing(f"no CAN interface {INTERFACE}: run the tests by scripts/with-vcan")
+
+
+def require_loopback() -> None:
+    """Skip the test where multicast would leave this machine; in CI fail it."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect((UDP.channel, 9))
+            here = probe.getsockname()[0]
+        except OSError:
+            here = "nowhere"
+    if here != "127.0.0.1":
+        missing("multicast would leave this machine: run the tests by scripts/with-loopback")

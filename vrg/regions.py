@@ -11,7 +11,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from vrg.segments import arc, centroid, clipped, cross, in_disc, nearest_on_segment, on_inner_sides, turned
+from vrg.segments import arc, area, centroid, clipped, cross, in_disc, nearest_on_segment, on_inner_sides, turned
 from vrg.types import Length, Metres, Radians, Vector
 
 Bounds = tuple[float, float, float, float]
@@ -277,7 +277,7 @@ class Polygon(_Shape, frozen=True, tag="polygon"):
         corners = list(self.points)
         for nx, ny, offset in self._planes():
             corners = clipped(corners, nx, ny, offset + margin)
-        if len(corners) < 3:
+        if len(corners) < 3 or area(corners) < _EPS:
             x, y = centroid(self.points)
             corners = [(x, y), (x + 1e-6, y), (x, y + 1e-6)]
         return Polygon(tuple(corners))

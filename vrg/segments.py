@@ -87,3 +87,8 @@ def cross(a: Vector, b: Vector, c: Vector) -> float:
 
 def centroid(points: Sequence[Vector]) -> Vector:
     return sum(x for x, _ in points) / len(points), sum(y for _, y in points) / len(points)
+
+
+def area(points: Sequence[Vector]) -> float:
+    """The area of a polygon whose corners are counter-clockwise, m^2 (the shoelace formula)."""
+    return sum(ax * by - bx * ay for (ax, ay), (bx, by) in zip(points, turned(points), strict=True)) / 2

@@ -225,6 +225,11 @@ def world(endpoint: str) -> Iterator[threading.Event]:
     assert not thread.is_alive()
 
 
+def test_a_world_of_processes_cannot_run_as_fast_as_possible(endpoint: str) -> None:
+    with open_session(endpoint) as session, pytest.raises(ValueError, match="above 0, got 0"):
+        run_world(Clockwork(), session, KEYS, threading.Event(), first_tick=0, rate=0.0, after_tick=lambda _tick: None)
+
+
 def test_a_node_ticks_by_the_match_clock_and_is_told_when_it_stops(endpoint: str, world: threading.Event) -> None:
     node, stop = Listener(), threading.Event()
     with open_session(endpoint) as session:

@@ -444,6 +444,15 @@ class TestStopsThatWereMissed:
         assert state.estop
         assert state.halted == "emergency stop, latched in m1"
 
+    def test_one_that_players_have_latched_where_no_clock_tells_how_old_their_word_is(self, table: Table) -> None:
+        """The world and the referee have both died, and the referee is back first."""
+        table.stopped = {"m1"}
+        table.time = 60.0
+        report = m.Report(mode="-", armed=False, estop=True)
+        table.hear(KEYS.report("m1"), report)
+        table.time = 0.0
+        assert table.tick(live=False).estop
+
     def test_also_a_second_one_after_a_first_was_heard_and_released(self, table: Table) -> None:
         table.ticks(3)
         table.hear(KEYS.estop, m.Estop(engaged=True, by="ann"))

@@ -334,6 +334,14 @@ def test_an_official_says_where_a_physical_robot_has_been_put() -> None:
     assert "a stands at (1.50, -2.00), 90 degrees: by ann" in outcome.calls[0].text
 
 
+def test_where_a_physical_robot_stands_is_not_told_to_a_player_that_is_away() -> None:
+    """It would never hear it, and would drive on from a wrong place."""
+    physical = Field({"a": Pose(1, 0, 0)}, physical=frozenset({"a"}))
+    outcome = decide(playing(), official(OfficialAction.PLACE, "a", "1.5 -2 90"), physical, [], silent=["a"])
+    assert rules(outcome) == ["refused"]
+    assert "a does not report" in outcome.calls[0].text
+
+
 @pytest.mark.parametrize("value", ["here", "1 2", "nan 0 0", "1e9 0 0"])
 def test_a_place_that_is_none_is_refused(value: str) -> None:
     assert rules(decide(playing(), official(OfficialAction.PLACE, "a", value), at(1), [])) == ["refused"]

@@ -38,13 +38,15 @@ class Bench:
             if inlet.topic.key == topic.key:
                 inlet.offer(Received(topic.key, self.time if stamp is None else stamp, self._sequence, body))
 
-    def referee(self, *, estop: bool = False, halted: str | None = None, may_move: bool = True) -> None:
+    def referee(
+        self, *, estop: bool = False, halted: str | None = None, may_move: bool = True, stamp: float | None = None
+    ) -> None:
         status = m.PlayerStatus(name="a", team="t", role="r", state="s", may_move=may_move, radius=0.3)
         state = m.RefereeState(
             game="g", stage=m.Stage.PLAY_ROUND, halted=halted, way_out=None, waiting=[], clock=0.0, total=0.0, round=1,
             rounds=1, score={}, players=[status], zones=[], estop=estop,
         )  # fmt: skip
-        self.say(KEYS.referee_state, state)
+        self.say(KEYS.referee_state, state, stamp=stamp)
 
     def tick(self, advance: float = 0.1) -> None:
         self.time += advance
@@ -143,6 +145,17 @@ class TestEmergencyStop:
         bench.referee(estop=False)
         bench.tick()
         assert not bench.device.estop
+
+    def test_a_referee_that_was_restarted_and_hears_no_clock_releases_nothing(self, bench: Bench) -> None:
+        bench.say(KEYS.estop, m.Estop(engaged=True, by="x"))
+        bench.tick()
+        bench.referee(estop=True)
+        for _ in range(20):
+            bench.tick()
+        assert bench.mailbox.now > 1.0
+        bench.referee(stamp=0.0, estop=False)
+        bench.tick()
+        assert bench.device.estop
 
     def test_a_state_of_before_the_stop_does_not_end_it(self, bench: Bench) -> None:
         bench.say(KEYS.estop, m.Estop(engaged=True, by="x"))

@@ -1,5 +1,6 @@
 """A whole match in one process: it ends, it is repeatable, and its players behave."""
 
+import itertools
 import math
 import os
 import subprocess
@@ -7,15 +8,18 @@ import sys
 from pathlib import Path
 
 import pytest
+import typer
 
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Stage
 from vrg.bus.node import Node, Tick
+from vrg.commands import playing
 from vrg.config.loading import load_match, match_path
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import read_journal
 from vrg.geometry import outline_distance
 from vrg.hal.models import robot_model
+from vrg.launch.fork_server import ForkServer
 from vrg.launch.in_process import Ending, play
 from vrg.launch.nodes import open_journal
 from vrg.launch.run_folder import RunFolder
@@ -79,7 +83,7 @@ def played(folder: Path, engine: str, seed: int) -> tuple[Ending, bytes, Witness
     setup, run = setup_for(engine, seed), RunFolder(folder)
     witness = Witness(setup)
     with open_journal(setup, run) as journal:
-        ending = play(setup, journal, watchers=[witness], limit=900.0)
+        ending = play(setup, journal, watchers=[witness], limit=900.0, strict=True)
     return ending, run.journal.read_bytes(), witness
 
 
@@ -129,6 +133,42 @@ def test_the_journal_tells_the_whole_story(tmp_path: Path) -> None:
     assert len(tags) == ending.state.score["sharks"]
     assert [c.rule for c in calls if c.rule in ("begin", "pass_over", "game_over")][-1] == "game_over"
     assert records[-1].standing.winner == ending.state.winner
+
+
+class ClockWatch(Node):
+    """Remembers the rate that the world tells."""
+
+    kind = "watch"
+
+    def __init__(self, setup: MatchSetup) -> None:
+        super().__init__("rates", Mailbox(), 0.02)
+        self._clock = self.mailbox.subscribe(setup.keys.clock)
+        self.rates: set[float] = set()
+
+    def tick(self, tick: Tick) -> None:
+        self.rates |= {message.body.rate for message in self._clock.take()}
+
+
+@pytest.mark.parametrize(("paced", "rate"), [(True, 2.5), (False, 0.0)], ids=["paced", "as fast as possible"])
+def test_the_clock_tells_how_fast_a_match_is_played(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, paced: bool, rate: float
+) -> None:
+    watch: list[ClockWatch] = []
+
+    def watched(setup: MatchSetup, folder: RunFolder) -> ClockWatch:
+        watch.append(ClockWatch(setup))
+        return watch[0]
+
+    ticks = itertools.count()
+    monkeypatch.setattr(playing, "_pace", lambda _stop, _rate: lambda _time: next(ticks) < 20)
+    monkeypatch.setattr(playing.nodes, "recorder_node", watched)
+    monkeypatch.setattr(playing, "plot", lambda *_: None)
+    wish = playing.Wish(in_process=True, paced=paced, window=False, record=True)
+    with pytest.raises(typer.Exit):
+        playing.play_match(
+            "sharks-and-minnows", tmp_path, wish, ForkServer(), engine="planar", seed=0, rate=2.5 if paced else None
+        )
+    assert watch[0].rates == {rate}
 
 
 def test_a_match_can_be_broken_off(tmp_path: Path) -> None:

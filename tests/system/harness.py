@@ -20,9 +20,10 @@ import psutil
 import zenoh
 
 from tests.system.observer import PATIENCE, Observer
-from tests.vcan import INTERFACE
+from tests.vcan import UDP
 from vrg.bus.session import configure, open_session
 from vrg.bus.topics import Keys
+from vrg.hal.can.link import Link
 from vrg.hal.sensors.ins import Ins
 from vrg.hal.sensors.odometry import Odometry
 from vrg.hal.sensors.touch import Touch
@@ -63,12 +64,14 @@ def match_text(
     rules: str = "",
     rate: float = 1.0,
     wiring: dict[str, tuple[int, int]] | None = None,
+    link: Link = UDP,
     can: str = "emulate = true",
 ) -> str:
     """A match file: one shark and three minnows, one pass, on open ground; they drive along y.
 
     Args:
-        wiring: the nodes, left and right, of players whose robots are on vcan0. can: more of that backend's settings.
+        wiring: the nodes, left and right, of players whose robots are on a CAN bus. link: that bus.
+        can: more of that backend's settings.
     """
     wiring = wiring or {}
     half, side = length / 2, width / 2
@@ -93,7 +96,7 @@ zone_depth = {zone}
 {rules}
 """
     if wiring:
-        head += f'\n[backends.can]\nchannel = "{INTERFACE}"\n{can}\n'
+        head += f'\n[backends.can]\ninterface = "{link.interface}"\nchannel = "{link.channel}"\n{can}\n'
     for player, (left, right) in wiring.items():
         head += f"\n[backends.can.robots.{player}]\nleft = [{left}]\nright = [{right}]\nratio = 50.0\n"
     players = [

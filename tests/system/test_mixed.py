@@ -1,4 +1,4 @@
-"""Matches of physical and virtual robots: real processes, emulated drives, a real CAN bus."""
+"""Matches of physical and virtual robots: real processes, emulated drives, CAN frames in multicast on the loopback."""
 
 import json
 import math
@@ -14,21 +14,17 @@ import pytest
 
 from tests.system.conftest import Arena
 from tests.system.harness import STUCK_ONCE, Match, match_text
-from tests.vcan import INTERFACE
+from tests.system.tap import Tap
+from tests.vcan import UDP, require_loopback
 from vrg.bus import messages as m
-from vrg.hal.can.bus import CanBus
-from vrg.hal.can.frame import Frame
-from vrg.hal.can.link import Link
-from vrg.hal.can.odrive import codec, messages
+from vrg.hal.can.odrive import messages
 from vrg.hal.models import robot_model
 from vrg.recording.reader import read_tracks
 from vrg.types import Pose
 
-pytestmark = [pytest.mark.system, pytest.mark.vcan]
+pytestmark = pytest.mark.system
 
 WIRING = {"ann": (0, 1), "bob": (2, 3)}
-STANDING = 0.5
-"""turn/s of a motor below which it stands: 1 cm/s of the wheel."""
 
 
 def mixed_match(name: str) -> str:
@@ -36,57 +32,9 @@ def mixed_match(name: str) -> str:
     return match_text(name, length=190.0, width=60.0, zone=6.0, wiring=WIRING)
 
 
-class Tap:
-    """Everything on vcan0, as it comes; a context manager."""
-
-    def __init__(self) -> None:
-        self.frames: list[Frame] = []
-        self.bus = CanBus(Link(channel=INTERFACE), self.frames.append)
-
-    def __enter__(self) -> "Tap":
-        self.bus.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.bus.stop()
-
-    def newest(self, node: int, command: messages.Command) -> messages.Message | None:
-        """The newest of this kind."""
-        wanted = codec.frame_id(node, command)
-        found = next((f for f in reversed(self.frames) if f.id == wanted and not f.remote), None)
-        return codec.decode(found) if found is not None else None
-
-    def count(self, node: int, command: messages.Command, since: int = 0) -> int:
-        """How many of this kind have come since frame number `since`."""
-        return sum(f.id == codec.frame_id(node, command) for f in self.frames[since:])
-
-    def setpoints(self, node: int, after: float) -> int:
-        """How many were on the bus after this monotonic time: on a busy machine some wait to be heard."""
-        wanted = codec.frame_id(node, messages.Command.SET_INPUT_VEL)
-        return sum(f.id == wanted and f.at > after for f in self.frames)
-
-    def late(self, *nodes: int, since: int) -> bool:
-        """Whether the watchdog of one of these has met a commander that was late, since frame number `since`."""
-        beats = [
-            f for f in self.frames[since:] if f.id in {codec.frame_id(n, messages.Command.HEARTBEAT) for n in nodes}
-        ]
-        told = [codec.decode(beat) for beat in beats]
-        watchdog = messages.AxisError.WATCHDOG_TIMER_EXPIRED
-        return any(beat.error & watchdog for beat in told if isinstance(beat, messages.Heartbeat))
-
-    def velocity(self, node: int) -> float:
-        """turn/s, by the encoder; a motor that has not been heard does not stand."""
-        estimate = self.newest(node, messages.Command.ENCODER_ESTIMATES)
-        return estimate.velocity if isinstance(estimate, messages.EncoderEstimates) else float("inf")
-
-    def errors(self, node: int) -> int:
-        """By the newest heartbeat."""
-        heartbeat = self.newest(node, messages.Command.HEARTBEAT)
-        return heartbeat.error if isinstance(heartbeat, messages.Heartbeat) else 0
-
-    def standing(self, *nodes: int) -> bool:
-        """Whether these motors stand."""
-        return all(abs(self.velocity(node)) < STANDING for node in nodes)
+@pytest.fixture(scope="module", autouse=True)
+def loopback() -> None:
+    require_loopback()
 
 
 @pytest.fixture
@@ -99,7 +47,7 @@ def mixed(arena: Arena) -> Match:
 
 @pytest.fixture
 def tap() -> Iterator[Tap]:
-    with Tap() as tap:
+    with Tap(UDP) as tap:
         yield tap
 
 
@@ -124,7 +72,7 @@ def off(pose: Pose, place: Pose) -> float:
 
 
 def vrg_can(match: Match, *arguments: str) -> None:
-    match.command("can", *arguments)
+    match.command("can", *arguments, "--interface", UDP.interface, "--channel", UDP.channel)
 
 
 def test_bodies_are_told_apart_and_time_is_real(mixed: Match) -> None:
@@ -233,20 +181,6 @@ def test_drives_that_die_are_missed_and_come_back_after_a_recovery(mixed: Match,
     observer.wait_until(lambda: observer.moving("ann", "bob"), "both to move again")
 
 
-def test_an_interface_that_goes_down(mixed: Match, tap: Tap) -> None:
-    observer = mixed.observer
-    subprocess.run(["ip", "link", "set", INTERFACE, "down"], check=True)
-    try:
-        halted_because(mixed, "the interface is down")
-    finally:
-        subprocess.run(["ip", "link", "set", INTERFACE, "up"], check=True)
-    observer.wait_until(lambda: tap.standing(0, 1, 2, 3), "the motors to stand")
-    stays(mixed, tap, 0, 1, 2, 3)
-    mixed.command("official", "recover")
-    mixed.resume()
-    observer.wait_until(lambda: observer.moving("ann", "bob"), "both to move again")
-
-
 def test_a_second_player_of_a_live_robot_is_refused_and_the_robot_notices_nothing(
     mixed: Match, tap: Tap, tmp_path: Path
 ) -> None:
@@ -323,18 +257,6 @@ def test_a_wrong_id_is_said_before_anything_moves(arena: Arena, tmp_path_factory
     match = Match(folder, text)
     try:
         assert match.launcher.wait(120.0) == 1
-        assert "expected a heartbeat of odrive nodes 0, 1 on vcan0 within 3 s, got none" in match.said()
-    finally:
-        match.close()
-
-
-def test_a_bus_that_is_missing_is_said_at_once(arena: Arena, tmp_path_factory: pytest.TempPathFactory) -> None:
-    arena.clear()
-    folder = tmp_path_factory.mktemp("missing")
-    text = match_text("mixed-missing", length=13.0, width=9.0, zone=2.5, wiring={"ann": (0, 1)})
-    match = Match(folder, text.replace(INTERFACE, "vcan9"))
-    try:
-        assert match.launcher.wait(120.0) == 1
-        assert "vcan9: no such CAN interface on this machine" in match.said()
+        assert f"expected a heartbeat of odrive nodes 0, 1 on {UDP.channel} within 3 s, got none" in match.said()
     finally:
         match.close()

@@ -144,3 +144,12 @@ def test_a_match_goes_on_without_its_fork_server(start: Callable[..., Match], fa
     assert all(psutil.pid_exists(before[name]) for name in PLAYERS if name != "bob")
     match.launcher.send_signal(signal.SIGINT)
     assert match.wait_ended() == 130
+
+
+def test_a_node_in_an_endless_loop_does_not_outlive_its_launcher(launch: Callable[..., Match], tmp_path: Path) -> None:
+    """Nobody is left to kill it, and it never looks whether it should stop."""
+    code = 'from pathlib import Path\nPath(__file__).with_name("loops").touch()\nwhile True:\n    pass\n'
+    match = launch(with_strategy(long_match("looping"), tmp_path, code))
+    wait_until((tmp_path / "loops").exists, "bob's import to loop", match._check_launcher)
+    match.launcher.kill()
+    wait_until(lambda: not match.survivors(), "every process to end by itself", patience=2 * PATIENCE)

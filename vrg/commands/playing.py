@@ -83,6 +83,7 @@ def play_match(
         console.print(f"rate {setup.rate:g}, not {setup.wanted_rate:g}: {', '.join(setup.physical)} cannot be hurried")
     state: RefereeState | None
     with stop_on_signals() as stop:
+        server.stop = stop
         if wish.in_process:
             setup = setup if wish.paced else setup.at_rate(0.0)
             state = _play_in_process(setup, folder, show, _pace(stop, setup.rate), paced=wish.paced)

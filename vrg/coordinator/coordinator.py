@@ -103,7 +103,7 @@ class Coordinator(Node):
         self._look()
         alarms = [self._hear_estops(tick.time), self._hear_world(), self._adopt_estop(tick), *self._guard(tick)]
         absent = self._absent(tick)
-        outcomes = [*alarms, *self._hear_officials(absent, alarmed=any(alarms))]
+        outcomes = [*alarms, *self._hear_officials(tick, absent, alarmed=any(alarms))]
         dt = 0.0 if self._last_time is None or not tick.live else max(0.0, tick.time - self._last_time)
         self._last_time = tick.time
         outcomes.append(self.match.step(dt, self._field, absent))
@@ -149,25 +149,31 @@ class Coordinator(Node):
         holders = ["the world"] if clock is not None and clock.body.estop else []
         for name in self._names:
             report = self._reports.by_key.get(self._report_keys[name])
-            if report is not None and report.body.estop and is_fresh(report.stamp, tick.time, SILENCE):
+            # Without a clock, after a restart, nobody can tell how old a report is: it may be true.
+            if (
+                report is not None
+                and report.body.estop
+                and (is_fresh(report.stamp, tick.time, SILENCE) or not tick.live)
+            ):
                 holders.append(name)
         if not holders:
             return Outcome()
         self._estop = True
         return self.match.halt(f"emergency stop, latched in {holders[0]}")
 
-    def _hear_officials(self, absent: Sequence[str], alarmed: bool) -> list[Outcome]:
+    def _hear_officials(self, tick: Tick, absent: Sequence[str], alarmed: bool) -> list[Outcome]:
         """Apply what officials decide, halts first.
 
         If something has halted play in this tick, officials decided without knowing it: play is then not resumed.
         """
         officials = [received.body for received in self._officials.take()]
         halts = [o for o in officials if o.action is OfficialAction.HALT]
-        outcomes = [decide(self.match, o, self._field, absent) for o in halts]
+        silent = [name for name in self._names if not self._reports_now(name, tick)]
+        outcomes = [decide(self.match, o, self._field, absent, silent) for o in halts]
         if alarmed or halts:
             absent = [*absent, "play was halted at the same moment: ask again"]
         others = [o for o in officials if o.action is not OfficialAction.HALT]
-        return [*outcomes, *(decide(self.match, o, self._field, absent) for o in others)]
+        return [*outcomes, *(decide(self.match, o, self._field, absent, silent) for o in others)]
 
     def _absent(self, tick: Tick) -> list[str]:
         reasons = [] if tick.live else ["the world's clock has stopped"]
@@ -175,12 +181,16 @@ class Coordinator(Node):
             reasons.append("the emergency stop is engaged: release it with the key U or `vrg estop --release`")
         for name in self._names:
             report = self._reports.by_key.get(self._report_keys[name])
-            if report is None or not is_fresh(report.stamp, tick.time, SILENCE):
+            if report is None or not self._reports_now(name, tick):
                 reasons.append(f"{name} does not report")
             elif fault := _fault(name, report.body):
                 hint = f" (`vrg official recover {name}` or the key R clears it)"
                 reasons.append(fault + (hint if report.body.latched and not _by_button(fault) else ""))
         return [*reasons, *map(_lost, self._lost)]
+
+    def _reports_now(self, name: str, tick: Tick) -> bool:
+        report = self._reports.by_key.get(self._report_keys[name])
+        return report is not None and is_fresh(report.stamp, tick.time, SILENCE)
 
     def _guard(self, tick: Tick) -> list[Outcome]:
         """Halt for reasons outside the rules: a stopped clock, a silent player, a latched fault, a lost pose."""

@@ -4,7 +4,7 @@ This module uses no bus and no clock.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 from vrg.bus.messages import Official, OfficialAction
@@ -15,7 +15,9 @@ from vrg.errors import ConfigError
 from vrg.types import Pose
 
 
-def decide(match: Match, official: Official, now: Field, absent: Sequence[str]) -> Outcome:
+def decide(
+    match: Match, official: Official, now: Field, absent: Sequence[str], silent: Collection[str] = ()
+) -> Outcome:
     """Apply an official's decision. An impossible one is answered by a call `refused` that says why.
 
     Args:
@@ -26,12 +28,12 @@ def decide(match: Match, official: Official, now: Field, absent: Sequence[str]) 
     if refusal:
         return _refused(official, refusal)
     try:
-        return _done(match, official, now)
+        return _done(match, official, now, silent)
     except ConfigError as error:
         return _refused(official, str(error))
 
 
-def _done(match: Match, official: Official, now: Field) -> Outcome:
+def _done(match: Match, official: Official, now: Field, silent: Collection[str]) -> Outcome:
     action, number = official.action, official.id
     why = f" ({official.reason})" if official.reason else ""
     who = f"{official.by}{why}"
@@ -49,7 +51,7 @@ def _done(match: Match, official: Official, now: Field) -> Outcome:
         case OfficialAction.RECOVER:
             outcome = _recover(match, official, who)
         case OfficialAction.PLACE:
-            outcome = _place(match, official, now, who)
+            outcome = _place(match, official, now, who, silent)
         case _:
             match.overrule(action, official.subject or "", official.value or "")
             text = f"{official.by}: {action} {official.subject} {official.value}{why}"
@@ -80,7 +82,7 @@ def _recover(match: Match, official: Official, who: str) -> Outcome:
     return replace(asked, recover=names, by=official.by)
 
 
-def _place(match: Match, official: Official, now: Field, who: str) -> Outcome:
+def _place(match: Match, official: Official, now: Field, who: str, silent: Collection[str]) -> Outcome:
     """Put a virtual robot somewhere, or tell a physical one where a person has put it.
 
     Raises:
@@ -92,6 +94,8 @@ def _place(match: Match, official: Official, now: Field, who: str) -> Outcome:
         raise ConfigError([f"{name} has no mark now: say where it is, x and y in m and its heading in degrees"])
     at = f"({pose.x:.2f}, {pose.y:.2f}), {math.degrees(pose.theta):.0f} degrees"
     physical = name in now.physical
+    if physical and name in silent:
+        raise ConfigError([f"{name} does not report, so its robot cannot be told: ask again when it does"])
     verb = "stands" if physical else "is put"
     outcome = announce("place", f"{name} {verb} at {at}: by {who}", official.id)
     places = {name: pose}

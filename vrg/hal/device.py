@@ -16,7 +16,7 @@ from vrg.bus.topics import Keys
 from vrg.errors import RobotError
 from vrg.hal.driver import Driver
 from vrg.hal.estop import EstopLatch, decisive
-from vrg.hal.gate import RefereeGate
+from vrg.hal.gate import REFEREE_TIMEOUT, RefereeGate
 from vrg.hal.location import Location
 from vrg.hal.models import RobotModel
 from vrg.hal.readings import Readings, samples_of
@@ -105,7 +105,9 @@ class Device:
             self._latch.order(order.engaged, self._mailbox.now)
         for state in self._referee.take():
             self._gate.hear(state.stamp, state.body)
-            self._latch.referee(state.body.estop, state.stamp)
+            # A referee that has just been restarted, and hears no clock yet, does not know of a stop.
+            if state.body.estop or is_fresh(state.stamp, self._mailbox.now, REFEREE_TIMEOUT):
+                self._latch.referee(state.body.estop, state.stamp)
         if self._latch.engaged and not before:
             self._driver.emergency_stop()
         released = order is not None and not order.engaged

@@ -35,6 +35,9 @@ def title(arguments: Sequence[str]) -> str:
 
 def main(arguments: Sequence[str]) -> int:
     """Run as the child, and return the exit status of the process."""
+    from setproctitle import setproctitle  # noqa: PLC0415 - the fork server, which imports this, keeps its name
+
+    setproctitle(title(arguments))
     kind, router, *rest = arguments
     try:
         if kind == "router":

@@ -26,6 +26,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import IO
 
+from vrg.bus.stopping import StopSignal
 from vrg.launch import child
 
 PATIENCE = 5.0
@@ -40,9 +41,14 @@ _MESSAGE = 1 << 16
 
 
 class ForkServer:
-    """The launcher's side of the fork server. `start` is quick; the first `fork` waits until the server has loaded."""
+    """The launcher's side of the fork server. `start` is quick; the first `fork` waits until the server has loaded.
+
+    Attributes:
+        stop: once this is set, nobody waits for the server any more.
+    """
 
     def __init__(self) -> None:
+        self.stop: StopSignal | None = None
         self._channel: socket.socket | None = None
         self._process: subprocess.Popen[bytes] | None = None
         self._statuses: dict[int, int] = {}
@@ -56,6 +62,11 @@ class ForkServer:
 
     def start(self) -> None:
         """Start the server. If that fails, `alive` stays False."""
+        try:
+            os.close(os.pidfd_open(os.getpid()))
+        except (AttributeError, OSError):
+            # Without such handles (before Linux 5.3, or on another system) a node's end could be mistaken.
+            return
         ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with theirs, contextlib.suppress(OSError):
             self._process = subprocess.Popen(
@@ -78,7 +89,9 @@ class ForkServer:
             socket.send_fds(self._channel, [message], [leash, log.fileno()])
             deadline = time.monotonic() + self._patience
             while not self._pids and self._channel is not None and time.monotonic() < deadline:
-                select.select([self._channel], [], [], max(0.0, deadline - time.monotonic()))
+                if self.stop is not None and self.stop.is_set():
+                    break
+                select.select([self._channel], [], [], 0.05)
                 self.receive()
         except OSError:
             self.give_up()
@@ -102,14 +115,16 @@ class ForkServer:
             if "status" in said:
                 self._statuses[said["pid"]] = said["status"]
             else:
+                # An earlier node may have had this pid.
+                self._statuses.pop(said["pid"], None)
                 self._pids.append(said["pid"])
 
     def status(self, pid: int) -> int | None:
         """The exit status of a node, negative if a signal ended it; None if the server has not reported its end."""
         self.receive()
-        return self._statuses.get(pid)
+        return self._statuses.pop(pid, None)
 
-    def stop(self) -> None:
+    def close(self) -> None:
         """End the server. The nodes go on. Idempotent."""
         self.give_up()
         if self._process is not None:
@@ -138,7 +153,7 @@ def fork_server(*, wanted: bool = True) -> Iterator[ForkServer]:
     try:
         yield server
     finally:
-        server.stop()
+        server.close()
 
 
 class Forked:
@@ -152,7 +167,7 @@ class Forked:
         self._gone_since = 0.0
         self._handle = -1
         # The handle tells this process from a later one with the same number. If the node has ended, there is none.
-        with contextlib.suppress(OSError):
+        with contextlib.suppress(ProcessLookupError):
             self._handle = os.pidfd_open(pid)
 
     def poll(self) -> int | None:
@@ -166,6 +181,9 @@ class Forked:
                 # The server is frozen, or has lost it.
                 self._server.give_up()
                 self._status = UNKNOWN
+        if self._status is not None and self._handle >= 0:
+            os.close(self._handle)
+            self._handle = -1
         return self._status
 
     def send_signal(self, number: int) -> None:
@@ -252,9 +270,6 @@ def _become(arguments: list[str], leash: int, log: int) -> None:
         os.close(log)
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)
         signal.signal(signal.SIGINT, signal.default_int_handler)
-        import setproctitle  # noqa: PLC0415 - the server itself keeps its name
-
-        setproctitle.setproctitle(child.title(arguments))
         status = child.main(arguments)
         atexit._run_exitfuncs()
     except SystemExit as end:

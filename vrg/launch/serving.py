@@ -4,6 +4,7 @@ import logging
 import os
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict
@@ -24,6 +25,8 @@ SNAPSHOT_PERIOD = 5
 """The number of world ticks between two snapshots. With the default tick this is 0.1 s of match time."""
 WINDOW_PERIOD = 1 / 30
 """The real time in s between two looks at a window's keys."""
+LEASH_PATIENCE = 10.0
+"""The real time in s that a node has to stop once its supervisor is gone."""
 KINDS = ("world", "coordinator", "recorder", "spectator", "player")
 """The kinds of nodes that `serve` can run."""
 
@@ -118,6 +121,9 @@ def _hold_leash(stop: Stop) -> None:
         pass
     log.info("stopping: the supervisor is gone")
     stop.set()
+    # A node that is stuck, in a student's endless loop say, never looks at `stop`, and nobody is left to kill it.
+    time.sleep(LEASH_PATIENCE)
+    os._exit(1)
 
 
 def _report(folder: RunFolder | None, name: str, statistics: Statistics) -> None:

@@ -9,7 +9,7 @@ from vrg.bus.session import Session, open_session
 from vrg.bus.stopping import StopSignal
 from vrg.bus.topics import Keys, router_alive
 from vrg.errors import BusError, LaunchError
-from vrg.launch.fork_server import ForkServer
+from vrg.launch.fork_server import UNKNOWN, ForkServer
 from vrg.launch.managed import STOP_PATIENCE, ManagedProcess, ProcessSpec
 from vrg.launch.pulses import Pulses
 
@@ -111,6 +111,8 @@ class Supervisor:
         looked = time.monotonic()
         while waiting:
             self._feel_pulses()
+            for router in [p for p in self.processes if p.spec.is_router and p.exit_status is not None]:
+                self._check_start(router)
             now = time.monotonic()
             look, looked = (True, now) if now - looked > _PROGRESS else (False, looked)
             for process in list(waiting):
@@ -164,7 +166,8 @@ class Supervisor:
         name, status = process.spec.name, process.exit_status
         how = f"was killed by signal {-status}" if status is not None and status < 0 else f"ended with status {status}"
         self._pulses.forget(name)
-        if status == 0 and not process.spec.essential:
+        # Where the fork server has died, nobody knows how a node has ended: a window was closed, most likely.
+        if status in (0, UNKNOWN) and not process.spec.essential:
             self.processes.remove(process)
             self._announce(f"{name} was closed; the match goes on")
         elif process.note_death(now):

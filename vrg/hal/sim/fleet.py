@@ -103,12 +103,13 @@ class Fleet:
             raise WorldError(f"remove {name}: expected one of the virtual robots ({', '.join(self.names) or 'none'})")
         self._engine.remove(name)
         self.members.remove(member)
-        self._used.pop(name, None)
 
     def resize(self) -> None:
         """Adapt to a change of the list of robots, or of their rows in the engine."""
         engine = self._engine
         self._used |= {name: float(used) for name, used in zip(self._counted, self._batteries.used, strict=True)}
+        # A robot that was removed takes its battery with it.
+        self._used = {name: used for name, used in self._used.items() if name in self.names}
         self._rows = (~engine.kinematic).nonzero()[0] if engine.kinematic.any() else slice(None)
         used = np.array([self._used.get(name, 0.0) for name in self.names])
         models = [member.model for member in self.members]
