@@ -258,6 +258,9 @@ def test_a_wrong_id_is_said_before_anything_moves(arena: Arena, tmp_path_factory
     match = Match(folder, text)
     try:
         assert match.launcher.wait(120.0) == 1
-        assert f"expected a heartbeat of odrive nodes 0, 1 on {UDP.interface}:{UDP.channel} within 3 s, got none" in match.said()
+        assert (
+            f"expected a heartbeat of odrive nodes 0, 1 on {UDP.interface}:{UDP.channel} within 3 s, got none"
+            in match.said()
+        )
     finally:
         match.close()
