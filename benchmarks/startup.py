@@ -5,7 +5,7 @@ last of them has been felt: real time since the command was started; processor t
 in which shared pages count in parts) of each process. Two checkouts are compared by running this once for each with
 `--command`; in one run they are started in turns, so that both meet the same disturbances.
 
-    python -m benchmarks.startup --command .venv/bin/vrg --command ../before/.venv/bin/vrg --busy 5
+    python benchmarks/startup.py --command .venv/bin/vrg --command ../before/.venv/bin/vrg --busy 5
 """
 
 import contextlib
@@ -22,8 +22,8 @@ from pathlib import Path
 
 import psutil
 import zenoh
+from common import arguments, median, show
 
-from benchmarks.common import arguments, median, show
 from vrg.bus.session import configure
 
 PLAYERS = 8
