@@ -11,7 +11,7 @@ from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
 from vrg.bus.topics import Keys, Topic
-from vrg.coordinator.coordinator import PATIENCE, Coordinator
+from vrg.coordinator.coordinator import PATIENCE, STALL_TICKS, Coordinator
 from vrg.coordinator.journal import Header, Journal, read_journal
 from vrg.coordinator.rulebook import Contestant
 from vrg.errors import JournalError
@@ -132,9 +132,26 @@ def test_a_tag_is_called_journalled_and_published(table: Table) -> None:
 
 def test_a_stopped_clock_halts(table: Table) -> None:
     table.ticks(2)
-    state = table.tick(live=False)
-    assert state.halted == "the world's clock has stopped"
+    states = [table.tick(live=False) for _ in range(STALL_TICKS + 1)]
+    assert states[-1].halted == "the world's clock has stopped"
     assert table.tick().halted, "and only an official ends it"
+
+
+def test_a_clock_that_stalls_for_a_moment_halts_no_match_of_virtual_robots(table: Table) -> None:
+    table.ticks(2)
+    before = table.tick()
+    for _ in range(2):
+        for _ in range(STALL_TICKS):
+            assert table.tick(live=False).halted is None
+        after = table.tick()
+    assert after.halted is None
+    assert after.clock == pytest.approx(before.clock + 0.2)
+
+
+def test_a_stopped_clock_halts_physical_robots_at_once(table: Table) -> None:
+    table.ages["m1"] = 0.0
+    table.ticks(2)
+    assert table.tick(live=False).halted == "the world's clock has stopped"
 
 
 def test_an_emergency_stop_halts_and_holds_until_released_and_resumed(table: Table) -> None:

@@ -44,6 +44,8 @@ POSE_TIMEOUT = 0.5
 """The age in s of a physical robot's pose above which a match in play is halted."""
 ADOPTING = 1.0
 """The match time in s after a release in which others may still report the emergency stop that was released."""
+STALL_TICKS = 20
+"""The ticks in real time (one in 0.1 s) for which the clock of a virtual match may stand without a halt."""
 AT_REST = 0.05
 """The speed in m/s and rad/s at or below which a body counts as at rest."""
 
@@ -84,6 +86,7 @@ class Coordinator(Node):
         self._officials = mailbox.subscribe(keys.official)
         self._estops = mailbox.subscribe(keys.estop)
         self._estop = False
+        self._stalled = 0
         self._released_at = -math.inf
         self._world: tuple[int, int] | None = None
         self._last_time: float | None = None
@@ -194,8 +197,13 @@ class Coordinator(Node):
 
     def _guard(self, tick: Tick) -> list[Outcome]:
         """Halt for reasons outside the rules: a stopped clock, a silent player, a latched fault, a lost pose."""
-        if not tick.live and self._clock.latest is not None:
-            return [self.match.halt("the world's clock has stopped")]
+        if tick.live:
+            self._stalled = 0
+        elif self._clock.latest is not None:
+            # In a world that stalls for a moment time stands still for everybody; only physical robots go on.
+            self._stalled += 1
+            halts = self._stalled > STALL_TICKS or bool(self._field.physical)
+            return [self.match.halt("the world's clock has stopped")] if halts else []
         if self.match.stage not in (Stage.PLAY_ROUND, Stage.FOUL) or self.match.halted is not None:
             return []
         reasons = []
