@@ -12,10 +12,9 @@ from pathlib import Path
 import pytest
 
 from tests.system.harness import match_text, wait_until
-from tests.vcan import INTERFACE
+from tests.vcan import INTERFACE, VCAN
 from vrg.hal.can.bus import CanBus
 from vrg.hal.can.frame import Frame
-from vrg.hal.can.link import Link
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.models import robot_model
 
@@ -85,7 +84,7 @@ def test_monitor_shows_a_drive_that_falls_silent(node: Callable[..., object]) ->
     node("--id", "2")
     command = [sys.executable, "-m", "vrg", "can", "monitor", *ON, "--for", "8"]
     asked: list[Frame] = []
-    bus = CanBus(Link(channel=INTERFACE), asked.append)
+    bus = CanBus(VCAN, asked.append)
     bus.start()
     monitor = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     version = codec.request(2, messages.Command.VERSION)
@@ -123,7 +122,7 @@ def test_what_cannot_be_is_said(arguments: tuple[str, ...], words: str) -> None:
 def test_calibrate_writes_a_file_that_the_robot_then_uses(node: Callable[..., object], tmp_path: Path) -> None:
     node("--id", "0", "--id", "1")
     match = tmp_path / "match.toml"
-    text = match_text("cal", length=13.0, width=9.0, zone=2.5, wiring={"ann": (0, 1)}, can="")
+    text = match_text("cal", length=13.0, width=9.0, zone=2.5, wiring={"ann": (0, 1)}, link=VCAN, can="")
     match.write_text(text, encoding="utf-8")
     # Jacked up; the left wheel turns right, the other the wrong way round; 0.4 m by odometry were 0.5 m; the turn was
     # as expected.
@@ -146,7 +145,7 @@ def test_calibrate_writes_a_file_that_the_robot_then_uses(node: Callable[..., ob
     match.write_text(text.replace("ratio = 50.0", 'calibration = "ann.cal.toml"'), encoding="utf-8")
     assert vrg("check", str(match)).returncode == 0
     frames: list[Frame] = []
-    bus = CanBus(Link(channel=INTERFACE), frames.append)
+    bus = CanBus(VCAN, frames.append)
     bus.start()
     again = vrg("can", "calibrate", str(match), "ann", *quick, said="\ny\ny\n\n0.4\n\n90\n")
     bus.stop()
@@ -163,7 +162,7 @@ def test_calibrate_writes_a_file_that_the_robot_then_uses(node: Callable[..., ob
 
 def test_a_calibration_file_that_does_not_fit_is_said_before_a_match(tmp_path: Path) -> None:
     match = tmp_path / "match.toml"
-    text = match_text("cal", length=13.0, width=9.0, zone=2.5, wiring={"ann": (0, 1)}, can="")
+    text = match_text("cal", length=13.0, width=9.0, zone=2.5, wiring={"ann": (0, 1)}, link=VCAN, can="")
     match.write_text(text.replace("ratio = 50.0", 'calibration = "ann.cal.toml"'), encoding="utf-8")
     (tmp_path / "ann.cal.toml").write_text('robot = "ann"\ntrack = 0.5\n[axes.7]\ndirection = 1\nratio = 50\n')
     done = vrg("check", str(match))
