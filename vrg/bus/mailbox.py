@@ -41,7 +41,8 @@ class Inlet(Generic[T]):
         self._alarmed = 0
         self.dropped = 0
         self.by_key: dict[str, Received[T]] = {}
-        self._waiting: list[Received[T]] = []
+        self.waiting: list[Received[T]] = []
+        """Executor only: what has arrived since the last handover."""
         self._fresh: list[Received[T]] = []
         self._queued = topic.qos is Qos.EVENT
 
@@ -63,7 +64,7 @@ class Inlet(Generic[T]):
 
     def offer(self, message: Received[T]) -> None:
         """Executor only: let a message wait for the next handover."""
-        self._waiting.append(message)
+        self.waiting.append(message)
 
     def offer_bytes(self, key: str, payload: bytes) -> None:
         """Executor only: decode what came over the bus. A bad message is counted, logged and dropped."""
@@ -83,17 +84,23 @@ class Inlet(Generic[T]):
     def sound(self) -> None:
         """Executor only: call the alarm for each message that has arrived since the last call."""
         if self.alarm is not None:
-            fresh, self._alarmed = self._waiting[self._alarmed :], len(self._waiting)
+            fresh, self._alarmed = self.waiting[self._alarmed :], len(self.waiting)
             for message in fresh:
                 self.alarm(message)
 
     def handover(self) -> None:
         """Executor only: bring in the messages that wait."""
-        if not self._waiting:
+        if not self.waiting:
             return
-        self.sound()
-        self._alarmed = 0
-        waiting, self._waiting = self._waiting, []
+        if self.alarm is not None:
+            self.sound()
+            self._alarmed = 0
+        waiting, self.waiting = self.waiting, []
+        if len(waiting) == 1 and not self._queued and not self._fresh:
+            # What happens most often, without the work for several messages.
+            self._fresh = waiting
+            self.by_key[waiting[0].key] = waiting[0]
+            return
         if len(waiting) > 1:
             waiting.sort(key=_order)
         if self._queued:
@@ -169,7 +176,8 @@ class Mailbox:
         """Executor only: begin a tick at match time `now`."""
         self.now = now
         for inlet in self.inlets:
-            inlet.handover()
+            if inlet.waiting:
+                inlet.handover()
 
     def collect(self) -> list[Outgoing]:
         """Executor only: return what was published since the last call."""

@@ -75,10 +75,14 @@ class SensorSimulation(ABC, Generic[P]):
     def __init__(self, surroundings: Surroundings) -> None:
         self.surroundings = surroundings
         self.mounted: list[Mounted[P]] = []
+        self._schedule: list[tuple[int, Mounted[P]]] = []
+        self._periods: set[int] = set()
 
     def resize(self, mounted: Sequence[Mounted[P]], now: Instant) -> None:
         """Adapt to a change of the list of robots, or of their rows."""
         self.mounted = list(mounted)
+        self._schedule = [(m.spec.due_every(now.dt), m) for m in mounted]
+        self._periods = {every for every, _ in self._schedule}
 
     @abstractmethod
     def sense(self, now: Instant) -> list[Said]:
@@ -96,7 +100,10 @@ class SensorSimulation(ABC, Generic[P]):
 
     def due(self, now: Instant) -> list[Mounted[P]]:
         """The sensors whose reading is due at this tick and does not drop out."""
-        return [m for m in self.mounted if now.tick % m.spec.due_every(now.dt) == 0 and self._comes(m, now)]
+        tick = now.tick
+        if all(tick % every for every in self._periods):
+            return []
+        return [m for every, m in self._schedule if tick % every == 0 and self._comes(m, now)]
 
     def _comes(self, mounted: Mounted[P], now: Instant) -> bool:
         spec = mounted.spec
