@@ -69,14 +69,18 @@ class Registry(Generic[T]):
         return None
 
     def unknown(self, name: str) -> str:
-        """The message about a name that is not in the table. It lists the names and guesses the one that was meant."""
+        """The message about a name that is not in the table, beginning with what the table holds; see `expected`."""
+        return f"{self.what}: {self.expected(name)}"
+
+    def expected(self, name: str) -> str:
+        """Which names were expected in place of this one, with a guess at the one that was meant."""
         import difflib  # noqa: PLC0415 - only a mistake needs it
 
         names = self.names()
         by_folded = {known.casefold(): known for known in reversed(names)}
         close = difflib.get_close_matches(name.casefold(), by_folded, n=1)
         guess = f", did you mean {by_folded[close[0]]!r}?" if close else ""
-        return f"{self.what}: expected one of {', '.join(names)}, got {name!r}{guess}"
+        return f"expected one of {', '.join(names)}, got {name!r}{guess}"
 
     def _load(self, name: str) -> T:
         target = self._built_in.get(name)

@@ -27,7 +27,7 @@ def known_in(value: str, registry: "Registry[Any]") -> str:
         ValueError: it has not; the message lists the names and guesses the one that was meant.
     """
     if value not in registry:
-        raise ValueError(registry.unknown(value).partition(": ")[2])
+        raise ValueError(registry.expected(value))
     return value
 
 

@@ -18,6 +18,7 @@ S = TypeVar("S", bound=m.SensorMessage)
 T_co = TypeVar("T_co", bound=m.Message, covariant=True)
 
 NAME_PATTERN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
+NAME_RULE = "expected 1 to 64 of A-Z a-z 0-9 _ - beginning with a letter or digit"
 _HOLE = re.compile(r"\{(\w+)\}")
 
 
@@ -105,9 +106,7 @@ def check_name(name: str, what: str = "name") -> str:
         ConfigError: it is empty, longer than 64 characters, or has characters other than A-Z a-z 0-9 _ -.
     """
     if not NAME_PATTERN.fullmatch(name):
-        raise ConfigError(
-            [f"{what}: expected 1 to 64 of A-Z a-z 0-9 _ - beginning with a letter or digit, got {name!r}"]
-        )
+        raise ConfigError([f"{what}: {NAME_RULE}, got {name!r}"])
     return name
 
 

@@ -5,7 +5,7 @@ from typing import Any, Literal
 
 from pydantic import Field, field_validator
 
-from vrg.bus.topics import NAME_PATTERN
+from vrg.bus.topics import NAME_PATTERN, NAME_RULE
 from vrg.games import GAMES
 from vrg.hal.backends import BACKENDS
 from vrg.hal.models import MODELS
@@ -19,7 +19,7 @@ PROCESS_NAMES = ("router", "world", "referee", "recorder", "spectator", "drives"
 
 def _check_name(value: str) -> str:
     if not NAME_PATTERN.fullmatch(value):
-        raise ValueError("expected 1 to 64 of A-Z a-z 0-9 _ - beginning with a letter or digit")
+        raise ValueError(NAME_RULE)
     return value
 
 

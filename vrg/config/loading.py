@@ -193,8 +193,7 @@ class _Checker:
         strategy = entry.strategy or game.strategy
         if ":" not in strategy:
             if strategy not in STRATEGIES:
-                guess = STRATEGIES.unknown(strategy).partition(": ")[2]
-                text = f"{guess}; or `module:Class`, or `file.py:Class`"
+                text = f"{STRATEGIES.expected(strategy)}; or `module:Class`, or `file.py:Class`"
                 self.problems.append(Problem(text, (*where, "strategy")))
                 return None
         elif (path := strategy.rpartition(":")[0]).endswith(".py") and not (self._base / path).is_file():

@@ -7,6 +7,7 @@ from typing import Any
 
 from msgspec import structs
 
+from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import (
     Body,
@@ -151,7 +152,7 @@ class Coordinator(Node):
         clock = self._clock.latest
         holders = ["the world"] if clock is not None and clock.body.estop else []
         for name in self._names:
-            report = self._reports.by_key.get(self._report_keys[name])
+            report = self._report(name)
             # Without a clock, after a restart, nobody can tell how old a report is: it may be true.
             if (
                 report is not None
@@ -183,7 +184,7 @@ class Coordinator(Node):
         if self._estop:
             reasons.append("the emergency stop is engaged: release it with the key U or `vrg estop --release`")
         for name in self._names:
-            report = self._reports.by_key.get(self._report_keys[name])
+            report = self._report(name)
             if report is None or not self._reports_now(name, tick):
                 reasons.append(f"{name} does not report")
             elif fault := _fault(name, report.body):
@@ -191,8 +192,12 @@ class Coordinator(Node):
                 reasons.append(fault + (hint if report.body.latched and not _by_button(fault) else ""))
         return [*reasons, *map(_lost, self._lost)]
 
+    def _report(self, name: str) -> Received[Report] | None:
+        """The newest report of a player."""
+        return self._reports.by_key.get(self._report_keys[name])
+
     def _reports_now(self, name: str, tick: Tick) -> bool:
-        report = self._reports.by_key.get(self._report_keys[name])
+        report = self._report(name)
         return report is not None and is_fresh(report.stamp, tick.time, SILENCE)
 
     def _guard(self, tick: Tick) -> list[Outcome]:
@@ -208,7 +213,7 @@ class Coordinator(Node):
             return []
         reasons = []
         for name in self._names:
-            report = self._reports.by_key.get(self._report_keys[name])
+            report = self._report(name)
             if report is not None and not is_fresh(report.stamp, tick.time, PATIENCE):
                 reasons.append(f"{name} has not reported for {PATIENCE:g} s")
             elif report is not None and report.body.latched and (fault := _fault(name, report.body)):

@@ -55,6 +55,10 @@ class Supervisor:
         self._told_of_quiet = False
         self.processes = [ManagedProcess(spec, logs / f"{spec.name}.log", server or ForkServer()) for spec in specs]
 
+    @property
+    def _routers(self) -> list[ManagedProcess]:
+        return [p for p in self.processes if p.spec.is_router]
+
     def start(self, session: Session, stop: StopSignal, progress: Callable[[str], None]) -> bool:
         """Start all processes but the router, which runs already. Each group waits until the one before is ready.
 
@@ -87,7 +91,7 @@ class Supervisor:
         Raises:
             LaunchError: the router ended or makes no progress, for example because another one has its endpoint.
         """
-        for router in [p for p in self.processes if p.spec.is_router]:
+        for router in self._routers:
             router.start()
             self._router_since = time.monotonic()
             while not self._answers(router):
@@ -111,7 +115,7 @@ class Supervisor:
         looked = time.monotonic()
         while waiting:
             self._feel_pulses()
-            for router in [p for p in self.processes if p.spec.is_router and p.exit_status is not None]:
+            for router in [p for p in self._routers if p.exit_status is not None]:
                 self._check_start(router)
             now = time.monotonic()
             look, looked = (True, now) if now - looked > _PROGRESS else (False, looked)
@@ -189,7 +193,7 @@ class Supervisor:
         if not self._session.connected:
             self._cut_since = self._cut_since or now
             if now - self._cut_since > CUT_OFF and now - self._router_since > ROUTER_START:
-                for router in [p for p in self.processes if p.spec.is_router and p.pid]:
+                for router in [p for p in self._routers if p.pid]:
                     self._announce("router does not answer: killed")
                     router.kill()
             return

@@ -74,7 +74,7 @@ def check_setup(config: WorldConfig) -> list[Problem]:
     if config.seed < 0:
         problems.append(Problem(f"expected 0 or more, got {config.seed}", ("seed",)))
     if config.engine not in ENGINES:
-        problems.append(Problem(ENGINES.unknown(config.engine).partition(": ")[2], ("engine",)))
+        problems.append(Problem(ENGINES.expected(config.engine), ("engine",)))
     map_ = _map(config.map, problems)
     placed: list[tuple[RobotSetup, RobotModel]] = []
     names: set[str] = set()

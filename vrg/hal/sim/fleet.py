@@ -109,11 +109,12 @@ class Fleet:
         engine = self._engine
         self._used |= {name: float(used) for name, used in zip(self._counted, self._batteries.used, strict=True)}
         # A robot that was removed takes its battery with it.
-        self._used = {name: used for name, used in self._used.items() if name in self.names}
+        names = self.names
+        self._used = {name: used for name, used in self._used.items() if name in names}
         self._rows = (~engine.kinematic).nonzero()[0] if engine.kinematic.any() else slice(None)
-        used = np.array([self._used.get(name, 0.0) for name in self.names])
+        used = np.array([self._used.get(name, 0.0) for name in names])
         models = [member.model for member in self.members]
-        self._counted = self.names
+        self._counted = names
         self._batteries = Batteries(models, used, engine.wheels[self._rows], engine.velocities[self._rows, 0])
 
     def drive(self, now: float, name: str, twist: Twist, armed: bool, estop: bool) -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vrg.geometry import corners
 from vrg.regions import Circle
 from vrg.types import Pose, Vector
 
@@ -68,10 +69,7 @@ _NEXT = np.array([1, 2, 3, 0])
 
 def box_corners(box: Box) -> list[Vector]:
     """The four corners, counter-clockwise from front left, m."""
-    along, across = box.length / 2, box.width / 2
-    c, s = math.cos(box.heading), math.sin(box.heading)
-    corners = ((along, across), (-along, across), (-along, -across), (along, -across))
-    return [(box.x + c * u - s * v, box.y + s * u + c * v) for u, v in corners]
+    return corners(Pose(box.x, box.y, box.heading), box.length, box.width)
 
 
 def box_gap(a: Box, b: Box) -> Gap:
