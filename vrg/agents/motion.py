@@ -36,11 +36,10 @@ class VelocityEstimator:
             if before is None or dt <= 0:
                 self.velocities[name] = (0.0, 0.0)
                 continue
-            old = self.velocities[name]
-            new = (position[0] - before[0]) / dt, (position[1] - before[1]) / dt
+            vx, vy = self.velocities[name]
             self.velocities[name] = (
-                old[0] + SMOOTHING * (new[0] - old[0]),
-                old[1] + SMOOTHING * (new[1] - old[1]),
+                vx + SMOOTHING * ((position[0] - before[0]) / dt - vx),
+                vy + SMOOTHING * ((position[1] - before[1]) / dt - vy),
             )
         self._stamp, self._positions = stamp, dict(positions)
 

@@ -3,11 +3,10 @@
 On the wire a message is a MessagePack array `[version, sequence, stamp, body]`; body is a map by field name.
 """
 
-from dataclasses import dataclass
 from typing import Annotated, Generic, TypeVar
 
 import msgspec
-from msgspec import Meta, Raw
+from msgspec import Meta, Raw, Struct
 
 from vrg.bus.messages import Message
 from vrg.errors import MessageError
@@ -20,8 +19,7 @@ _header = msgspec.msgpack.Decoder(tuple[int, Annotated[int, Meta(ge=0)], Annotat
 _bodies: dict[type[Message], msgspec.msgpack.Decoder[Message]] = {}
 
 
-@dataclass(frozen=True, slots=True)
-class Received(Generic[T_co]):
+class Received(Struct, Generic[T_co], frozen=True):
     """A message that has arrived, with its key, its stamp and its number.
 
     Args:

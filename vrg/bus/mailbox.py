@@ -2,8 +2,9 @@
 
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Generic, TypeVar
+
+from msgspec import Struct
 
 from vrg.bus.codec import Received, decode
 from vrg.bus.messages import Message
@@ -43,14 +44,16 @@ class Inlet(Generic[T]):
         self.by_key: dict[str, Received[T]] = {}
         self.waiting: list[Received[T]] = []
         """Executor only: what has arrived since the last handover."""
-        self._fresh: list[Received[T]] = []
+        self._events: list[Received[T]] = []
+        self._news: dict[str, Received[T]] = {}
         self._queued = topic.qos is Qos.EVENT
 
     @property
     def latest(self) -> Received[T] | None:
         """The newest message of all keys of the topic, or None before the first."""
         if len(self.by_key) == 1:
-            return next(iter(self.by_key.values()))
+            (only,) = self.by_key.values()
+            return only
         return max(self.by_key.values(), key=_order, default=None)
 
     def take(self) -> list[Received[T]]:
@@ -59,8 +62,11 @@ class Inlet(Generic[T]):
         For an EVENT topic these are all messages; for the others only the newest of each key. The messages of one
         handover are in the order of (stamp, key, sequence).
         """
-        fresh, self._fresh = self._fresh, []
-        return fresh
+        if self._queued:
+            events, self._events = self._events, []
+            return events
+        news, self._news = self._news, {}
+        return list(news.values())
 
     def offer(self, message: Received[T]) -> None:
         """Executor only: let a message wait for the next handover."""
@@ -79,7 +85,7 @@ class Inlet(Generic[T]):
         """Executor only: drop what was handed over, unless it is an event."""
         if not self._queued:
             self.by_key.clear()
-            self._fresh.clear()
+            self._news.clear()
 
     def sound(self) -> None:
         """Executor only: call the alarm for each message that has arrived since the last call."""
@@ -96,28 +102,23 @@ class Inlet(Generic[T]):
             self.sound()
             self._alarmed = 0
         waiting, self.waiting = self.waiting, []
-        if len(waiting) == 1 and not self._queued and not self._fresh:
-            # What happens most often, without the work for several messages.
-            self._fresh = waiting
-            self.by_key[waiting[0].key] = waiting[0]
-            return
         if len(waiting) > 1:
             waiting.sort(key=_order)
-        if self._queued:
-            self._fresh.extend(waiting)
-            if len(self._fresh) > QUEUE_LIMIT:
-                self.dropped += len(self._fresh) - QUEUE_LIMIT
-                del self._fresh[:-QUEUE_LIMIT]
-        else:
-            newest = {message.key: message for message in waiting}
-            self._fresh = [old for old in self._fresh if old.key not in newest] if self._fresh else []
-            self._fresh.extend(newest.values())
         for message in waiting:
             self.by_key[message.key] = message
+        if self._queued:
+            self._events.extend(waiting)
+            if len(self._events) > QUEUE_LIMIT:
+                self.dropped += len(self._events) - QUEUE_LIMIT
+                del self._events[:-QUEUE_LIMIT]
+        else:
+            for message in waiting:
+                # Only the newest of a key stays, at the place in the order that belongs to it.
+                self._news.pop(message.key, None)
+                self._news[message.key] = message
 
 
-@dataclass(frozen=True, slots=True)
-class Outgoing:
+class Outgoing(Struct, frozen=True):
     """A message on its way out, with its topic."""
 
     topic: Topic[Message]

@@ -1,8 +1,9 @@
 """What a robot tells about itself at one instant: its state, and a sample of each of its sensors."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TypeVar
+
+from msgspec import Struct
 
 from vrg.bus.mailbox import Inlet
 from vrg.bus.messages import SensorMessage
@@ -33,8 +34,7 @@ def samples_of(inlets: Sequence[tuple[str, Inlet[SensorMessage]]], now: float) -
     ]
 
 
-@dataclass(frozen=True, slots=True)
-class Readings:
+class Readings(Struct, frozen=True):
     """The state of a robot and its newest samples. A sensor that it lacks, or that has said nothing yet, has no sample.
 
     Args:

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import ClassVar, Generic, TypeVar
 
+from msgspec import Struct
+
 from vrg.bus.messages import SensorMessage
 
 S_co = TypeVar("S_co", bound=SensorMessage, covariant=True)
@@ -42,8 +44,7 @@ class SensorSpec:
         return max(1, round(1 / (self.rate * dt)))
 
 
-@dataclass(frozen=True, slots=True)
-class Sample(Generic[S_co]):
+class Sample(Struct, Generic[S_co], frozen=True):
     """One reading, as it is given to a player.
 
     Args:

@@ -1,5 +1,6 @@
 """The base class of the simulations of sensors, with the data that they are given and that they return."""
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -76,13 +77,14 @@ class SensorSimulation(ABC, Generic[P]):
         self.surroundings = surroundings
         self.mounted: list[Mounted[P]] = []
         self._schedule: list[tuple[int, Mounted[P]]] = []
-        self._periods: set[int] = set()
+        self._beat = 1
+        """Every reading is due at a multiple of so many ticks."""
 
     def resize(self, mounted: Sequence[Mounted[P]], now: Instant) -> None:
         """Adapt to a change of the list of robots, or of their rows."""
         self.mounted = list(mounted)
         self._schedule = [(m.spec.due_every(now.dt), m) for m in mounted]
-        self._periods = {every for every, _ in self._schedule}
+        self._beat = math.gcd(*(every for every, _ in self._schedule)) or 1
 
     @abstractmethod
     def sense(self, now: Instant) -> list[Said]:
@@ -101,7 +103,7 @@ class SensorSimulation(ABC, Generic[P]):
     def due(self, now: Instant) -> list[Mounted[P]]:
         """The sensors whose reading is due at this tick and does not drop out."""
         tick = now.tick
-        if all(tick % every for every in self._periods):
+        if tick % self._beat:
             return []
         return [m for every, m in self._schedule if tick % every == 0 and self._comes(m, now)]
 
