@@ -24,8 +24,8 @@ from vrg.hal.sim.engines.engine import Floats
 from vrg.hal.sim.engines.pybullet import BulletEngine
 from vrg.hal.sim.map import load_map
 from vrg.hal.sim.sensors.base import Instant, Mounted, Surroundings
-from vrg.hal.sim.sensors.laser import LaserSimulation, fan_of
-from vrg.hal.sim.sensors.rays import Edges, cast
+from vrg.hal.sim.sensors.laser import LaserSimulation
+from vrg.hal.sim.sensors.rays import Edges, Fan, cast
 from vrg.hal.sim.shapes import box_edges
 from vrg.types import Pose
 
@@ -46,7 +46,7 @@ class Scene:
         self.model = robot_model("P2AT")
         assert self.model.laser is not None
         self.mount: LaserSpec = self.model.laser
-        self.fan = fan_of(self.mount)
+        self.fan = Fan.of(self.mount.beams, self.mount.fov)
         self.poses = self._places(np.random.default_rng(seed))
         self.models = [self.model] * ROBOTS
         self.names = [f"robot{i}" for i in range(ROBOTS)]

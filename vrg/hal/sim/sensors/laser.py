@@ -1,7 +1,7 @@
 """The simulation of planar laser range finders: rays, noise and resolution. It uses no bus and no clock."""
 
+import math
 from collections.abc import Sequence
-from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -15,12 +15,6 @@ from vrg.hal.sim.shapes import box_edges
 
 _BLOCK = 64
 """The number of scans whose noise is drawn at once."""
-
-
-@cache
-def fan_of(spec: LaserSpec) -> Fan:
-    """The beams of a laser range finder."""
-    return Fan.of(spec.beams, spec.fov)
 
 
 class LaserSimulation(SensorSimulation[LaserSpec]):
@@ -42,7 +36,7 @@ class LaserSimulation(SensorSimulation[LaserSpec]):
         for m in due:
             x, y, heading = now.poses[m.row].tolist()
             ranges = self.scan(m.robot, m.spec, (x, y, heading), now.tick // m.spec.due_every(now.dt))
-            fan = fan_of(m.spec)
+            fan = Fan.of(m.spec.beams, m.spec.fov)
             scan = Laser(angle_min=fan.first, angle_step=fan.step, range_max=m.spec.range_max, data=ranges.tobytes())
             said.append((m.robot, m.spec.name, scan))
         return said
@@ -67,9 +61,9 @@ class LaserSimulation(SensorSimulation[LaserSpec]):
             shape (beams,), m, in steps of the resolution; `range_max` where a beam met nothing.
         """
         x, y, heading = pose
-        at = x + spec.x * np.cos(heading), y + spec.x * np.sin(heading)
-        fan = fan_of(spec)
-        ranges = cast(float(at[0]), float(at[1]), heading, fan, spec.range_max, self._edges, self._discs)
+        at = x + spec.x * math.cos(heading), y + spec.x * math.sin(heading)
+        fan = Fan.of(spec.beams, spec.fov)
+        ranges = cast(*at, heading, fan, spec.range_max, self._edges, self._discs)
         if self.surroundings.noise:
             nothing = ranges >= spec.range_max - 1e-9
             ranges += self._draw(robot, spec, number)

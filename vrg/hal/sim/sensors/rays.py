@@ -8,6 +8,7 @@ is never nearer than its near side, so the sign of one cross product excludes ha
 
 import math
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -67,10 +68,11 @@ class Fan:
         object.__setattr__(self, "angles", angles)
         object.__setattr__(self, "directions", np.array((np.cos(angles), np.sin(angles))))
 
-    @classmethod
-    def of(cls, beams: int, fov: float) -> "Fan":
+    @staticmethod
+    @cache
+    def of(beams: int, fov: float) -> "Fan":
         """The beams that cover `fov` (rad) symmetrically about straight ahead, both ends included."""
-        return cls(-fov / 2, fov / (beams - 1), beams)
+        return Fan(-fov / 2, fov / (beams - 1), beams)
 
 
 def cast(x: float, y: float, heading: float, fan: Fan, range_max: float, edges: Edges, discs: Floats) -> Floats:
