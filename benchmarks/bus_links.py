@@ -2,7 +2,6 @@
 
 import os
 import queue
-import threading
 import time
 from abc import ABC, abstractmethod
 from contextlib import ExitStack
@@ -16,6 +15,7 @@ from vrg.bus.mailbox import Inlet, Mailbox
 from vrg.bus.messages import Message, Report
 from vrg.bus.session import configure, open_session
 from vrg.bus.topics import Keys, Topic
+from vrg.bus.wake_up import AutoResetEvent
 from vrg.hal.sensors.laser import Laser
 
 AIM = 1.15
@@ -88,8 +88,7 @@ class VrgLink(Link):
 
     def open(self) -> None:
         """Connect and begin to listen."""
-        self._arrived = threading.Condition()
-        self._fresh = False
+        self._arrived = AutoResetEvent()
         kind = type(self).__name__
         own, other = Keys(f"{kind}-{self.side}"), Keys(f"{kind}-{self.other}")
         self._mailbox = Mailbox()
@@ -126,9 +125,7 @@ class VrgLink(Link):
 
     def receive(self, timeout: float) -> int:
         """Wait for arrivals; how many there were."""
-        with self._arrived:
-            self._arrived.wait_for(lambda: self._fresh, timeout)
-            self._fresh = False
+        self._arrived.wait(timeout)
         self._session.receive()
         self._mailbox.handover(1.0)
         return sum(len(inlet.take()) for inlet in self._inlets)
@@ -138,9 +135,7 @@ class VrgLink(Link):
         self._stack.close()
 
     def _wake(self, _inlet: Inlet[Message]) -> None:
-        with self._arrived:
-            self._fresh = True
-            self._arrived.notify()
+        self._arrived.set()
 
 
 class ZenohLink(Link):

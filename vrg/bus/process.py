@@ -1,7 +1,6 @@
 """The process executor: one node in an operating-system process of its own, paced by the match clock over the bus."""
 
 import logging
-import threading
 import time
 import uuid
 from collections.abc import Callable
@@ -13,6 +12,7 @@ from vrg.bus.node import Node, Tick, due_index
 from vrg.bus.session import Session
 from vrg.bus.stopping import StopSignal
 from vrg.bus.topics import Keys
+from vrg.bus.wake_up import AutoResetEvent
 from vrg.errors import DuplicateNodeError
 
 log = logging.getLogger(__name__)
@@ -142,8 +142,7 @@ class _HeardClock:
         self._session = session
         self._mailbox = Mailbox()
         self._inlet = self._mailbox.subscribe(keys.clock)
-        self._arrived = threading.Condition()
-        self._fresh = self._woken = False
+        self._arrived = AutoResetEvent()
         self._epoch = self._tick = 0
         self._heard_at = time.monotonic()
         self.now = 0.0
@@ -152,22 +151,16 @@ class _HeardClock:
         session.attach(self._mailbox, self._wake)
 
     def _wake(self, _inlet: Inlet[Message]) -> None:
-        with self._arrived:
-            self._fresh = True
-            self._arrived.notify()
+        self._arrived.set()
 
     def wake_for_alarms(self, inlet: Inlet[Message]) -> None:
         """End a wait when a message arrives whose subscription has an alarm."""
         if inlet.alarm is not None:
-            with self._arrived:
-                self._woken = True
-                self._arrived.notify()
+            self._arrived.set()
 
     def wait(self, timeout: float) -> bool:
         """Wait for the next message for at most `timeout` s; return whether the world was restarted since the last."""
-        with self._arrived:
-            quiet = not self._arrived.wait_for(lambda: self._fresh or self._woken, timeout)
-            self._fresh = self._woken = False
+        quiet = not self._arrived.wait(timeout)
         self._session.receive()
         self._mailbox.handover(self.now)
         restarted = False
