@@ -64,6 +64,7 @@ class Player(Node):
         self._fault: str | None = None
         self._latched = False
         self._armed = False
+        self._manual = False
         self._mode = "-"
 
     def start(self) -> None:
@@ -86,7 +87,7 @@ class Player(Node):
 
     def look(self, tick: Tick) -> View | None:
         """Return what the player sees, or None if its robot has to stand still. The robot is then stopped already."""
-        self._fault, self._latched = None, False
+        self._fault, self._latched, self._manual = None, False, False
         self._device.hear()
         referee = self._referee.latest
         readings = self._read()
@@ -115,7 +116,8 @@ class Player(Node):
             except (TypeError, ValueError) as error:
                 raise type(error)(f"what {type(self._strategy).__name__} of {self.name} says: {error}") from None
         manual = self._device.lease(view.time)
-        if manual is not None:
+        self._manual = manual is not None
+        if self._manual:
             self._mode = "Manual"
         self._command((manual or action.twist) if view.me.may_move else STILL)
 
@@ -126,7 +128,7 @@ class Player(Node):
             Report(
                 mode=shortened(self._mode),
                 armed=self._armed,
-                manual=self._mode == "Manual",
+                manual=self._manual,
                 fault=None if self._fault is None else shortened(self._fault),
                 latched=self._latched,
                 estop=self._device.estop,

@@ -4,10 +4,11 @@ import importlib
 import json
 import os
 import platform
+import re
 import sys
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 from typing import Annotated
 
@@ -16,20 +17,7 @@ import typer
 from vrg.bus.session import DEFAULT_ENDPOINT, open_router, open_session
 from vrg.errors import VrgError
 from vrg.launch.local import free_endpoint
-from vrg.launch.registry import running
-
-PACKAGES = (
-    "eclipse-zenoh",
-    "msgspec",
-    "numpy",
-    "pybullet",
-    "pygame",
-    "pydantic",
-    "matplotlib",
-    "mcap",
-    "python-can",
-    "canopen",
-)
+from vrg.launch.running import running
 
 
 @dataclass(frozen=True)
@@ -50,6 +38,12 @@ def _python() -> Finding:
     good = sys.version_info[:2] == (3, 11)
     advice = "" if good else "; PyBullet has wheels for 3.11 and no later: make the environment with python3.11"
     return Finding("python", good, platform.python_version() + advice)
+
+
+def _packages() -> list[str]:
+    """The names of the packages that VRG always needs, as its own package declares them."""
+    always = [line for line in requires("vrg") or () if "extra ==" not in line]
+    return [re.split(r"[^\w.-]", line, maxsplit=1)[0] for line in always]
 
 
 def _package(name: str) -> Finding:
@@ -100,7 +94,7 @@ def _matches() -> Finding:
 def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for scripts.")] = False) -> None:
     """Check this machine: Python, packages, bus, physics, CAN, display. Status 1 if something needed is missing."""
     checks: list[Callable[[], Finding]] = [_python, _bus, _physics, _can, _display, _matches]
-    findings = [*[_package(name) for name in PACKAGES], *[check() for check in checks]]
+    findings = [*[_package(name) for name in _packages()], *[check() for check in checks]]
     if as_json:
         typer.echo(json.dumps([asdict(f) for f in findings]))
     else:

@@ -39,6 +39,6 @@ def which_match(match: str | None, router: str | None) -> tuple[str, str]:
     Raises:
         ConfigError: it is not clear which match is meant.
     """
-    from vrg.launch import registry  # only commands on a running match need platformdirs
+    from vrg.launch import running  # only commands on a running match need platformdirs
 
-    return registry.find(match, router, DEFAULT_ENDPOINT)
+    return running.find(match, router, DEFAULT_ENDPOINT)

@@ -14,8 +14,8 @@ from vrg.config.setup import MatchSetup, write_setup
 from vrg.launch.child import arguments_of
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.managed import ProcessSpec
-from vrg.launch.registry import RunningMatch, registered
 from vrg.launch.run_folder import RunFolder
+from vrg.launch.running import RunningMatch, registered
 from vrg.launch.supervisor import Supervisor
 
 POLL_PERIOD = 0.05

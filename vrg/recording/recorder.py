@@ -184,7 +184,13 @@ class Recorder(Node):
             return
         self._said[player] = report
         record = ReportRecord(
-            fg.time_of(received.stamp), report.mode, report.armed, report.manual, report.fault or "", report.latched
+            fg.time_of(received.stamp),
+            report.mode,
+            report.armed,
+            report.manual,
+            report.fault or "",
+            report.latched,
+            report.estop,
         )
         self._write(f"/player/{player}/report", record, received)
 

@@ -1,7 +1,7 @@
 """VRG's own records in a recording: what the referee and the players said.
 
-They are the messages of the bus with two differences: they carry their time, and a text that is not known is empty
-and not null, because a viewer's reader of schemas knows no unions.
+They are the messages of the bus as a viewer needs them. They carry their time; a text that is not known is empty and
+not null, because a viewer's reader of schemas knows no unions; the ids by which officials match answers are left out.
 """
 
 from msgspec import Struct
@@ -50,6 +50,7 @@ class ReportRecord(Struct, frozen=True, gc=False):
     manual: bool
     fault: str
     latched: bool
+    estop: bool
 
 
 class CallRecord(Struct, frozen=True, gc=False):

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from vrg.errors import ConfigError
-from vrg.launch import registry
-from vrg.launch.registry import RunningMatch
+from vrg.launch import running
+from vrg.launch.running import RunningMatch
 
 
 @pytest.fixture(autouse=True)
@@ -17,21 +17,21 @@ def _own_state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
 
 
-def running(name: str, router: str = "tcp/127.0.0.1:7447") -> AbstractContextManager[None]:
-    return registry.registered(RunningMatch(match=name, router=router, run="runs/x", pid=os.getpid()))
+def listed(name: str, router: str = "tcp/127.0.0.1:7447") -> AbstractContextManager[None]:
+    return running.registered(RunningMatch(match=name, router=router, run="runs/x", pid=os.getpid()))
 
 
 def test_the_only_match_is_meant() -> None:
-    with running("final", "tcp/127.0.0.1:9"):
-        assert registry.find(None, None, "default") == ("final", "tcp/127.0.0.1:9")
-    assert registry.running() == []
+    with listed("final", "tcp/127.0.0.1:9"):
+        assert running.find(None, None, "default") == ("final", "tcp/127.0.0.1:9")
+    assert running.running() == []
 
 
 def test_of_several_one_must_be_named() -> None:
-    with running("one", "tcp/127.0.0.1:1"), running("two", "tcp/127.0.0.1:2"):
+    with listed("one", "tcp/127.0.0.1:1"), listed("two", "tcp/127.0.0.1:2"):
         with pytest.raises(ConfigError, match="--match two --router tcp"):
-            registry.find(None, None, "default")
-        assert registry.find("two", None, "default") == ("two", "tcp/127.0.0.1:2")
+            running.find(None, None, "default")
+        assert running.find("two", None, "default") == ("two", "tcp/127.0.0.1:2")
 
 
 def test_a_match_whose_launcher_is_gone_does_not_count_whoever_has_its_pid_now(tmp_path: Path) -> None:
@@ -39,24 +39,24 @@ def test_a_match_whose_launcher_is_gone_does_not_count_whoever_has_its_pid_now(t
     entry = {"match": "dead", "router": "tcp/127.0.0.1:7447", "run": "runs/x", "pid": os.getpid()}
     (tmp_path / "vrg" / "dead-1.json").write_text(json.dumps(entry))
     with pytest.raises(ConfigError, match="no match runs"):
-        registry.find(None, None, "default")
+        running.find(None, None, "default")
 
 
 def test_a_match_on_another_machine_is_named_by_its_address() -> None:
-    assert registry.find("far", "tcp/192.0.2.1:7447", "default") == ("far", "tcp/192.0.2.1:7447")
-    assert registry.find("far", None, "default") == ("far", "default")
+    assert running.find("far", "tcp/192.0.2.1:7447", "default") == ("far", "tcp/192.0.2.1:7447")
+    assert running.find("far", None, "default") == ("far", "default")
 
 
 def test_a_damaged_entry_is_ignored(tmp_path: Path) -> None:
-    with running("final"):
+    with listed("final"):
         (tmp_path / "vrg" / "junk.json").write_text("{")
-        assert [m.match for m in registry.running()] == ["final"]
+        assert [m.match for m in running.running()] == ["final"]
 
 
 def test_a_folder_that_cannot_be_written_does_not_keep_a_match_from_being_played(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     (tmp_path / "vrg").write_text("not a folder")
-    with running("final"):
-        assert registry.running() == []
+    with listed("final"):
+        assert running.running() == []
     assert "will not find this match" in caplog.text
