@@ -1,5 +1,7 @@
 """A listener on the CAN bus of a match."""
 
+import itertools
+
 from vrg.hal.can.bus import CanBus
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
@@ -40,12 +42,19 @@ class Tap:
 
     def late(self, *nodes: int, since: int) -> bool:
         """Whether the watchdog of one of these has met a commander that was late, since frame number `since`."""
-        beats = [
-            f for f in self.frames[since:] if f.id in {codec.frame_id(n, messages.Command.HEARTBEAT) for n in nodes}
-        ]
-        told = [codec.decode(beat) for beat in beats]
+        told = [codec.decode(beat) for node in nodes for beat in self._beats(node, since)]
         watchdog = messages.AxisError.WATCHDOG_TIMER_EXPIRED
         return any(beat.error & watchdog for beat in told if isinstance(beat, messages.Heartbeat))
+
+    def longest_silence(self, node: int) -> float:
+        """The longest time between two heartbeats of a drive, s. On a busy machine an emulated drive may be late."""
+        times = [beat.at for beat in self._beats(node)]
+        return max((after - before for before, after in itertools.pairwise(times)), default=0.0)
+
+    def _beats(self, node: int, since: int = 0) -> list[Frame]:
+        """The heartbeats that a drive has sent. A remote frame asks for one, and is none."""
+        wanted = codec.frame_id(node, messages.Command.HEARTBEAT)
+        return [f for f in self.frames[since:] if f.id == wanted and not f.remote]
 
     def velocity(self, node: int) -> float:
         """turn/s, by the encoder; a motor that has not been heard does not stand."""
