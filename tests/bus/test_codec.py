@@ -72,6 +72,7 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
         m.WorldRequest,
         kind=st.sampled_from(m.RequestKind), robot=st.none() | names, model=st.none() | names, pose=st.none() | poses,
     ),
+    m.WorldAnswer: st.builds(m.WorldAnswer, id=st.none() | names, refused=st.none() | st.text(max_size=50)),
     m.Report: st.builds(
         m.Report,
         mode=st.text(max_size=30), armed=st.booleans(), manual=st.booleans(), fault=st.none() | st.text(max_size=50),

@@ -520,3 +520,43 @@ def test_what_forty_faulty_players_say_can_be_read_again_after_a_restart(tmp_pat
     assert again.last is not None
     assert again.last.calls[-1].rule == "refused"
     again.close()
+
+
+class TestPlacing:
+    """What the world has done is announced when it has done it, and what it refuses is never announced as done."""
+
+    def ask(self, table: Table, number: str | None = "7") -> str:
+        table.ticks(2)
+        table.calls.clear()
+        place = m.Official(action=m.OfficialAction.PLACE, by="ann", subject="m0", value="2 3 0", id=number)
+        table.hear(KEYS.official, place)
+        table.tick()
+        assert table.calls == []
+        (request,) = table.requests
+        assert request.places == {"m0": Pose(2.0, 3.0, 0.0)}
+        assert request.id is not None
+        return request.id
+
+    @pytest.mark.parametrize("number", ["7", None])
+    def test_what_is_granted_is_called_and_journalled(self, table: Table, number: str | None) -> None:
+        table.hear(KEYS.world_answer, m.WorldAnswer(id=self.ask(table, number), refused=None))
+        table.tick()
+        (call,) = table.calls
+        assert (call.rule, call.answers) == ("place", number)
+        assert call.text == "m0 is put at (2.00, 3.00), 0 degrees: by ann"
+        _, records = read_journal(table.journal.path)
+        assert records[-1].calls == [call]
+
+    def test_what_is_refused_is_said_with_the_reason(self, table: Table) -> None:
+        table.hear(KEYS.world_answer, m.WorldAnswer(id=self.ask(table), refused="a wall is there"))
+        table.tick()
+        (call,) = table.calls
+        assert (call.rule, call.text, call.answers) == ("refused", "the world refuses: a wall is there", "7")
+
+    def test_who_asks_for_nothing_hears_of_refusals_only(self, table: Table) -> None:
+        table.ticks(2)
+        table.calls.clear()
+        table.hear(KEYS.world_answer, m.WorldAnswer(id=None, refused="robots on marks would overlap"))
+        table.hear(KEYS.world_answer, m.WorldAnswer(id="9", refused=None), sequence=1)
+        table.tick()
+        assert [(c.rule, c.answers) for c in table.calls] == [("refused", None)]

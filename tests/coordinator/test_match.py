@@ -323,6 +323,9 @@ def test_an_official_has_a_virtual_robot_put_on_its_mark_or_anywhere() -> None:
     assert outcome.place["a"].x == 1.5
     assert outcome.place["a"].theta == pytest.approx(1.5708, abs=1e-4)
     assert outcome.placed == {}
+    assert rules(outcome) == [], "only the world knows whether there is room"
+    assert outcome.once_placed is not None
+    assert outcome.once_placed.text == "a is put at (1.50, -2.00), 90 degrees: by ann (because)"
 
 
 def test_an_official_says_where_a_physical_robot_has_been_put() -> None:

@@ -23,6 +23,7 @@ from vrg.bus.messages import (
     SensorMessage,
     SpeedLimit,
     Stage,
+    WorldAnswer,
     WorldRequest,
 )
 from vrg.errors import ConfigError, WorldError
@@ -309,6 +310,29 @@ class TestRequests:
         world.tick(60, each=[(KEYS.drive("c"), Drive(twist=P2AT.twist(3.0, 3.0)))])
         assert speed(world, "c") > 0.3
         assert LASER_C in world.heard
+
+    def answers(self, world: Wire) -> list[WorldAnswer]:
+        answer = world.heard.get(KEYS.world_answer.key)
+        return [answer] if isinstance(answer, WorldAnswer) else []
+
+    def test_a_request_with_an_id_is_answered(self) -> None:
+        world = wire()
+        self.request(world, kind=RequestKind.PLACE, places={"a": Pose(5, 5, 0)}, id="7")
+        assert self.answers(world) == [WorldAnswer(id="7", refused=None)]
+
+    @pytest.mark.parametrize("number", ["7", None])
+    def test_a_refusal_is_always_answered(self, number: str | None) -> None:
+        world = wire()
+        self.request(world, kind=RequestKind.PLACE, places={"a": Pose(500, 5, 0)}, id=number)
+        (answer,) = self.answers(world)
+        assert answer.id == number
+        assert answer.refused is not None
+        assert "inside map" in answer.refused
+
+    def test_a_granted_request_without_an_id_is_not(self) -> None:
+        world = wire()
+        self.request(world, kind=RequestKind.PLACE, places={"a": Pose(5, 5, 0)})
+        assert self.answers(world) == []
 
     def test_remove_takes_one_out(self) -> None:
         world = wire()

@@ -123,6 +123,7 @@ class Keys:
     clock = Line("clock", m.Clock, LATEST, "world", "all", "match time")
     poses = Line("poses", m.Poses, LATEST, "world", "referee, windows, recorder", "where every body truly is")
     world_request = Line("world/request", m.WorldRequest, EVENT, "referee", "world", "spawn, remove, reset, place")
+    world_answer = Line("world/answer", m.WorldAnswer, EVENT, "world", "referee", "whether a request was granted")
     drive = NamedLine("robot/{robot}/drive", m.Drive, LATEST, "player's device", "world", "the motion to make")
     robot_state = NamedLine(
         "robot/{robot}/state", m.RobotState, LATEST, "world", "player's device", "whether it is armed, stopped, faulty"

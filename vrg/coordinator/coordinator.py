@@ -17,10 +17,8 @@ from vrg.bus.messages import (
     Recover,
     RefereeState,
     Report,
-    RequestKind,
     SpeedLimit,
     Stage,
-    WorldRequest,
     shortened,
 )
 from vrg.bus.node import Node, Tick, is_fresh
@@ -29,6 +27,7 @@ from vrg.coordinator.decisions import decide
 from vrg.coordinator.journal import Journal
 from vrg.coordinator.match import LONGEST, Match, standing_still
 from vrg.coordinator.outcome import Outcome
+from vrg.coordinator.placing import Placing
 from vrg.coordinator.rulebook import Field, RuleBook
 from vrg.errors import JournalError
 from vrg.hal.estop import decisive
@@ -84,6 +83,7 @@ class Coordinator(Node):
         self._clock = mailbox.subscribe(keys.clock)
         self._reports = mailbox.subscribe(keys.report())
         self._report_keys = {name: keys.report(name).key for name in self._names}
+        self._placing = Placing(mailbox, keys)
         self._officials = mailbox.subscribe(keys.official)
         self._estops = mailbox.subscribe(keys.estop)
         self._estop = False
@@ -107,7 +107,7 @@ class Coordinator(Node):
         self._look()
         alarms = [self._hear_estops(tick.time), self._hear_world(), self._adopt_estop(tick), *self._guard(tick)]
         absent = self._absent(tick)
-        outcomes = [*alarms, *self._hear_officials(tick, absent, alarmed=any(alarms))]
+        outcomes = [*alarms, *self._placing.hear(), *self._hear_officials(tick, absent, alarmed=any(alarms))]
         dt = 0.0 if self._last_time is None or not tick.live else max(0.0, tick.time - self._last_time)
         self._last_time = tick.time
         outcomes.append(self.match.step(dt, self._field, absent))
@@ -265,9 +265,7 @@ class Coordinator(Node):
 
     def _act(self, outcome: Outcome) -> None:
         """Send the world and the robots the requests that follow from an outcome."""
-        if outcome.place:
-            request = WorldRequest(kind=RequestKind.PLACE, places=dict(outcome.place))
-            self.mailbox.publish(self._keys.world_request, request)
+        self._placing.ask(outcome)
         for name, pose in outcome.placed.items():
             self.mailbox.publish(self._keys.placed(name), Placed(pose=pose, by=outcome.by))
         for name in outcome.recover:

@@ -101,7 +101,8 @@ def _place(match: Match, official: Official, now: Field, who: str, silent: Colle
     places = {name: pose}
     if physical:
         return replace(outcome, by=official.by, placed=places)
-    return replace(outcome, by=official.by, place=places)
+    # Only the world knows whether there is room, so what it does is announced when it has been done.
+    return Outcome(by=official.by, place=places, once_placed=outcome.calls[0])
 
 
 def _player(match: Match, name: str) -> str:

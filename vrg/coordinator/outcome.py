@@ -16,6 +16,7 @@ class Outcome:
         calls: the calls to announce, in order.
         stages: the stages that were entered, in order.
         place: where the world must put virtual robots, by player.
+        once_placed: the call that is announced when the world has done so; None if nobody waits for it.
         placed: where a person has put physical robots, by player.
         recover: the players whose robots must clear the faults that they have latched.
         by: the official who has decided it, or `referee`.
@@ -24,6 +25,7 @@ class Outcome:
     calls: Sequence[Call] = field(default_factory=tuple)
     stages: Sequence[Stage] = field(default_factory=tuple)
     place: Mapping[str, Pose] = field(default_factory=dict)
+    once_placed: Call | None = None
     placed: Mapping[str, Pose] = field(default_factory=dict)
     recover: Sequence[str] = field(default_factory=tuple)
     by: str = "referee"

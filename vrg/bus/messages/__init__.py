@@ -17,7 +17,7 @@ from vrg.bus.messages.match import (
 )
 from vrg.bus.messages.player import SAY_LIMIT, Manual, Pulse, Report, Say
 from vrg.bus.messages.robot import Drive, MeasuredPose, Placed, Recover, RobotState, SpeedLimit
-from vrg.bus.messages.world import Body, Clock, Poses, RequestKind, WorldRequest
+from vrg.bus.messages.world import Body, Clock, Poses, RequestKind, WorldAnswer, WorldRequest
 
 __all__ = [
     "REASON_LENGTH",
@@ -46,6 +46,7 @@ __all__ = [
     "SensorMessage",
     "SpeedLimit",
     "Stage",
+    "WorldAnswer",
     "WorldRequest",
     "Zone",
     "shortened",

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct, field
 
-from vrg.bus.messages.base import Message
+from vrg.bus.messages.base import Message, Text
 from vrg.types import AngularSpeed, Count, Name, Pose, Seconds, Speed
 
 
@@ -68,10 +68,24 @@ class WorldRequest(Message, frozen=True, kw_only=True):
         kind: SPAWN adds a robot of `model` at `pose`. REMOVE removes it. RESET puts it at its start pose, or all
             virtual robots if `robot` is None. PLACE puts robots at `places`, either all of them or none.
         robot: the robot's name, for the first three kinds.
+        id: the world's answer repeats it. None if the asker wants to hear of a refusal only.
     """
 
     kind: RequestKind
+    id: Name | None = None
     robot: Name | None = None
     model: Name | None = None
     pose: Pose | None = None
     places: dict[Name, Pose] = field(default_factory=dict)
+
+
+class WorldAnswer(Message, frozen=True, kw_only=True):
+    """The world's answer to a request.
+
+    Args:
+        id: the id of the request; None if it had none.
+        refused: the reason why nothing has changed; None if the request was granted.
+    """
+
+    id: Name | None
+    refused: Text | None

@@ -4,7 +4,7 @@ import logging
 
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Clock, MeasuredPose, RobotState, SensorMessage, WorldRequest
+from vrg.bus.messages import Clock, MeasuredPose, RobotState, SensorMessage, WorldAnswer, WorldRequest, shortened
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys, Topic, name_in
 from vrg.errors import WorldError
@@ -46,6 +46,7 @@ class WorldNode(Node):
         self._drives = mailbox.subscribe(keys.drive())
         self._limits = mailbox.subscribe(keys.speed_limit())
         self._requests = mailbox.subscribe(keys.world_request)
+        self._answers = keys.world_answer
         self._referee = mailbox.subscribe(keys.referee_state)
         self._estops = mailbox.subscribe(keys.estop)
         self._poses = keys.poses
@@ -126,6 +127,10 @@ class WorldNode(Node):
             grant(self.world, request)
         except WorldError as error:
             log.warning("refused a request to the world: %s", error)
+            self.mailbox.publish(self._answers, WorldAnswer(id=request.id, refused=shortened(str(error))))
+        else:
+            if request.id is not None:
+                self.mailbox.publish(self._answers, WorldAnswer(id=request.id, refused=None))
 
     def _state_of(self, robot: str) -> Topic[RobotState]:
         """The topic of a robot's state. It is made once for a robot, not at each tick."""

@@ -1,0 +1,46 @@
+"""The coordinator's requests to the world to put robots somewhere, and the world's answers."""
+
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import RequestKind, WorldRequest
+from vrg.bus.topics import Keys
+from vrg.coordinator.outcome import Outcome, announce
+from vrg.coordinator.rulebook import Call
+
+
+class Placing:
+    """Asks the world to put virtual robots somewhere. Only the world knows whether there is room for them.
+
+    Args:
+        mailbox: the coordinator's mailbox. keys: the keys of the match.
+    """
+
+    def __init__(self, mailbox: Mailbox, keys: Keys) -> None:
+        self._mailbox = mailbox
+        self._topic = keys.world_request
+        self._answers = mailbox.subscribe(keys.world_answer)
+        self._count = 0
+        self._asked: dict[str, Call] = {}
+        """The calls that are announced when the world has granted a request, by the request's id."""
+
+    def ask(self, outcome: Outcome) -> None:
+        """Ask for what an outcome wants to be placed."""
+        if not outcome.place:
+            return
+        number = None
+        if outcome.once_placed is not None:
+            self._count += 1
+            number = outcome.once_placed.answers or f"place-{self._count}"
+            self._asked[number] = outcome.once_placed
+        self._mailbox.publish(self._topic, WorldRequest(kind=RequestKind.PLACE, places=dict(outcome.place), id=number))
+
+    def hear(self) -> list[Outcome]:
+        """What the world has done for officials, and what it has refused to do."""
+        outcomes = []
+        for answer in (received.body for received in self._answers.take()):
+            asked = None if answer.id is None else self._asked.pop(answer.id, None)
+            if answer.refused is not None:
+                answers = None if asked is None else asked.answers
+                outcomes.append(announce("refused", f"the world refuses: {answer.refused}", answers))
+            elif asked is not None:
+                outcomes.append(Outcome([asked]))
+        return outcomes
