@@ -12,6 +12,7 @@ libraries.
 
 import argparse
 import json
+import sys
 import threading
 
 import msgpack
@@ -42,8 +43,10 @@ class Match:
 
     def line(self, player: str) -> str:
         """How it stands, in a line."""
-        if self.referee is None or player not in self.places:
-            return "nothing was heard of the match yet"
+        if self.referee is None:
+            return f"nothing was heard on {self.root} yet: is that the match's name?"
+        if player not in self.places:
+            return f"expected one of the players {', '.join(self.places)}, got {player}"
         pose = self.places[player]
         score = ", ".join(f"{team} {points}" for team, points in self.referee["score"].items())
         stage = self.referee["halted"] or self.referee["stage"]
@@ -66,7 +69,11 @@ def main() -> None:
 
     match = Match(chosen.match)
     pause = threading.Event()
-    with zenoh.open(config) as session:
+    try:
+        session = zenoh.open(config)
+    except zenoh.ZError:
+        sys.exit(f"no router answers at {chosen.router}: start a match, or name its router with --router")
+    with session:
         subscribers = [
             session.declare_subscriber(match.root + key, match.hear) for key in ("clock", "poses", "referee/state")
         ]
@@ -80,6 +87,8 @@ def main() -> None:
             pause.wait(PERIOD)
         for subscriber in subscribers:
             subscriber.undeclare()
+    if chosen.player not in match.places:
+        sys.exit(match.line(chosen.player))
 
 
 if __name__ == "__main__":

@@ -100,7 +100,7 @@ BAD: dict[str, tuple[list[tuple[str, str]], str | None, str]] = {
     "an unknown backend": (first_player('backend = "spirit"'), "backend", "players.0.backend: expected one of "),
     "an unknown model": (first_player('model = "K9"'), "model", "players.0.model: expected one of "),
     "an unknown role": ([('"shark"', '"whale"')], "role =", "players.0.role: expected one of shark, minnow"),
-    "no pass": ([('role = "minnow"', 'role = "shark" #')] * 4, None, "passes; at least 1 is needed: add minnows"),
+    "no pass": ([('role = "minnow"', 'role = "shark" #')] * 4, None, "got minnows: 2, sharks: 5"),
     "robots that overlap": ([("x = 21.5", "x = 21.2"), ("y = -15.4", "y = -15.9")], None, "player4 and player5"),
     "a start out of bounds": ([("x = 17.0", "x = 15.0")], None, "player2 starts at (15, -16), out of bounds"),
     "a start outside the map": ([("x = 17.0", "x = 99.0")], None, "expected a pose inside map courtyard"),

@@ -82,7 +82,7 @@ def test_all_problems_are_told_at_once_in_the_order_of_the_file(load: Load) -> N
         ("x = 21.0\ny = -30.0", "x = 21.0\ny = -20.0", "starts in the zone"),
         ("x = 21.0\ny = -30.0", "x = 2100.0\ny = -30.0", "player1"),
         ("x = 21.0\ny = -30.0", "x = nan\ny = -30.0", "finite"),
-        ('role = "minnow"', 'role = "shark"', "at least 1 is needed"),
+        ('role = "minnow"', 'role = "shark"', "at least two minnows more than sharks"),
         ("seed = 0", "rate = 0.0", "rate: "),
         ("x = [16.0, 26.0]", "x = [26.0, 16.0]", "low border first"),
     ],

@@ -27,10 +27,13 @@ def import_object(target: str, base: Path) -> object:
         else:
             _append_path(base.resolve())
             module = importlib.import_module(module_name)
-        found: object = getattr(module, name)
     except Exception as error:
         raise ConfigError([f"{target}: cannot be imported: {type(error).__name__}: {error}"]) from error
-    return found
+    if not hasattr(module, name):
+        own = [known for known, value in vars(module).items() if getattr(value, "__module__", "") == module.__name__]
+        classes = ", ".join(sorted(known for known in own if isinstance(vars(module)[known], type))) or "none"
+        raise ConfigError([f"{target}: expected the name of a class in {module_name} ({classes}), got {name!r}"])
+    return getattr(module, name)
 
 
 def _import_file(path: Path) -> ModuleType:

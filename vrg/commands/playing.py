@@ -18,7 +18,7 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import RefereeState, Stage
 from vrg.bus.node import Node
 from vrg.bus.process import run_node
-from vrg.bus.session import Session, open_session
+from vrg.bus.session import DEFAULT_ENDPOINT, Session, open_session
 from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.config.loading import check_strategies, load_match, match_path
 from vrg.config.setup import MatchSetup
@@ -151,6 +151,8 @@ def _play_processes(
     local = _served(setup, folder, show, stop, server)
     if local is None:
         return None, None
+    if local.endpoint != DEFAULT_ENDPOINT:
+        show.console.print(f"router {local.endpoint}, because another program has the port of the usual one")
     done = threading.Event()
     table = threading.Thread(target=_show_table, args=(setup, local.endpoint, show.console, done))
     bar = Progress(TextColumn("starting {task.description}"), BarColumn(), console=show.console, transient=True)

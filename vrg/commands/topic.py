@@ -21,6 +21,9 @@ from vrg.commands.options import EndpointOption, NameOption, stoppable, which_ma
 from vrg.errors import MessageError
 from vrg.hal.sensors import message_of
 
+QUIET = 3.0
+"""The real time in s without a message after which `echo` says that none has come."""
+
 app = typer.Typer(no_args_is_help=True, help="Look at what goes over the bus of a running match.")
 
 KeyArgument = Annotated[str, typer.Argument(help="Key below vrg/<match>/, such as clock or robot/*/state.")]
@@ -103,12 +106,16 @@ def echo(
             arrivals.put_nowait((key, payload))
 
     shown = 0
+    quiet_at: float | None = time.monotonic() + QUIET
     with _listening(endpoint) as (stop, session):
         session.watch_raw(_full_key(keys, key), arrived)
         while not stop.is_set() and (count is None or shown < count):
             try:
                 message = _plain(keys, *arrivals.get(timeout=0.1))
             except queue.Empty:
+                if not shown and quiet_at is not None and time.monotonic() > quiet_at:
+                    quiet_at = None
+                    typer.echo(f"nothing on {_full_key(keys, key)} yet: `vrg topic list` shows what there is", err=True)
                 continue
             shown += 1
             text = json.dumps(message)

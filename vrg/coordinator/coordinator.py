@@ -183,14 +183,18 @@ class Coordinator(Node):
         reasons = [] if tick.live else ["the world's clock has stopped"]
         if self._estop:
             reasons.append("the emergency stop is engaged: release it with the key U or `vrg estop --release`")
+        passing = []
         for name in self._names:
             report = self._report(name)
             if report is None or not self._reports_now(name, tick):
-                reasons.append(f"{name} does not report")
+                passing.append(f"{name} does not report")
             elif fault := _fault(name, report.body):
-                hint = f" (`vrg official recover {name}` or the key R clears it)"
-                reasons.append(fault + (hint if report.body.latched and not _by_button(fault) else ""))
-        return [*reasons, *map(_lost, self._lost)]
+                if report.body.latched and not _by_button(fault):
+                    reasons.append(f"{fault} (`vrg official recover {name}` or the key R clears it)")
+                else:
+                    passing.append(fault)
+        # What somebody must do something about comes first, because short messages name the first reason only.
+        return [*reasons, *passing, *map(_lost, self._lost)]
 
     def _report(self, name: str) -> Received[Report] | None:
         """The newest report of a player."""

@@ -60,7 +60,7 @@ def test_passes_are_half_the_difference_rounded_down(sharks: int, minnows: int, 
 
 @pytest.mark.parametrize(("sharks", "minnows"), [(1, 2), (2, 3), (3, 3), (4, 1)])
 def test_less_than_one_pass_is_refused(sharks: int, minnows: int) -> None:
-    with pytest.raises(ConfigError, match="at least 1 is needed"):
+    with pytest.raises(ConfigError, match="at least two minnows more than sharks"):
         book(sharks=sharks, minnows=minnows)
 
 
@@ -77,7 +77,7 @@ def test_every_reason_is_given_at_once() -> None:
     with pytest.raises(ConfigError) as error:
         SharksAndMinnows(SETTINGS, bad)
     text = str(error.value)
-    assert "at least 1 is needed" in text
+    assert "at least two minnows more than sharks" in text
     assert "s0 is a shark and starts in the zone" in text
     assert "m0 starts at (1, 25), out of bounds" in text
 

@@ -50,8 +50,8 @@ class SharksAndMinnows:
         passes = (minnows - sharks) // 2
         if passes < 1:
             text = (
-                f"{minnows} minnows and {sharks} sharks make floor(({minnows} - {sharks}) / 2) = {passes} "
-                "passes; at least 1 is needed: add minnows"
+                f"expected at least two minnows more than sharks, got minnows: {minnows}, sharks: {sharks}; the number "
+                f"of passes is floor((minnows - sharks) / 2) = {passes}"
             )
             problems.append(Problem(text, ("players",)))
         if sharks < 1:
