@@ -168,7 +168,7 @@ class Supervisor:
 
     def _bury(self, process: ManagedProcess, now: float) -> None:
         name, status = process.spec.name, process.exit_status
-        how = f"was killed by signal {-status}" if status is not None and status < 0 else f"ended with status {status}"
+        how = _how_it_ended(status)
         self._pulses.forget(name)
         # Where the fork server has died, nobody knows how a node has ended: a window was closed, most likely.
         if status in (0, UNKNOWN) and not process.spec.essential:
@@ -176,7 +176,7 @@ class Supervisor:
             self._announce(f"{name} was closed; the match goes on")
         elif process.note_death(now):
             words = process.last_words(1)
-            why = f": {words}" if words and status is not None and status > 0 else ""
+            why = f": {words}" if words and status is not None and 0 < status != UNKNOWN else ""
             self._announce(f"{name} {how}{why}: started again (log: {process.log})")
             process.start()
             if process.spec.is_router:
@@ -222,3 +222,9 @@ class Supervisor:
             for member in members:
                 if not member.wait_stopped(deadline):
                     self._announce(f"{member.spec.name} did not stop within {STOP_PATIENCE:g} s: killed")
+
+
+def _how_it_ended(status: int | None) -> str:
+    if status == UNKNOWN:
+        return "has ended, nobody knows how, because the fork server has died"
+    return f"was killed by signal {-status}" if status is not None and status < 0 else f"ended with status {status}"
