@@ -200,7 +200,7 @@ def test_drives_that_die_are_missed_and_come_back_after_a_recovery(mixed: Match,
     observer.wait_until(lambda: tap.standing(0, 1, 2, 3), "the new drives to be heard")
     stays(mixed, tap, 0, 1, 2, 3)
     mixed.command("official", "recover")
-    resume(mixed, tap)
+    mixed.resume()
     observer.wait_until(lambda: observer.moving("ann", "bob"), "both to move again")
 
 

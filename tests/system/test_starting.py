@@ -135,7 +135,7 @@ def test_a_match_goes_on_without_its_fork_server(start: Callable[..., Match], fa
     server.send_signal(fault)
     os.kill(before["bob"], signal.SIGKILL)
     # Whoever was forked by a server that is dead has another parent now.
-    observer.wait_until(lambda: "bob was killed" in match.said() or "bob ended" in match.said(), "bob to be missed")
+    observer.wait_until(lambda: "bob was killed" in match.said() or "bob has ended" in match.said(), "bob to be missed")
     since = len(observer.heard.drives["bob"])
     observer.wait_until(lambda: len(observer.heard.drives["bob"]) > since, "the next bob")
     if observer.state.halted:
