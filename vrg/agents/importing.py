@@ -30,10 +30,11 @@ def import_object(target: str, base: Path) -> object:
     except Exception as error:
         raise ConfigError([f"{target}: cannot be imported: {type(error).__name__}: {error}"]) from error
     if not hasattr(module, name):
-        own = [known for known, value in vars(module).items() if getattr(value, "__module__", "") == module.__name__]
-        classes = ", ".join(sorted(known for known in own if isinstance(vars(module)[known], type))) or "none"
+        own = [n for n, v in vars(module).items() if isinstance(v, type) and v.__module__ == module.__name__]
+        classes = ", ".join(sorted(own)) or "none"
         raise ConfigError([f"{target}: expected the name of a class in {module_name} ({classes}), got {name!r}"])
-    return getattr(module, name)
+    found: object = getattr(module, name)
+    return found
 
 
 def _import_file(path: Path) -> ModuleType:

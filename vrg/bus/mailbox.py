@@ -96,8 +96,6 @@ class Inlet(Generic[T]):
 
     def handover(self) -> None:
         """Executor only: bring in the messages that wait."""
-        if not self.waiting:
-            return
         if self.alarm is not None:
             self.sound()
             self._alarmed = 0

@@ -1,6 +1,7 @@
 """The commands `vrg topic list`, `echo` and `hz`, which show what goes over the bus of a running match."""
 
 import json
+import math
 import queue
 import sys
 import time
@@ -106,15 +107,15 @@ def echo(
             arrivals.put_nowait((key, payload))
 
     shown = 0
-    quiet_at: float | None = time.monotonic() + QUIET
+    quiet_at = time.monotonic() + QUIET
     with _listening(endpoint) as (stop, session):
         session.watch_raw(_full_key(keys, key), arrived)
         while not stop.is_set() and (count is None or shown < count):
             try:
                 message = _plain(keys, *arrivals.get(timeout=0.1))
             except queue.Empty:
-                if not shown and quiet_at is not None and time.monotonic() > quiet_at:
-                    quiet_at = None
+                if not shown and time.monotonic() > quiet_at:
+                    quiet_at = math.inf
                     typer.echo(f"nothing on {_full_key(keys, key)} yet: `vrg topic list` shows what there is", err=True)
                 continue
             shown += 1

@@ -171,6 +171,8 @@ class Coordinator(Node):
         If something has halted play in this tick, officials decided without knowing it: play is then not resumed.
         """
         officials = [received.body for received in self._officials.take()]
+        if not officials:
+            return []
         halts = [o for o in officials if o.action is OfficialAction.HALT]
         silent = [name for name in self._names if not self._reports_now(name, tick)]
         outcomes = [decide(self.match, o, self._field, absent, silent) for o in halts]

@@ -23,6 +23,7 @@ def decide(
     Args:
         now: the field.
         absent: the reasons outside the rules why play cannot be resumed.
+        silent: the players that do not report, so that nothing can be told to their robots.
     """
     refusal = _refusal(match, official.action, absent)
     if refusal:

@@ -123,14 +123,14 @@ class WorldNode(Node):
             self._refused.discard(name)
 
     def _request(self, request: WorldRequest) -> None:
+        refused = None
         try:
             grant(self.world, request)
         except WorldError as error:
             log.warning("refused a request to the world: %s", error)
-            self.mailbox.publish(self._answers, WorldAnswer(id=request.id, refused=shortened(str(error))))
-        else:
-            if request.id is not None:
-                self.mailbox.publish(self._answers, WorldAnswer(id=request.id, refused=None))
+            refused = shortened(str(error))
+        if refused is not None or request.id is not None:
+            self.mailbox.publish(self._answers, WorldAnswer(id=request.id, refused=refused))
 
     def _state_of(self, robot: str) -> Topic[RobotState]:
         """The topic of a robot's state. It is made once for a robot, not at each tick."""
