@@ -4,6 +4,7 @@ import json
 import os
 from contextlib import AbstractContextManager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -50,6 +51,18 @@ def test_a_match_on_another_machine_is_named_by_its_address() -> None:
 def test_a_damaged_entry_is_ignored(tmp_path: Path) -> None:
     with listed("final"):
         (tmp_path / "vrg" / "junk.json").write_text("{")
+        assert [m.match for m in running.running()] == ["final"]
+
+
+def test_an_entry_is_not_seen_before_it_is_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write = json.dump
+
+    def watched(*arguments: Any) -> None:
+        write(*arguments)
+        assert list(tmp_path.rglob("*.json")) == []
+
+    monkeypatch.setattr(json, "dump", watched)
+    with listed("final"):
         assert [m.match for m in running.running()] == ["final"]
 
 

@@ -44,7 +44,7 @@ class ForkServer:
     """The launcher's side of the fork server. `start` is quick; the first `fork` waits until the server has loaded.
 
     Attributes:
-        stop: once this is set, nobody waits for the server any more.
+        stop: once this is set, nobody waits any more until the server has loaded.
     """
 
     def __init__(self) -> None:
@@ -53,7 +53,7 @@ class ForkServer:
         self._process: subprocess.Popen[bytes] | None = None
         self._statuses: dict[int, int] = {}
         self._pids: list[int] = []
-        self._patience = LOADING
+        self._loaded = False
 
     @property
     def alive(self) -> bool:
@@ -87,9 +87,10 @@ class ForkServer:
         try:
             message = json.dumps(arguments).encode()
             socket.send_fds(self._channel, [message], [leash, log.fileno()])
-            deadline = time.monotonic() + self._patience
+            deadline = time.monotonic() + (PATIENCE if self._loaded else LOADING)
             while not self._pids and self._channel is not None and time.monotonic() < deadline:
-                if self.stop is not None and self.stop.is_set():
+                # Once it has loaded, the answer is waited for: a node that nobody knows could not be stopped.
+                if not self._loaded and self.stop is not None and self.stop.is_set():
                     break
                 select.select([self._channel], [], [], 0.05)
                 self.receive()
@@ -101,7 +102,7 @@ class ForkServer:
             self.give_up()
             os.close(hold)
             return None
-        self._patience = PATIENCE
+        self._loaded = True
         return Forked(self, self._pids.pop(0), hold)
 
     def receive(self) -> None:

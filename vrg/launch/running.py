@@ -38,17 +38,20 @@ def _folder() -> Path:
 def registered(match: RunningMatch) -> Iterator[None]:
     """List a match as long as the context lasts.
 
-    The launcher locks the entry, so that an entry whose launcher was killed can be recognised. If the folder cannot be
-    written, the match goes on without an entry, and commands must then name its address.
+    The launcher locks the entry, so that an entry whose launcher was killed can be recognised. An entry is seen only
+    when it is whole and locked. If the folder cannot be written, the match goes on without an entry, and commands must
+    then name its address.
     """
     path = _folder() / f"{match.match}-{match.pid}.json"
+    unfinished = path.with_suffix(".new")
     entry = None
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        entry = path.open("w", encoding="utf-8")
+        entry = unfinished.open("w", encoding="utf-8")
         fcntl.flock(entry, fcntl.LOCK_EX)
         json.dump(asdict(match), entry)
         entry.flush()
+        unfinished.replace(path)
     except OSError as error:
         log.warning("commands will not find this match by themselves: %s", error)
     try:

@@ -78,6 +78,8 @@ class Supervisor:
         for group in sorted({p.spec.group for p in self.processes if not p.spec.is_router}):
             members = [p for p in self.processes if p.spec.group == group and not p.spec.is_router]
             for member in members:
+                if stop.is_set():
+                    return False
                 member.start()
             for ready in self._waiting(members, stop):
                 if ready is None:
