@@ -108,6 +108,7 @@ def test_it_drives_it_sees_the_fault_and_drives_on(master: Any) -> None:
     until(lambda: speed(master) > 0.9 * SPEED, lambda: keep_going(master, SPEED))
     assert master.tpdo_values[Object.POSITION] > 0
     until(lambda: speed(master) < -0.9 * SPEED, lambda: keep_going(master, -SPEED))
+    assert master.state == "OPERATION ENABLED"
 
     until(lambda: master.state == "FAULT")
     until(lambda: [error.code for error in master.emcy.active] == [RPDO_TIMEOUT])

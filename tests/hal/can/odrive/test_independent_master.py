@@ -111,6 +111,7 @@ def test_it_drives_an_emulated_drive() -> None:
             await start()
             await until(lambda: abs(velocity() - 20.0) < 0.5, "20 turns a second", 20.0)
             await until(lambda: abs(velocity() + 10.0) < 0.5, "10 turns a second back", -10.0)
+            master.check_errors()
             answer = await master.get_bus_voltage_current()
             assert answer["Bus_Voltage"] == pytest.approx(24.0)
 
