@@ -113,7 +113,9 @@ def calibrate(
     before = load_calibration(own, wiring.nodes) if wiring.calibration and own.exists() else None
     model = robot_model(next((p.model for p in file.players if p.name == player), "P2AT"))
     axes = wiring.wheel_axes(before)
-    train = DriveTrain(player, settings.link(player), settings.protocol_of(player), axes, model)
+    unwatched = wiring.watchdog == "unsafe"
+    link, spoken = settings.link(player), settings.protocol_of(player)
+    train = DriveTrain(player, link, spoken, axes, model, unwatched=unwatched)
     plan = calibrating.Plan(speed=speed, way=way, turn=turns * 2 * math.pi)
     typer.echo(f"Calibrating {player} ({model.name}) on {settings.link(player)}. Keep a hand at the power switch.")
     if settings.emulate:

@@ -75,7 +75,7 @@ class Driver(ABC):
 
     @abstractmethod
     def arm(self) -> None:
-        """Let the motors accept commands.
+        """Let the motors accept commands. `read().armed` tells when they do; until then `drive` may have no effect.
 
         Raises:
             RobotError: not connected, a fault has latched, or the emergency stop is engaged.

@@ -13,6 +13,8 @@ from vrg.types import STILL, Twist
 STOPPED = 0.02
 """m/s below which a robot counts as stopped."""
 PERIOD = 0.1
+ARMING = 5.0
+"""The time in s within which a robot must be armed after it was asked to be."""
 """s between the commands of whoever drives."""
 AHEAD = Twist(0.3, 0.0)
 
@@ -144,8 +146,7 @@ class DriverContract:
         assert abs(bench.speed) < STOPPED
         if not bench.driver.read().armed:
             # Where the watchdog is the drive's own, it has switched the motors off.
-            bench.driver.arm()
-            bench.advance(PERIOD)
+            arm(bench)
         bench.run(AHEAD, 1.0)
         assert bench.speed > 0.1, "a fresh command moves it again"
 
@@ -181,8 +182,7 @@ class DriverContract:
         assert not bench.driver.read().armed
         with pytest.raises(RobotError, match="arm"):
             bench.driver.drive(AHEAD)
-        bench.driver.arm()
-        bench.advance(PERIOD)
+        arm(bench)
         bench.run(AHEAD, 1.0)
         assert bench.speed > 0.1
 
@@ -212,8 +212,7 @@ class DriverContract:
             bench.driver.drive(AHEAD)
         bench.advance(0.3)
         assert abs(bench.speed) < STOPPED
-        bench.driver.arm()
-        bench.advance(PERIOD)
+        arm(bench)
         bench.run(AHEAD, 1.0)
         assert bench.speed > 0.1
 
@@ -223,8 +222,7 @@ class DriverContract:
         bench.driver.recover()
         bench.advance(0.7)
         assert not bench.driver.read().armed
-        bench.driver.arm()
-        bench.advance(PERIOD)
+        arm(bench)
         bench.run(AHEAD, 1.0)
         assert bench.speed > 0.1
 
@@ -247,16 +245,14 @@ class DriverContract:
         bench.advance(0.2)
         assert abs(bench.speed) < STOPPED
         assert not bench.driver.read().armed
-        bench.driver.arm()
-        bench.advance(PERIOD)
+        arm(bench)
         bench.run(AHEAD, 1.0)
         assert bench.speed > 0.1
 
     def test_a_context_manager_connects_and_closes(self, bench: DriverBench) -> None:
-        with bench.driver as driver:
+        with bench.driver:
             bench.advance(0.1)
-            driver.arm()
-            bench.advance(0.1)
+            arm(bench)
         with pytest.raises(RobotError):
             bench.driver.drive(STILL)
 
@@ -265,5 +261,14 @@ def armed(bench: DriverBench) -> None:
     """Connect and arm."""
     bench.driver.connect()
     bench.advance(0.1)
+    arm(bench)
+
+
+def arm(bench: DriverBench) -> None:
+    """Arm, and wait as a player does until the readings say that the motors accept commands."""
     bench.driver.arm()
-    bench.advance(0.1)
+    for _ in range(round(ARMING / PERIOD)):
+        bench.advance(PERIOD)
+        if bench.driver.read().armed:
+            return
+    raise AssertionError(f"expected an armed robot within {ARMING:g} s, got {bench.driver.read()}")

@@ -60,7 +60,7 @@ def armed(bench: DeviceBench) -> None:
     bench.device.start()
     bench.advance(0.1)
     bench.device.arm()
-    bench.advance(0.1)
+    wait(bench, lambda: bench.device.read().armed, "an armed robot")
 
 
 def driving(bench: DeviceBench) -> None:
@@ -225,7 +225,25 @@ class TestDrives:
         bench.inject(codec.encode(1, messages.SetAxisState(messages.AxisState.IDLE)))
         for _ in range(5):
             drive_on(bench)
-        assert_latched(bench, drives, "node 1: expected closed-loop control")
+        assert_latched(bench, drives, "node 1: another program commands it too: SetAxisState")
+
+    @pytest.mark.parametrize(
+        "order",
+        [
+            messages.SetLimits(1.0, 1.0),
+            messages.RxSdo(1, 2, 0),
+            messages.SetAxisState(messages.AxisState.CLOSED_LOOP_CONTROL),
+        ],
+        ids=lambda order: type(order).__name__,
+    )
+    @pytest.mark.parametrize("node", [1, codec.BROADCAST], ids=["to it", "to all"])
+    def test_another_masters_orders(
+        self, bench: DeviceBench, drives: Drives, order: messages.Message, node: int
+    ) -> None:
+        driving(bench)
+        bench.inject(codec.encode(node, order))
+        assert_latched(bench, drives, f"another program commands it too: {type(order).__name__}")
+        recovers(bench)
 
     def test_another_master(self, bench: DeviceBench, drives: Drives) -> None:
         driving(bench)
@@ -473,6 +491,31 @@ class TestInterface:
             drive_on(bench)
         assert bench.device.read().fault, "an interface that is back clears nothing"
         recovers(bench)
+
+    def test_drives_without_a_watchdog_are_told_off_again_when_the_bus_is_back(self, bench: DeviceBench) -> None:
+        """The order to be off was lost with the interface, and nothing but another order stops such a drive."""
+        with Drives("odrive", [0, 1], watchdog=0.0) as drives:
+            driving(bench)
+            ip("link", "set", INTERFACE, "down")
+            wait(bench, lambda: bench.device.read().fault, "a fault")
+            bench.advance(1.0)
+            assert not at_rest(drives), "nothing has reached them"
+            ip("link", "set", INTERFACE, "up")
+            wait(bench, lambda: at_rest(drives), "the motors to stand")
+            bench.advance(0.5)
+            assert at_rest(drives)
+            recovers(bench)
+
+    def test_a_drive_that_does_not_obey_is_a_fault_of_its_own(
+        self, bench: DeviceBench, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        with Drives("odrive", [0, 1], watchdog=0.0) as drives:
+            driving(bench)
+            monkeypatch.setattr(drives.drives[1], "_request", lambda _state, _now: None)
+            bench.device.disarm()
+            wait(bench, lambda: bench.device.read().fault, "a fault")
+            assert bench.device.read().fault == "r: node 1: it is on, though it was told to be off"
+            assert bench.device.read().latched
 
     def test_deleted_and_made_again(self, bench: DeviceBench, drives: Drives) -> None:
         driving(bench)

@@ -7,7 +7,7 @@ import pytest
 
 from tests.hal.can.odrive.wire import CLOSED, IDLE, Wire
 from vrg.hal.can.frame import Frame
-from vrg.hal.can.guard import GRACE, HEARTBEAT_TIMEOUT, START_TIMEOUT, Guard
+from vrg.hal.can.guard import GRACE, HEARTBEAT_TIMEOUT, OBEY_TIMEOUT, PROOF_TIMEOUT, REPEAT, START_TIMEOUT, Guard
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.odrive.axis import OdriveAxis
 from vrg.hal.can.odrive.messages import AxisError, Command
@@ -38,6 +38,8 @@ class Pair:
         return off
 
     def arm(self) -> None:
+        """Arm drives whose watchdogs have been proved."""
+        self.guard.unproved = False
         assert self.guard.refusal(self.now) is None
         self.guard.arm(self.now)
         for wire in self.wires:
@@ -183,3 +185,157 @@ class TestGuard:
         guard = Guard([OdriveAxis(0, lambda _: None)])
         guard.begin(50.0)
         assert guard.refusal(50.0) == "node 0: no heartbeat yet"
+
+
+class TestOff:
+    """A drive is off when it has said so itself, and not when it was told to be."""
+
+    @pytest.fixture
+    def told(self, pair: Pair) -> Pair:
+        """Both drives are in closed loop, and have just been told to be off."""
+        pair.arm()
+        pair.pass_time(1.0, CLOSED, CLOSED)
+        pair.guard.disarm()
+        pair.guard.told_off(pair.now)
+        return pair
+
+    def test_it_is_off_once_every_drive_has_said_so(self, told: Pair) -> None:
+        assert not told.guard.off, "what they said before the order proves nothing"
+        told.pass_time(0.05, IDLE, CLOSED)
+        assert not told.guard.off
+        told.pass_time(0.05, IDLE, IDLE)
+        assert told.guard.off
+        assert told.guard.fault is None
+
+    def test_a_drive_that_is_silent_is_not_proved_off(self, told: Pair) -> None:
+        told.now += HEARTBEAT_TIMEOUT + 1.0
+        told.guard.look(told.now)
+        assert not told.guard.off
+
+    def test_the_order_is_repeated_while_a_drive_says_that_it_is_on(self, told: Pair) -> None:
+        orders = []
+        for _ in range(100):
+            told.now += 0.01
+            told.beat(IDLE, CLOSED)
+            if told.guard.look(told.now):
+                orders.append(told.now)
+        assert len(orders) == pytest.approx(1.0 / REPEAT, abs=1)
+        assert not told.pass_time(1.0, IDLE, IDLE)
+
+    def test_a_drive_that_stays_on_is_a_fault_of_its_own(self, told: Pair) -> None:
+        told.pass_time(OBEY_TIMEOUT - 0.1, IDLE, CLOSED)
+        assert told.guard.fault is None
+        told.pass_time(0.2, IDLE, CLOSED)
+        assert fault_of(told) == "node 1: it is on, though it was told to be off"
+        told.pass_time(1.0, IDLE, IDLE)
+        assert told.guard.off
+        assert told.guard.refusal(told.now) == told.guard.fault, "a person must see it and clear it"
+        told.guard.begin(told.now)
+        told.pass_time(1.0, IDLE, IDLE)
+        assert told.guard.refusal(told.now) is None
+
+    def test_what_an_axis_believes_after_an_order_does_not_count(self, told: Pair) -> None:
+        for _ in range(20):
+            told.now += 0.05
+            if told.now * 10 % 1 < 0.5:  # a heartbeat each 0.1 s
+                told.beat(IDLE, CLOSED)
+            if told.guard.look(told.now):
+                for wire in told.wires:
+                    wire.axis.idle()
+        assert "node 1: it is on, though" in fault_of(told)
+
+    def test_it_takes_the_place_of_what_has_latched_before(self, pair: Pair) -> None:
+        """The interface was down: the order to be off was lost, and the heartbeats were missed first."""
+        pair.arm()
+        pair.pass_time(1.0, CLOSED, CLOSED)
+        pair.now += HEARTBEAT_TIMEOUT + 0.1
+        assert pair.guard.look(pair.now)
+        assert "no heartbeat" in fault_of(pair)
+        pair.now += 1.0
+        assert pair.pass_time(0.1, CLOSED, CLOSED), "told again as soon as it is heard again"
+        assert "no heartbeat" in fault_of(pair)
+        pair.pass_time(OBEY_TIMEOUT + 0.1, CLOSED, CLOSED)
+        assert "it is on, though" in fault_of(pair)
+
+
+class TestProof:
+    """Before a robot is armed for the first time, each drive's own watchdog must stop its motor once."""
+
+    @pytest.fixture
+    def asked(self, pair: Pair) -> Pair:
+        """The player has armed a robot that was just connected, and its drives have obeyed."""
+        pair.guard.arm(pair.now)
+        for wire in pair.wires:
+            wire.axis.start()
+        pair.pass_time(0.1, CLOSED, CLOSED)
+        return pair
+
+    def expire(self, pair: Pair, *nodes: int) -> None:
+        pair.now += 0.1
+        for wire in pair.wires:
+            stopped = wire.axis.node in nodes
+            wire.beat(IDLE if stopped else CLOSED, AxisError.WATCHDOG_TIMER_EXPIRED if stopped else 0, pair.now)
+        pair.guard.look(pair.now)
+
+    def test_nothing_may_be_sent_and_it_is_not_armed(self, asked: Pair) -> None:
+        assert asked.guard.wanted
+        assert asked.guard.proving
+        assert not asked.guard.armed
+
+    def test_it_is_ready_when_every_watchdog_has_expired(self, asked: Pair) -> None:
+        self.expire(asked, 0)
+        assert not asked.guard.ready
+        self.expire(asked, 0, 1)
+        assert asked.guard.ready
+        assert asked.guard.fault is None
+        asked.arm()
+        assert asked.guard.armed
+        assert not asked.guard.proving
+
+    def test_a_drive_without_a_watchdog_is_refused(self, asked: Pair) -> None:
+        self.expire(asked, 0)
+        end = asked.now + PROOF_TIMEOUT
+        off = False
+        while asked.now < end:
+            asked.now += 0.1
+            asked.wires[0].beat(IDLE, AxisError.WATCHDOG_TIMER_EXPIRED, asked.now)
+            asked.wires[1].beat(CLOSED, 0, asked.now)
+            off |= asked.guard.look(asked.now)
+        assert off
+        assert fault_of(asked).startswith("node 1: its own watchdog has not stopped it within 2 s")
+        assert 'watchdog = "unsafe"' in fault_of(asked)
+        assert not asked.guard.armed
+
+    def test_what_a_drive_said_before_is_no_proof(self, pair: Pair) -> None:
+        pair.beat(IDLE, IDLE, error=AxisError.WATCHDOG_TIMER_EXPIRED)
+        pair.guard.arm(pair.now)
+        for wire in pair.wires:
+            wire.axis.start()
+        pair.pass_time(0.2, CLOSED, CLOSED)
+        assert not pair.guard.ready
+
+    def test_it_is_proved_anew_after_a_recovery_and_not_after_an_estop(self, asked: Pair) -> None:
+        self.expire(asked, 0, 1)
+        asked.guard.engage()
+        assert not asked.guard.ready, "the player must arm it again"
+        asked.guard.release(asked.now)
+        assert not asked.guard.unproved
+        asked.guard.begin(asked.now)
+        assert asked.guard.unproved
+
+    def test_a_robot_that_a_person_has_called_unsafe_is_armed_at_once(self) -> None:
+        pair = Pair()
+        for wire in pair.wires:
+            wire.axis.unwatched = True
+        pair.guard.begin(pair.now)
+        pair.guard.arm(pair.now)
+        for wire in pair.wires:
+            wire.axis.start()
+        pair.pass_time(0.1, CLOSED, CLOSED)
+        assert pair.guard.armed
+
+    def test_an_estop_ends_it(self, asked: Pair) -> None:
+        asked.guard.engage()
+        self.expire(asked, 0, 1)
+        assert not asked.guard.ready
+        assert not asked.guard.wanted

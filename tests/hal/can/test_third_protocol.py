@@ -20,7 +20,7 @@ from vrg.hal.can.link import Link
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.settings import CanSettings
 from vrg.hal.can.survey import Survey, all_listeners
-from vrg.testing.driver import AHEAD, DriverContract, armed
+from vrg.testing.driver import AHEAD, DriverContract, arm, armed
 from vrg.testing.protocol import ProtocolContract
 
 LINK = Link(interface="virtual", channel="third protocol")
@@ -95,8 +95,7 @@ def test_a_fault_of_one_drive_latches_and_is_recovered_from() -> None:
             bench.driver.recover()
             bench.advance(0.7)
             assert bench.driver.read().fault is None
-            bench.driver.arm()
-            bench.advance(0.1)
+            arm(bench)
             bench.run(AHEAD, 1.0)
             assert bench.speed > 0.1
         finally:

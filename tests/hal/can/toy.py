@@ -117,7 +117,7 @@ class ToyAxis(Axis):
     def start(self) -> None:
         self.command(0.0)
         self._order(Order.RUN)
-        self._wanted = True
+        self._wanted, self.expired = True, False
         if self.state is State.IDLE:
             self.state = State.STARTING
 
@@ -145,6 +145,7 @@ class ToyAxis(Axis):
         self._serials.add(status.serial)
         self.serial = f"{status.serial:X}"
         self.starved = status.error == Error.STARVED
+        self.expired |= self.starved
         self.fault = f"error {status.error}" if status.error >= Error.BROKEN else None
         if status.error == Error.STOPPED:
             self.state = State.ESTOP

@@ -40,7 +40,9 @@ class Axis(ABC):
     Attributes:
         heard: monotonic time of the newest heartbeat, s. state: the state that it told.
         fault: errors that the drive has latched, in words; None while it has none.
-        starved: the drive's own watchdog has stopped the motor because no setpoint came.
+        starved: the motor is off because no setpoint came in time.
+        expired: the drive itself has said, since the last `start`, that its watchdog has stopped the motor.
+        unwatched: a person has said that this drive may be driven without a watchdog of its own.
         position, velocity: of the shaft, in turns and turn/s. measured: monotonic time of both, s.
         wrap: the number of turns after which `position` begins anew; 0 where it never does.
         voltage: of the drive's supply, V; None before it was told. supplied: monotonic time of it, s.
@@ -56,6 +58,8 @@ class Axis(ABC):
         self.state = State.SILENT
         self.fault: str | None = None
         self.starved = False
+        self.expired = False
+        self.unwatched = False
         self.position = 0.0
         self.velocity = 0.0
         self.measured = NEVER

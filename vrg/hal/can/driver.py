@@ -49,7 +49,9 @@ class CanDriver(Driver):
         self._now = context.now
         self._supply = wiring.supply
         axes = wiring.wheel_axes(calibration)
-        self._train = DriveTrain(name, settings.link(name), settings.protocol_of(name), axes, model)
+        unwatched = wiring.watchdog == "unsafe"
+        link, protocol = settings.link(name), settings.protocol_of(name)
+        self._train = DriveTrain(name, link, protocol, axes, model, unwatched=unwatched)
 
     def connect(self) -> None:
         """Open the bus and meet every drive; see `DriveTrain.connect`.

@@ -13,6 +13,12 @@ HEARTBEAT_TIMEOUT = 0.5
 """s without a heartbeat after which a drive is taken for dead. It sends one every 0.1 s."""
 START_TIMEOUT = 1.0
 """s from arming until every axis must be in closed loop."""
+OBEY_TIMEOUT = 0.5
+"""s for which a drive may still say that it is on after it was told to be off."""
+REPEAT = 0.2
+"""s from one order to be off to the next, as long as a drive says that it is on."""
+PROOF_TIMEOUT = 2.0
+"""s from arming within which every drive's own watchdog must have stopped its motor, when it is proved."""
 GRACE = 0.5
 """s after an explicit act in which what the drives still say of before does not latch again."""
 
@@ -31,6 +37,12 @@ class Guard:
         estop: the emergency stop is latched, by the match or by a drive.
         at_drive: a drive has latched it, so somebody pressed a button there.
         wanted: the player has armed the robot, and nothing has disarmed it since.
+        unproved: nobody has seen yet, since the robot was connected or recovered, that the drives' own watchdogs work.
+            At the first arming the drives are therefore left without setpoints, at zero speed, until each has said that
+            its watchdog has stopped its motor.
+        ready: that has been seen, and the robot can now be armed as the player has asked.
+        stray: the node of a drive that is on though it was told to be off, for longer than OBEY_TIMEOUT; None if
+            there is none.
     """
 
     def __init__(self, axes: Sequence[Axis]) -> None:
@@ -39,6 +51,11 @@ class Guard:
         self.estop = False
         self.at_drive = False
         self.wanted = False
+        self.unproved = True
+        self.ready = False
+        self.stray: int | None = None
+        self._on_since: dict[int, float] = {}
+        self._told_off = -math.inf
         self._since = -math.inf
         self._armed_at = -math.inf
         self._obeyed: set[int] = set()
@@ -46,6 +63,10 @@ class Guard:
     def begin(self, now: float) -> None:
         """A person has connected or recovered the robot: judge anew from here."""
         self.fault = None
+        self.stray = None
+        self.unproved = not all(axis.unwatched for axis in self._axes)
+        self.ready = False
+        self._on_since.clear()
         self._since = now
         for axis in self._axes:
             axis.forget_oddities()
@@ -58,7 +79,7 @@ class Guard:
     def engage(self) -> None:
         """The emergency stop of the match was engaged."""
         self.estop = True
-        self.wanted = False
+        self.wanted = self.ready = False
 
     def latch(self, words: str) -> None:
         """Keep a reason, unless there is one: the first is kept, as the others mostly follow from it."""
@@ -66,18 +87,23 @@ class Guard:
 
     def arm(self, now: float) -> None:
         """The player arms the robot; ask `refusal` first."""
-        self.wanted = True
+        self.wanted, self.ready = True, False
         self._armed_at = now
         self._obeyed.clear()
 
     def disarm(self) -> None:
         """The player disarms the robot."""
-        self.wanted = False
+        self.wanted = self.ready = False
+
+    @property
+    def proving(self) -> bool:
+        """Whether no setpoint may be sent now, because it is seen whether the drives' own watchdogs work."""
+        return (self.wanted and self.unproved) or self.ready
 
     @property
     def armed(self) -> bool:
         """Whether every motor really obeys."""
-        return self.wanted and all(axis.state is State.CLOSED_LOOP for axis in self._axes)
+        return self.wanted and not self.proving and all(axis.state is State.CLOSED_LOOP for axis in self._axes)
 
     def refusal(self, now: float) -> str | None:
         """Why the robot cannot be armed now, or None."""
@@ -92,8 +118,20 @@ class Guard:
                 return f"node {axis.node}: no heartbeat yet"
         return None
 
+    @property
+    def off(self) -> bool:
+        """Whether every drive itself has said that its motor is off since it was told so."""
+        return not self.wanted and all(
+            axis.state not in (State.CLOSED_LOOP, State.STARTING, State.SILENT) and axis.heard > self._told_off
+            for axis in self._axes
+        )
+
+    def told_off(self, heard_until: float) -> None:
+        """Every drive has been told to switch its motor off."""
+        self._told_off = heard_until
+
     def look(self, heard_until: float) -> bool:
-        """Judge what the axes have heard until then; True if the motors must be switched off."""
+        """Judge what the axes have heard until then; True if the motors must be switched off, once more if need be."""
         if not self._forgiven(heard_until) and any(axis.state is State.ESTOP for axis in self._axes):
             self.estop = self.at_drive = True
         if self.wanted and heard_until > self._armed_at:
@@ -101,11 +139,45 @@ class Guard:
         problem = self._problem(heard_until)
         if problem is not None:
             self.latch(problem)
-        starved = any(axis.starved for axis in self._axes) and heard_until - self._armed_at > GRACE
+        if self.wanted and self.unproved and not (self.fault or self.estop):
+            self._prove(heard_until)
+        starved = any(axis.starved for axis in self._axes) and heard_until - self._armed_at > GRACE and not self.proving
         if self.wanted and (self.fault or self.estop or starved):
             self.wanted = False
+            self.told_off(heard_until)
+            return True
+        if self._disobeyed(heard_until) and heard_until - self._told_off >= REPEAT:
+            self.told_off(heard_until)
             return True
         return False
+
+    def _prove(self, heard_until: float) -> None:
+        """Judge whether every drive's own watchdog has stopped its motor."""
+        watched = [axis for axis in self._axes if not axis.unwatched]
+        if all(axis.expired for axis in watched):
+            self.unproved, self.wanted, self.ready = False, False, True
+        elif heard_until - self._armed_at > PROOF_TIMEOUT:
+            node = next(axis.node for axis in watched if not axis.expired)
+            self.latch(
+                f"node {node}: its own watchdog has not stopped it within {PROOF_TIMEOUT:g} s without setpoints: "
+                'switch the watchdog on in the drive, or write watchdog = "unsafe" in the wiring of this robot'
+            )
+
+    def _disobeyed(self, heard_until: float) -> bool:
+        """Whether a drive says that it is on though nobody wants it. An order may have been lost on the bus."""
+        # An axis believes that it is off as soon as it has been told; only a heartbeat after that proves it.
+        on = {
+            axis.node
+            for axis in self._axes
+            if not self.wanted
+            and (axis.state is State.CLOSED_LOOP or (axis.node in self._on_since and axis.heard <= self._told_off))
+        }
+        self._on_since = {node: self._on_since.get(node, heard_until) for node in on}
+        self.stray = next((n for n, at in self._on_since.items() if heard_until - at > OBEY_TIMEOUT), None)
+        if self.stray is not None:
+            # It is worse than whatever has latched before, so it takes its place.
+            self.fault = f"node {self.stray}: it is on, though it was told to be off"
+        return bool(on)
 
     def _forgiven(self, heard_until: float) -> bool:
         """Whether a drive may still say what it said before the explicit act; an armed one has nothing old to say."""

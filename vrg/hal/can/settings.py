@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import Field, ValidationError, field_validator, model_validator
 
@@ -26,6 +26,9 @@ class RobotWiring(Table):
         left, right: node ids of the motors on each side, one or two.
         ratio: turns of a motor for one turn of its wheel; a calibration file stands above it.
         calibration: file written by `vrg can calibrate`, relative to the match file.
+        watchdog: `proved` lets each drive's own watchdog stop its motor once, at zero speed, before the robot is armed
+            for the first time; `unsafe` drives a robot whose drives have none. If this computer fails, nothing stops
+            such a robot.
         supply: the voltage of an empty and of a full battery, V.
         interface, channel, bitrate, protocol: for a robot on a bus of its own, in place of those of [backends.can].
     """
@@ -34,6 +37,7 @@ class RobotWiring(Table):
     right: list[int] = Field(min_length=1, max_length=2)
     ratio: float = Field(1.0, gt=0, le=10_000)
     calibration: str | None = None
+    watchdog: Literal["proved", "unsafe"] = "proved"
     supply: tuple[float, float] = (20.0, 25.2)
     interface: str | None = None
     channel: str | None = None

@@ -57,12 +57,21 @@ class DriveTrain:
     Args:
         name: the robot's name, for messages. link: how to reach its bus. protocol: what its drives speak.
         wheel_axes: how its motors drive its wheels. model: its description.
+        unwatched: a person has said that its drives may be driven without watchdogs of their own.
     """
 
     def __init__(
-        self, name: str, link: Link, protocol: Protocol, wheel_axes: Sequence[WheelAxis], model: RobotModel
+        self,
+        name: str,
+        link: Link,
+        protocol: Protocol,
+        wheel_axes: Sequence[WheelAxis],
+        model: RobotModel,
+        *,
+        unwatched: bool = False,
     ) -> None:
         self.name = name
+        self._unwatched = unwatched
         self._protocol = protocol
         self._axis_type = protocol.axis_type
         self._model = model
@@ -104,6 +113,9 @@ class DriveTrain:
 
     def arm(self) -> None:
         """Ask every axis for closed-loop control; `state().armed` tells when all are there.
+
+        The first time after connecting or recovering, the watchdogs of the drives are proved before; see `Guard`. For
+        that `state` must be called again and again, as a player does.
 
         Raises:
             RobotError: not connected, a fault has latched, or the emergency stop is engaged.
@@ -191,9 +203,15 @@ class DriveTrain:
         self._bus.stop()
 
     def state(self) -> TrainState:
-        """What the drives say now."""
+        """What the drives say now. Once their watchdogs have been proved, this arms them as the player has asked."""
         with self._watch.lock:
             self._watch.look()
+            if self._watch.guard.ready:
+                log.info("%s: the watchdog of every drive has stopped its motor, as it must", self.name)
+                try:
+                    self.arm()
+                except RobotError as error:
+                    log.warning("%s", error)
             now = time.monotonic()
             guard, axes = self._watch.guard, self._watch.axes
             fault = guard.fault
@@ -230,7 +248,10 @@ class DriveTrain:
 
     def _begin(self) -> None:
         """Begin with axes of which nothing has been heard."""
-        self._watch.begin([self._axis_type(axis.node, self._bus.send) for axis in self._base.axes])
+        axes = [self._axis_type(axis.node, self._bus.send) for axis in self._base.axes]
+        for axis in axes:
+            axis.unwatched = self._unwatched
+        self._watch.begin(axes)
 
     def _rebase(self) -> None:
         """Take whatever the encoders say next as where the wheels are now."""

@@ -42,6 +42,7 @@ class Watch:
         self.connected = False
         self.heard_until = -math.inf
         self._told: str | None = None
+        self._proved = False
         self._complained = ""
         self.begin(axes)
 
@@ -56,13 +57,17 @@ class Watch:
         return time.monotonic() - self.heard_until
 
     def look(self) -> None:
-        """Judge, switch off if need be, and say so once."""
+        """Judge, switch off if need be, and say once what is wrong and when the drives have said that they are off."""
         if self.guard.look(self.heard_until):
             self.idle()
         if self.guard.fault != self._told:
             self._told = self.guard.fault
             if self._told:
-                log.error("%s: %s: its motors are off until it is recovered", self.name, self._told)
+                self._proved = False
+                log.error("%s: %s: its motors are told to be off until it is recovered", self.name, self._told)
+        if self._told and not self._proved and self.guard.off:
+            self._proved = True
+            log.warning("%s: every drive says that its motor is off", self.name)
 
     def require_armed(self) -> None:
         """Judge whether setpoints may be sent.
@@ -75,7 +80,7 @@ class Watch:
             raise RobotError(f"{self.name}: the emergency stop is engaged: release it, then arm again")
         if self.guard.fault:
             raise RobotError(f"{self.name}: {self.guard.fault}")
-        if not self.guard.wanted:
+        if not self.guard.wanted and not self.guard.proving:
             raise RobotError(f"{self.name}: expected an armed robot to drive: call arm() first")
         if self.deaf > BLIND:
             raise RobotError(f"{self.name}: nothing has been heard of the bus for {self.deaf:.1f} s")
@@ -86,6 +91,8 @@ class Watch:
         Raises:
             RobotError: one could not go out; this has latched.
         """
+        if self.guard.proving:
+            return
         try:
             for node, velocity in setpoints:
                 self.axes[node].command(velocity)
@@ -95,8 +102,10 @@ class Watch:
             raise RobotError(f"{self.name}: {self.guard.fault}") from None
 
     def idle(self) -> None:
-        """Switch every motor off."""
-        self.each("switch off", [axis.idle for axis in self.axes.values()])
+        """Switch every motor off. The match's emergency stop has a shorter way to do so than the others."""
+        self.guard.told_off(self.heard_until)
+        stopped = self.guard.estop and not self.guard.at_drive
+        self.each("switch off", [axis.stop_now if stopped else axis.idle for axis in self.axes.values()])
 
     def clear(self) -> None:
         """Let every drive forget its errors."""

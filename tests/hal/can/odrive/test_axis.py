@@ -92,11 +92,39 @@ class TestAxis:
             messages.SetInputPos(1.0),
             messages.SetInputTorque(1.0),
             messages.SetControllerMode(1, 1),
+            messages.SetAxisState(messages.AxisState.CLOSED_LOOP_CONTROL),
+            messages.SetAxisState(messages.AxisState.IDLE),
+            messages.SetLimits(1.0, 1.0),
+            messages.SetAbsolutePosition(1.0),
+            messages.RxSdo(1, 7, 0),
+            messages.Reboot(0),
+            messages.ClearErrors(),
         ],
     )
-    def test_another_master_is_odd(self, wire: Wire, message: messages.Message) -> None:
+    @pytest.mark.parametrize("node", [4, codec.BROADCAST])
+    def test_another_master_is_odd(self, wire: Wire, message: messages.Message, node: int) -> None:
+        wire.hear(message, node=node)
+        assert wire.axis.odd == f"another program commands it too: {type(message).__name__}"
+
+    @pytest.mark.parametrize(
+        "message", [messages.RxSdo(0, 7, 0), messages.TxSdo(0, 7, 1), messages.Iq(1.0, 1.0), messages.Error(0, 0)]
+    )
+    def test_questions_and_their_answers_are_not(self, wire: Wire, message: messages.Message) -> None:
         wire.hear(message)
-        assert wire.axis.odd == "another program commands it too"
+        assert wire.axis.odd is None
+
+    def test_nor_is_a_question_to_all(self, wire: Wire) -> None:
+        wire.axis.receive(codec.request(codec.BROADCAST, Command.ADDRESS))
+        assert wire.axis.odd is None
+
+    def test_who_gives_a_drive_another_id_is_noticed(self, wire: Wire) -> None:
+        wire.hear(messages.Address(9, 0x1234), node=codec.BROADCAST)
+        assert wire.axis.odd == "another program gives drives other ids"
+
+    def test_somebody_elses_estop_to_all_counts_at_once(self, wire: Wire) -> None:
+        wire.beat(CLOSED)
+        wire.hear(messages.Estop(), node=codec.BROADCAST)
+        assert wire.axis.state is State.ESTOP
 
     def test_somebody_elses_estop_frame_counts_at_once(self, wire: Wire) -> None:
         wire.beat(CLOSED)

@@ -108,7 +108,7 @@ class Cia402Axis(Axis):
         self.wrap = self._units.wrap
         self._prepared, self._wanted = False, False
         self._word = int(Control.DISABLE_VOLTAGE)
-        set_up = SetUp(self.node, self._sdo, self._send)
+        set_up = SetUp(self.node, self._sdo, self._send, unwatched=self.unwatched)
         set_up.configure()
         self.firmware = set_up.firmware
         self._prepared = True
@@ -120,6 +120,7 @@ class Cia402Axis(Axis):
     def start(self) -> None:
         """Ask for operation; the rest is done as the drive confirms each step."""
         self._wanted, self._starting, self._late = True, True, False
+        self.expired = False
         self.command(0.0)
         if self.state is State.IDLE:
             self.state = State.STARTING
@@ -221,6 +222,7 @@ class Cia402Axis(Axis):
             starting = self._wanted and self._starting and not (timed_out or self._late)
             self.state = State.CLOSED_LOOP if enabled else State.STARTING if starting else State.IDLE
         self.starved = timed_out or self._late
+        self.expired |= timed_out
 
     def _step(self) -> None:
         """Send the next controlword on the way to where this axis is to be, if there is one."""

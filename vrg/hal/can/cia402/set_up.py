@@ -33,13 +33,15 @@ class SetUp:
 
     Args:
         node: the drive's id. sdo: asks it. send: sends a frame.
+        unwatched: a person has said that this drive may be driven without a watchdog of its own.
 
     Attributes:
         firmware: the version in words, after `configure`; empty where the drive does not tell it.
     """
 
-    def __init__(self, node: int, sdo: SdoClient, send: Callable[[Frame], None]) -> None:
+    def __init__(self, node: int, sdo: SdoClient, send: Callable[[Frame], None], *, unwatched: bool = False) -> None:
         self._node = node
+        self._unwatched = unwatched
         self._sdo = sdo
         self._send = send
         self.firmware = ""
@@ -69,10 +71,11 @@ class SetUp:
                 if error.code not in _MISSING:
                     raise
             deadline = drive.sdo[Object.RPDO + 1][EVENT_TIMER].raw
-            if deadline != round(DEADLINE * 1000):
+            if deadline != round(DEADLINE * 1000) and not self._unwatched:
                 raise RobotError(
                     f"node {self._node}: expected a deadline of {DEADLINE:g} s for setpoints (0x1401:05), so that the "
-                    f"drive stops the motor when none come; it says {deadline} ms"
+                    f"drive stops the motor when none come; it says {deadline} ms. If this drive has none, and you can "
+                    'do without, write watchdog = "unsafe" in the wiring of this robot'
                 )
             drive.sdo[Object.MODE].raw = PROFILE_VELOCITY
 

@@ -9,13 +9,8 @@ from vrg.hal.can.odrive.messages import AxisError, Command
 
 _NODE_MASK = 0x7E0
 """The bits of an identifier that all commands of one node have in common."""
-_MASTER_COMMANDS = frozenset(
-    {
-        Command.SET_CONTROLLER_MODE, Command.SET_INPUT_POS, Command.SET_INPUT_VEL,
-        Command.SET_INPUT_TORQUE, Command.SET_ABSOLUTE_POSITION,
-    }
-)  # fmt: skip
-"""Nobody but this axis' master may send these to its drive."""
+_TOLD = (messages.Error, messages.TxSdo, messages.Iq, messages.Temperature, messages.Torques, messages.Powers)
+"""What a drive tells and this axis has no use for."""
 _REZERO = float(1 << 18)
 """turns beyond which a float32 steps by more than 1/64 turn; the position is then set back to zero before a start."""
 
@@ -36,8 +31,8 @@ class OdriveAxis(Axis):
 
     @property
     def filters(self) -> list[tuple[int, int]]:
-        """They let all frames from and to this node through, so that another master is noticed."""
-        return [(self.node << 5, _NODE_MASK)]
+        """They let all frames from and to this node and to all nodes through, so that another master is noticed."""
+        return [(self.node << 5, _NODE_MASK), (codec.BROADCAST << 5, _NODE_MASK)]
 
     @property
     def identified(self) -> bool:
@@ -57,9 +52,8 @@ class OdriveAxis(Axis):
 
     def receive(self, frame: Frame) -> None:
         """Hear a frame."""
-        if frame.extended or codec.node_of(frame.id) != self.node or frame.remote:
+        if frame.extended or frame.remote or codec.node_of(frame.id) not in (self.node, codec.BROADCAST):
             return
-        command = codec.command_of(frame.id)
         try:
             message = codec.decode(frame)
         except FrameError as error:
@@ -74,15 +68,19 @@ class OdriveAxis(Axis):
                 self._supply(message.voltage, frame.at)
             case messages.Version():
                 self._version, self.firmware = message, message.firmware
-            case messages.Address(node=node, serial=serial) if node == self.node:
-                self._serials.add(serial)
-                self.serial = f"{serial:X}"
+            case messages.Address() if codec.node_of(frame.id) == codec.BROADCAST:
+                self._complain("another program gives drives other ids")
+            case messages.Address(node=node, serial=serial):
+                if node == self.node:
+                    self._serials.add(serial)
+                    self.serial = f"{serial:X}"
             case messages.Estop():
                 # Somebody else's button: the drive is off from this moment, before its heartbeat says so.
                 self.state = State.ESTOP
                 self._wanted = False
-            case _ if command in _MASTER_COMMANDS:
-                self._complain("another program commands it too")
+            case _ if not isinstance(message, _TOLD) and not _reads(message):
+                # Everything else is an order, and nobody but this axis may give its drive one.
+                self._complain(f"another program commands it too: {type(message).__name__}")
 
     def identify(self, patience: float) -> None:
         """Ask for version and serial number; the answers come to `receive`, so that this waits for nothing."""
@@ -101,7 +99,7 @@ class OdriveAxis(Axis):
         self._send(codec.encode(self.node, mode))
         self._send(codec.encode(self.node, messages.SetInputVel(0.0)))
         self._send(codec.encode(self.node, messages.SetAxisState(messages.AxisState.CLOSED_LOOP_CONTROL)))
-        self._wanted = True
+        self._wanted, self.expired = True, False
         if self.state is State.IDLE:
             self.state = State.STARTING
         # Its next heartbeat may be 0.1 s away.
@@ -132,6 +130,7 @@ class OdriveAxis(Axis):
         self.heard = at
         errors = heartbeat.error
         self.starved = bool(errors & AxisError.WATCHDOG_TIMER_EXPIRED)
+        self.expired |= self.starved
         serious = errors & ~(AxisError.WATCHDOG_TIMER_EXPIRED | AxisError.ESTOP_REQUESTED)
         self.fault = messages.describe_errors(serious) or None
         if errors & AxisError.ESTOP_REQUESTED:
@@ -147,3 +146,8 @@ class OdriveAxis(Axis):
         else:
             self.state = State.FAULT
             self.fault = f"expected IDLE or CLOSED_LOOP_CONTROL, it is in {messages.describe_state(heartbeat.state)}"
+
+
+def _reads(message: messages.Message) -> bool:
+    """Whether this only asks a drive for a value."""
+    return isinstance(message, messages.RxSdo) and message.opcode == 0
