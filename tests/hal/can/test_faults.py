@@ -5,13 +5,14 @@ import random
 import socket
 import struct
 import subprocess
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 
 import pytest
 
-from tests.hal.can.bench import KEYS, LINK, NODES, PATIENCE, START, DeviceBench, Drives
+from tests.hal.can.bench import KEYS, LINK, NODES, PATIENCE, START, CanBench, DeviceBench, Drives
 from tests.vcan import INTERFACE
 from vrg.bus.messages import Body, MeasuredPose, PlayerStatus, Poses, RefereeState, SpeedLimit, Stage
 from vrg.errors import RobotError
@@ -408,6 +409,39 @@ class TestEmergencyStop:
                 second.device.arm()
         finally:
             second.close()
+
+
+class TestNewcomer:
+    """Somebody else begins to speak to drives that are being driven."""
+
+    @pytest.mark.parametrize("protocol", ["odrive", "cia402"])
+    def test_it_listens_before_it_says_anything_and_the_first_one_notices_nothing(self, protocol: str) -> None:
+        left, right = NODES[protocol]
+        with Drives(protocol, [*left, *right]) as drives:
+            first, second = DeviceBench(protocol, left, right), CanBench(protocol, left, right)
+            errors: list[str] = []
+
+            def connect() -> None:
+                try:
+                    second.driver.connect()
+                except RobotError as error:
+                    errors.append(str(error))
+
+            try:
+                driving(first)
+                thread = threading.Thread(target=connect)
+                thread.start()
+                while thread.is_alive():
+                    drive_on(first)
+                assert len(errors) == 1
+                assert f"node {left[0]}: another program commands it too" in errors[0]
+                for _ in range(10):
+                    drive_on(first)
+                assert first.device.read().fault is None
+                assert not at_rest(drives)
+            finally:
+                second.close()
+                first.close()
 
 
 class TestCommands:

@@ -10,6 +10,8 @@ from vrg.hal.can.bus import CanBus
 from vrg.hal.can.survey import Survey
 from vrg.hal.can.watch import Watch
 
+LISTEN = 0.4
+"""s for which a newcomer only listens. Who drives these drives already sends several setpoints in that time."""
 MEET_PATIENCE = 3.0
 """s for every drive to say who it is when the robot connects."""
 ANSWERS_SETTLE = 0.2
@@ -21,7 +23,9 @@ _POLL = 0.02
 
 
 def meet(bus: CanBus, protocol: str, watch: Watch, survey: Survey) -> None:
-    """Open the bus, meet every drive, and set it up. Energises nothing. Hold no lock that the bus' callbacks want.
+    """Open the bus, listen, meet every drive, and set it up. Energises nothing. Hold no lock that its callbacks want.
+
+    Nothing is sent to drives that somebody else commands: to be asked and set up would disturb who does.
 
     Args:
         bus: what it hears reaches the axes and the survey. protocol: its name, for messages.
@@ -35,18 +39,31 @@ def meet(bus: CanBus, protocol: str, watch: Watch, survey: Survey) -> None:
     try:
         bus.listen_to(None)
         bus.start()
+        time.sleep(LISTEN)
+        _require_sense(axes)
         if not _answered(axes):
             raise RobotError(_who_is_missing(protocol, bus, watch, survey))
         problems = [f"node {axis.node}: {axis.problem}" for axis in axes if axis.problem]
-        problems += [f"node {axis.node}: {axis.odd}" for axis in axes if axis.odd]
         if problems:
             raise RobotError("; ".join(problems))
+        _require_sense(axes)
         for axis in axes:
             axis.prepare()
         bus.listen_to([wanted for axis in axes for wanted in axis.filters])
     except BaseException:
         bus.stop()
         raise
+
+
+def _require_sense(axes: Sequence[Axis]) -> None:
+    """Refuse drives that somebody else commands, or that say what makes no sense.
+
+    Raises:
+        RobotError: there is one.
+    """
+    odd = [f"node {axis.node}: {axis.odd}" for axis in axes if axis.odd]
+    if odd:
+        raise RobotError("; ".join(odd))
 
 
 def _answered(axes: Sequence[Axis]) -> bool:
