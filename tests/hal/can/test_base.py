@@ -43,6 +43,7 @@ class Run:
         self.base = base(WheelAxis(0, True, directions[0], RATIO), WheelAxis(1, False, directions[1], RATIO))
         self._directions = directions
         self._turns = [0.0, 0.0]
+        self._speeds = [0.0, 0.0]
         self._offset, self._wrap = offset, wrap
         self._now = 0.0
         self.steps(0.0, 0.0, 1)
@@ -52,15 +53,16 @@ class Run:
         for _ in range(count):
             self._now += 0.01
             for node, speed in enumerate((left, right)):
-                self._turns[node] += speed / TURN * RATIO * self._directions[node] * 0.01
-                assert self.base.update(node, self.estimate(node), self._wrap)
+                self._speeds[node] = speed / TURN * RATIO * self._directions[node]
+                self._turns[node] += self._speeds[node] * 0.01
+                assert self.base.update(node, self.estimate(node), self._wrap) is not None
 
     def estimate(self, node: int) -> Estimate:
         """As the wire has it."""
         position = self._turns[node] + self._offset
         if self._wrap:
             position = (position + self._wrap / 2) % self._wrap - self._wrap / 2
-        return Estimate(float(np.float32(position)), 0.0, self._now)
+        return Estimate(float(np.float32(position)), self._speeds[node], self._now)
 
 
 @settings(max_examples=60, deadline=None)
@@ -97,8 +99,8 @@ def test_a_coarse_float32_does_not_drift() -> None:
 
 def test_the_first_estimate_is_no_movement() -> None:
     fresh = base()
-    assert fresh.update(0, Estimate(1234.5, 0.0, 1.0))
-    assert fresh.update(1, Estimate(-99.0, 0.0, 1.0))
+    assert fresh.update(0, Estimate(1234.5, 0.0, 1.0)) == 0.0
+    assert fresh.update(1, Estimate(-99.0, 0.0, 1.0)) == 0.0
     assert fresh.pose == Pose(0.0, 0.0, 0.0)
 
 
@@ -109,11 +111,26 @@ def test_a_jump_is_told_and_not_believed(jump: float) -> None:
     before = run.base.pose
     run._turns[0] += jump
     run._now += 0.01
-    assert not run.base.update(0, run.estimate(0))
-    assert run.base.update(1, run.estimate(1))
+    assert run.base.update(0, run.estimate(0)) is None
+    assert run.base.update(1, run.estimate(1)) is not None
     assert math.hypot(run.base.pose.x - before.x, run.base.pose.y - before.y) < 0.01
     run.steps(3.0, 3.0, 50)
     assert run.base.pose.x - before.x == pytest.approx(0.5 * 3.0 * MODEL.wheel_radius, rel=0.1)
+
+
+def test_at_rest_a_small_jump_is_told_too() -> None:
+    run = Run()
+    run.steps(0.0, 0.0, 50)
+    run._turns[0] += 3.0
+    run._now += 0.01
+    assert run.base.update(0, run.estimate(0)) is None
+
+
+def test_a_way_is_told_in_turns_of_the_motor() -> None:
+    run = Run(wrap=4096.0)
+    run._turns[0] += 2.0
+    run._now += 0.01
+    assert run.base.update(0, run.estimate(0), 4096.0) == pytest.approx(2.0)
 
 
 def test_a_frame_that_was_late_is_no_jump() -> None:
@@ -122,8 +139,8 @@ def test_a_frame_that_was_late_is_no_jump() -> None:
     for node in (0, 1):
         run._turns[node] += 6.0 / TURN * RATIO * 0.15  # 0.15 s of way, although the stamps are 1 ms apart
     run._now += 0.001
-    assert run.base.update(0, run.estimate(0))
-    assert run.base.update(1, run.estimate(1))
+    assert run.base.update(0, run.estimate(0)) is not None
+    assert run.base.update(1, run.estimate(1)) is not None
 
 
 def test_rebase_forgets_where_the_encoders_were_but_not_the_pose() -> None:

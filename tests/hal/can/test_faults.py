@@ -88,6 +88,14 @@ def drive_on(bench: DeviceBench) -> None:
     bench.advance(0.1)
 
 
+def notices(bench: DeviceBench) -> None:
+    """Drive on as a player does until there is a fault."""
+    deadline = time.monotonic() + PATIENCE
+    while bench.device.read().fault is None:
+        assert time.monotonic() < deadline, "nobody notices"
+        drive_on(bench)
+
+
 def assert_latched(bench: DeviceBench, drives: Drives, words: str) -> None:
     """The fault is told, every motor stands, and it stays so although the player goes on."""
     wait(bench, lambda: bench.device.read().fault, "a fault")
@@ -210,6 +218,44 @@ class TestDrives:
             bench.estop(False)  # among random bits there was one of an emergency stop
         recovers(bench)
 
+    @pytest.mark.parametrize(
+        ("kind", "value", "words"),
+        [
+            (FaultKind.REVERSE, 0, "the wrong way round"),
+            (FaultKind.BLOCK, 0, "it stands, though it was asked for 23.9 turn/s"),
+            (FaultKind.RUNAWAY, 0, "it runs away"),
+            (FaultKind.SCALE, 0, "where this robot's motors reach 50.64"),
+            (FaultKind.JUMP, 15, "its position jumped"),
+            (FaultKind.JUMP, -6, "turns more than its speed says"),
+        ],
+    )
+    def test_setpoint_speed_and_position_are_compared(
+        self, bench: DeviceBench, drives: Drives, kind: FaultKind, value: int, words: str
+    ) -> None:
+        driving(bench)
+        bench.fault(0, kind, value=value)
+        notices(bench)
+        assert_latched(bench, drives, words)
+        bench.fault(0, FaultKind.END)
+        bench.advance(0.2)
+        recovers(bench)
+
+    @pytest.mark.parametrize(
+        ("message", "words"),
+        [
+            (messages.EncoderEstimates(0.0, 1e38), "its encoder says 1e+38 turn/s"),
+            (messages.BusVoltageCurrent(math.nan, 0.0), "its supply says nan V"),
+        ],
+    )
+    def test_numbers_that_cannot_be(
+        self, bench: DeviceBench, drives: Drives, message: messages.Message, words: str
+    ) -> None:
+        driving(bench)
+        bench.inject(codec.encode(0, message))
+        assert_latched(bench, drives, words)
+        assert math.isfinite(bench.odometry.pose.x)
+        recovers(bench)
+
     def test_a_fault_that_is_still_there_comes_back(self, bench: DeviceBench, drives: Drives) -> None:
         driving(bench)
         bench.fault(0, FaultKind.SILENCE)
@@ -277,6 +323,8 @@ class TestCia402:
             (FaultKind.LENGTH, "node 2: a malformed frame"),
             (FaultKind.JUMP, "node 2: its position jumped"),
             (FaultKind.GARBAGE, "node 2: "),
+            (FaultKind.REVERSE, "node 2: it turns at -"),
+            (FaultKind.RUNAWAY, "node 2: it turns at "),
         ],
     )
     def test_what_goes_wrong_latches_and_is_recovered_from(
@@ -284,10 +332,7 @@ class TestCia402:
     ) -> None:
         driving(bench)
         bench.fault(2, kind)
-        deadline = time.monotonic() + PATIENCE
-        while bench.device.read().fault is None:
-            assert time.monotonic() < deadline, "nobody notices"
-            drive_on(bench)
+        notices(bench)
         estop = bench.device.read().estop
         assert_latched(bench, drives, "node 2: " if estop else words)
         bench.fault(2, FaultKind.END)
@@ -504,17 +549,69 @@ class TestCommands:
         assert told[-1].pose.theta == pytest.approx(START.theta, abs=0.05)
 
 
+@pytest.fixture
+def restored() -> Iterator[None]:
+    """The interface is there and up again after the test."""
+    yield
+    with suppress(subprocess.CalledProcessError):
+        ip("link", "add", INTERFACE, "type", "vcan")
+    with suppress(subprocess.CalledProcessError):
+        subprocess.run(["tc", "qdisc", "del", "dev", INTERFACE, "root"], check=False, capture_output=True)
+    ip("link", "set", INTERFACE, "up")
+
+
+class TestUnwatched:
+    """Drives without a watchdog, whose owner has said that this will do: nothing but an order stops them."""
+
+    @pytest.fixture
+    def drives(self) -> Iterator[Drives]:
+        with Drives("odrive", [0, 1], watchdog=0.0) as drives:
+            yield drives
+
+    @pytest.fixture
+    def bench(self, drives: Drives) -> Iterator[DeviceBench]:
+        bench = DeviceBench("odrive", [0], [1], watchdog="unsafe")
+        yield bench
+        bench.close()
+
+    def test_nobody_who_has_not_said_so_arms_them(self, drives: Drives) -> None:
+        bench = DeviceBench("odrive", [0], [1])
+        try:
+            bench.device.start()
+            bench.device.arm()
+            wait(bench, lambda: bench.device.read().fault, "a fault")
+            assert "its own watchdog has not stopped it" in (bench.device.read().fault or "")
+            assert at_rest(drives)
+        finally:
+            bench.close()
+
+    @pytest.mark.usefixtures("restored")
+    def test_they_are_told_off_again_when_the_bus_is_back(self, bench: DeviceBench, drives: Drives) -> None:
+        driving(bench)
+        ip("link", "set", INTERFACE, "down")
+        wait(bench, lambda: bench.device.read().fault, "a fault")
+        bench.advance(1.0)
+        assert not at_rest(drives), "nothing has reached them"
+        ip("link", "set", INTERFACE, "up")
+        wait(bench, lambda: at_rest(drives), "the motors to stand")
+        bench.advance(0.5)
+        assert at_rest(drives)
+        recovers(bench)
+
+    def test_a_drive_that_does_not_obey_is_a_fault_of_its_own(
+        self, bench: DeviceBench, drives: Drives, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        driving(bench)
+        monkeypatch.setattr(drives.drives[1], "_request", lambda _state, _now: None)
+        bench.device.disarm()
+        wait(bench, lambda: bench.device.read().fault, "a fault")
+        assert bench.device.read().fault == "r: node 1: it is on, though it was told to be off"
+        assert bench.device.read().latched
+
+
+@pytest.mark.usefixtures("restored")
 class TestInterface:
     """The interface itself goes, and comes back."""
-
-    @pytest.fixture(autouse=True)
-    def _restore(self) -> Iterator[None]:
-        yield
-        with suppress(subprocess.CalledProcessError):
-            ip("link", "add", INTERFACE, "type", "vcan")
-        with suppress(subprocess.CalledProcessError):
-            subprocess.run(["tc", "qdisc", "del", "dev", INTERFACE, "root"], check=False, capture_output=True)
-        ip("link", "set", INTERFACE, "up")
 
     def test_down_and_up(self, bench: DeviceBench, drives: Drives) -> None:
         driving(bench)
@@ -525,31 +622,6 @@ class TestInterface:
             drive_on(bench)
         assert bench.device.read().fault, "an interface that is back clears nothing"
         recovers(bench)
-
-    def test_drives_without_a_watchdog_are_told_off_again_when_the_bus_is_back(self, bench: DeviceBench) -> None:
-        """The order to be off was lost with the interface, and nothing but another order stops such a drive."""
-        with Drives("odrive", [0, 1], watchdog=0.0) as drives:
-            driving(bench)
-            ip("link", "set", INTERFACE, "down")
-            wait(bench, lambda: bench.device.read().fault, "a fault")
-            bench.advance(1.0)
-            assert not at_rest(drives), "nothing has reached them"
-            ip("link", "set", INTERFACE, "up")
-            wait(bench, lambda: at_rest(drives), "the motors to stand")
-            bench.advance(0.5)
-            assert at_rest(drives)
-            recovers(bench)
-
-    def test_a_drive_that_does_not_obey_is_a_fault_of_its_own(
-        self, bench: DeviceBench, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        with Drives("odrive", [0, 1], watchdog=0.0) as drives:
-            driving(bench)
-            monkeypatch.setattr(drives.drives[1], "_request", lambda _state, _now: None)
-            bench.device.disarm()
-            wait(bench, lambda: bench.device.read().fault, "a fault")
-            assert bench.device.read().fault == "r: node 1: it is on, though it was told to be off"
-            assert bench.device.read().latched
 
     def test_deleted_and_made_again(self, bench: DeviceBench, drives: Drives) -> None:
         driving(bench)

@@ -15,6 +15,8 @@ from collections.abc import Callable
 
 from vrg.hal.can.frame import Frame
 
+_MOST_VOLTS = 1000.0
+"""A supply of more V is none: the highest of a drive on CAN is well below."""
 NEVER = -math.inf
 """The stamp of what has not been heard yet, s."""
 
@@ -149,9 +151,11 @@ class Axis(ABC):
             self._complain(f"its encoder says {position} turn, {velocity} turn/s")
 
     def _supply(self, voltage: float, at: float) -> None:
-        """Take in the voltage of the supply, unless it is not finite: it moves no motor, so it is no reason to stop."""
-        if math.isfinite(voltage):
+        """Take in the voltage of the supply, unless no supply has it."""
+        if 0.0 <= voltage <= _MOST_VOLTS:
             self.voltage, self.supplied = voltage, at
+        else:
+            self._complain(f"its supply says {voltage:g} V")
 
     def _complain(self, words: str) -> None:
         """Remember the first oddity."""

@@ -5,13 +5,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from vrg.geometry import wrap
+from vrg.hal.can.plausibility import SLUGGISH, Bounds
 from vrg.hal.models import RobotModel
 from vrg.types import Pose
 
 TURN = math.tau
 """One turn in rad."""
-_JUMP_MARGIN = 1.5
-"""How many times faster than the top speed an encoder may be before it is disbelieved."""
+_OVERSPEED = 1.5
+"""How many times faster than its top speed a motor may be before its speed is disbelieved."""
 _JUMP_SLACK = 0.25
 """s that a frame may be late. What it says is then older than it looks, and the next one seems to come from far."""
 
@@ -86,7 +87,7 @@ class DriveBase:
             sides[0 if axis.left else 1].append(velocities[axis.node] * TURN * axis.direction / axis.ratio)
         return _mean(sides[0]), _mean(sides[1])
 
-    def update(self, node: int, estimate: Estimate, turns: float = 0.0) -> bool:
+    def update(self, node: int, estimate: Estimate, turns: float = 0.0) -> float | None:
         """Take in one encoder's estimate; the pose moves on once all have one more.
 
         A position is only ever compared with the one before: how coarse a float32 has become far from zero adds up to
@@ -97,24 +98,30 @@ class DriveBase:
             turns: the number of turns after which the position begins anew; 0 = never.
 
         Returns:
-            False where no motor could have turned that far in that time: the drive was started again. The position is
-            then taken for the old one.
+            how far the motor has turned since the estimate before, turns; None where it could not have turned that far
+            at the speeds that were measured, as after a start of the drive. The position is then taken for the old one.
         """
         axis = self._axis_of[node]
         last, self._last[node] = self._last.get(node), estimate
         if last is None:
-            return True
+            return 0.0
         way = estimate.position - last.position
         if turns:
             way = math.remainder(way, turns)
-        fastest = self._model.wheel_speed_max / TURN * abs(axis.ratio)
-        believable = _JUMP_MARGIN * fastest * (max(0.0, estimate.at - last.at) + _JUMP_SLACK)
-        if abs(way) > believable:
-            return False
+        bounds = self.bounds(axis)
+        fastest = min(max(abs(last.velocity), abs(estimate.velocity)), _OVERSPEED * bounds.speed)
+        if abs(way) > bounds.slip + fastest * (max(0.0, estimate.at - last.at) + _JUMP_SLACK):
+            return None
         self._moved[node] = self._moved.get(node, 0.0) + way * TURN * axis.direction / axis.ratio
         if len(self._moved) == len(self.axes):
             self._advance()
-        return True
+        return way
+
+    def bounds(self, axis: WheelAxis) -> Bounds:
+        """What the motor of an axis can do."""
+        per_metre = abs(axis.ratio) / self._model.wheel_radius / TURN
+        change = SLUGGISH * min(self._model.a_max, self._model.brake)
+        return Bounds(self._model.v_max * per_metre, change * per_metre)
 
     def _advance(self) -> None:
         left = _mean([self._moved[a.node] for a in self.axes if a.left])

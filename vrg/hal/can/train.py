@@ -15,6 +15,7 @@ from vrg.hal.can.bus import CanBus
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
 from vrg.hal.can.meeting import meet
+from vrg.hal.can.plausibility import Bounds
 from vrg.hal.can.protocols import Protocol
 from vrg.hal.can.recovering import Recovery
 from vrg.hal.can.survey import Survey, all_listeners
@@ -240,6 +241,7 @@ class DriveTrain:
         with self._watch.lock:
             changed = [replace(a, direction=axes[a.node][0], ratio=axes[a.node][1]) for a in self._base.axes]
             self._base = DriveBase(changed, self._model)
+            self._watch.bind(self._bounds)
 
     def restart_odometry(self) -> None:
         """Let the odometry begin anew where the robot stands."""
@@ -251,7 +253,12 @@ class DriveTrain:
         axes = [self._axis_type(axis.node, self._bus.send) for axis in self._base.axes]
         for axis in axes:
             axis.unwatched = self._unwatched
-        self._watch.begin(axes)
+        self._watch.begin(axes, self._bounds)
+
+    @property
+    def _bounds(self) -> dict[int, Bounds]:
+        """What the motor of each node can do."""
+        return {axis.node: self._base.bounds(axis) for axis in self._base.axes}
 
     def _rebase(self) -> None:
         """Take whatever the encoders say next as where the wheels are now."""
@@ -271,8 +278,7 @@ class DriveTrain:
                     watch.guard.latch(str(error))
                 if axis.measured != measured:
                     estimate = Estimate(axis.position, axis.velocity, axis.measured)
-                    if not self._base.update(node, estimate, axis.wrap) and watch.guard.armed:
-                        watch.guard.latch(f"node {node}: its position jumped: was the drive started again?")
+                    watch.compare(node, self._base.update(node, estimate, axis.wrap))
             if watch.connected:
                 watch.look()
 

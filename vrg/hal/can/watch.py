@@ -10,11 +10,12 @@ import logging
 import math
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from vrg.errors import RobotError
-from vrg.hal.can.axis import Axis
+from vrg.hal.can.axis import Axis, State
 from vrg.hal.can.guard import Guard
+from vrg.hal.can.plausibility import Bounds, Plausibility
 
 log = logging.getLogger(__name__)
 
@@ -44,12 +45,17 @@ class Watch:
         self._told: str | None = None
         self._proved = False
         self._complained = ""
-        self.begin(axes)
+        self.begin(axes, {})
 
-    def begin(self, axes: Sequence[Axis]) -> None:
-        """Begin with axes of which nothing has been heard."""
+    def begin(self, axes: Sequence[Axis], bounds: Mapping[int, Bounds]) -> None:
+        """Begin with axes of which nothing has been heard, and with what the motor of each can do, by node."""
         self.axes = {axis.node: axis for axis in axes}
         self.guard = Guard(axes)
+        self.bind(bounds)
+
+    def bind(self, bounds: Mapping[int, Bounds]) -> None:
+        """Judge by other bounds from now on what the motors do."""
+        self._plausibility = {node: Plausibility(own) for node, own in bounds.items()}
 
     @property
     def deaf(self) -> float:
@@ -68,6 +74,20 @@ class Watch:
         if self._told and not self._proved and self.guard.off:
             self._proved = True
             log.warning("%s: every drive says that its motor is off", self.name)
+
+    def compare(self, node: int, way: float | None) -> None:
+        """Compare what an encoder has just said with what its motor was asked.
+
+        Args:
+            way: how far the motor has turned since the estimate before, turns; None where it cannot have turned so far.
+        """
+        axis, guard = self.axes[node], self.guard
+        if way is None and guard.armed:
+            guard.latch(f"node {node}: its position jumped: was the drive started again?")
+        driven = guard.wanted and axis.state is State.CLOSED_LOOP
+        problem = self._plausibility[node].judge(axis.velocity, way, axis.measured, driven=driven)
+        if problem:
+            guard.latch(f"node {node}: {problem}")
 
     def require_armed(self) -> None:
         """Judge whether setpoints may be sent.
@@ -96,6 +116,7 @@ class Watch:
         try:
             for node, velocity in setpoints:
                 self.axes[node].command(velocity)
+                self._plausibility[node].ask(velocity, time.monotonic())
         except RobotError as error:
             self.guard.latch(str(error))
             self.look()

@@ -18,7 +18,11 @@ BOOT = 0.3
 """s of silence while a drive starts."""
 _JUMP = 1000
 """turns by which an encoder jumps."""
-_LASTING = frozenset({FaultKind.SILENCE, FaultKind.FREEZE, FaultKind.NAN, FaultKind.GARBAGE, FaultKind.LENGTH})
+_RUNAWAY, _SCALE = 3, 60
+"""How many times too fast a motor runs away, and how many times its speed an encoder tells."""
+_LASTING = frozenset(FaultKind) - {
+    FaultKind.END, FaultKind.REBOOT, FaultKind.ESTOP, FaultKind.ERROR, FaultKind.JUMP,
+}  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,6 +83,8 @@ class EmulatedDrive(ABC):
         self._rng = rng
         self._now = now
         self._until: dict[FaultKind, float] = {}
+        self._values: dict[FaultKind, int] = {}
+        self._turned_at = 0.0
         self._booted = now
         self._fed = now
         self._late: Sequence[Frame] = ()
@@ -154,13 +160,20 @@ class EmulatedDrive(ABC):
         """What the encoder says: position in turns, velocity in turn/s."""
         if self._has(FaultKind.NAN):
             return math.nan, math.nan
-        return self.motor.position, self.motor.velocity
+        position, velocity = self.motor.position, self.motor.velocity
+        if self._has(FaultKind.REVERSE):
+            position, velocity = 2 * self._turned_at - position, -velocity
+        if self._has(FaultKind.SCALE):
+            velocity *= self._values[FaultKind.SCALE] or _SCALE
+        return position, velocity
 
     def _has(self, kind: FaultKind) -> bool:
         return self._now < self._until.get(kind, -math.inf)
 
     def _advance(self, now: float) -> None:
         dt, self._now = max(0.0, now - self._now), max(now, self._now)
+        self.motor.blocked = self._has(FaultKind.BLOCK)
+        self.motor.excess = (self._values[FaultKind.RUNAWAY] or _RUNAWAY) if self._has(FaultKind.RUNAWAY) else 1
         starves = self._fed + self._watchdog if self._watchdog else math.inf
         if not self._energised or self._has(FaultKind.FREEZE):
             self.motor.coast(dt)
@@ -177,6 +190,7 @@ class EmulatedDrive(ABC):
             return []
         if request.kind in _LASTING:
             self._until[request.kind] = now + request.duration if request.duration else math.inf
+            self._values[request.kind] = request.value
         actions: dict[FaultKind, Callable[[], list[Frame]]] = {
             FaultKind.ESTOP: self._press_estop,
             FaultKind.ERROR: lambda: self._latch(request.value & 0xFFFFFFFF),
@@ -186,6 +200,8 @@ class EmulatedDrive(ABC):
                 self._until.clear()
             case FaultKind.REBOOT:
                 self._restart(now)
+            case FaultKind.REVERSE:
+                self._turned_at = self.motor.position
             case FaultKind.JUMP:
                 self.motor.position += request.value or _JUMP
         return actions.get(request.kind, list)()

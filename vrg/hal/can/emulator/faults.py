@@ -26,6 +26,10 @@ class FaultKind(enum.IntEnum):
     JUMP = 7
     GARBAGE = 8
     LENGTH = 9
+    REVERSE = 10
+    BLOCK = 11
+    RUNAWAY = 12
+    SCALE = 13
 
 
 WHAT = {
@@ -39,6 +43,10 @@ WHAT = {
     FaultKind.JUMP: "its encoder jumps by --value turns (default 1000)",
     FaultKind.GARBAGE: "its frames carry random bytes",
     FaultKind.LENGTH: "its frames are too short",
+    FaultKind.REVERSE: "its encoder counts backwards",
+    FaultKind.BLOCK: "its wheel is blocked",
+    FaultKind.RUNAWAY: "it turns --value times as fast as it is asked (default 3)",
+    FaultKind.SCALE: "its encoder tells --value times its speed (default 60)",
 }
 
 
@@ -49,7 +57,7 @@ class FaultRequest:
     Args:
         kind: what is to go wrong.
         duration: s for which it lasts, 0.01 to 655; 0 = until END.
-        value: error bits or turns; 0 = the default.
+        value: error bits, turns, or how many times; 0 = the default.
     """
 
     kind: FaultKind

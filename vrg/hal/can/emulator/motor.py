@@ -37,6 +37,7 @@ class Motor:
     Attributes:
         position, velocity: of the shaft, in turns and turn/s. current: A.
         current_limit, velocity_limit: as in the model, until a master changes them.
+        blocked: something holds the wheel. excess: how many times as fast as it is asked the motor turns.
     """
 
     def __init__(self, model: MotorModel) -> None:
@@ -46,6 +47,8 @@ class Motor:
         self.position = 0.0
         self.velocity = 0.0
         self.current = 0.0
+        self.blocked = False
+        self.excess = 1
 
     @property
     def torque(self) -> float:
@@ -55,13 +58,15 @@ class Motor:
     def coast(self, dt: float) -> None:
         """Let `dt` seconds pass with the drive off: the shorted phases brake the motor to a halt."""
         self.current = 0.0
+        if self.blocked:
+            self.velocity = 0.0
         decay = math.exp(-dt / self.model.braking)
         self.position += self.velocity * self.model.braking * (1 - decay)
         self.velocity *= decay
 
     def turn(self, dt: float, velocity: float) -> None:
         """Let `dt` seconds pass while the drive aims for a velocity in turn/s."""
-        target = max(-self.velocity_limit, min(self.velocity_limit, velocity))
+        target = max(-self.velocity_limit, min(self.velocity_limit, velocity * self.excess))
         gain = self.model.inertia * math.tau / (self.model.response * self.model.torque_constant)
         for step in _steps(dt):
             drag = math.copysign(self.model.friction, target) / self.model.torque_constant if target else 0.0
@@ -75,6 +80,9 @@ class Motor:
     def _push(self, current: float, dt: float) -> None:
         self.current = max(-self.current_limit, min(self.current_limit, current))
         torque = self.current * self.model.torque_constant
+        if self.blocked:
+            self.velocity = 0.0
+            return
         friction = self.model.friction
         if self.velocity == 0.0 and abs(torque) <= friction:
             return

@@ -1,0 +1,196 @@
+"""Setpoint, measured speed and measured position of one motor, compared."""
+
+import math
+from collections.abc import Callable
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vrg.hal.can.emulator.motor import Motor, MotorModel
+from vrg.hal.can.plausibility import PATIENCE, STALL_PATIENCE, Bounds, Plausibility
+
+BOUNDS = Bounds(speed=50.0, change=24.0)
+STEP = 0.01
+
+
+class Rig:
+    """A motor, setpoints at 10 Hz, and estimates at 100 Hz that pass through what is wrong with the encoder."""
+
+    def __init__(self, says: Callable[[float, float], tuple[float, float]] = lambda p, v: (p, v)) -> None:
+        self.motor = Motor(MotorModel())
+        self.says = says
+        self.now = 10.0
+        self.check = Plausibility(BOUNDS)
+        self._last: float | None = None
+        self._asked = 0.0
+
+    def run(self, setpoint: float, seconds: float, *, on: bool = True) -> str | None:
+        """Let time pass; the first complaint."""
+        end = self.now + seconds
+        while self.now < end:
+            if self.now >= self._asked + 0.1:
+                self._asked = self.now
+                self.check.ask(setpoint, self.now)
+            self.now += STEP
+            if on:
+                self.motor.turn(STEP, setpoint)
+            else:
+                self.motor.coast(STEP)
+            problem = self.look(on)
+            if problem:
+                return problem
+        return None
+
+    def look(self, on: bool = True) -> str | None:
+        position, velocity = self.says(self.motor.position, self.motor.velocity)
+        way = 0.0 if self._last is None else position - self._last
+        self._last = position
+        return self.check.judge(velocity, way, self.now, driven=on)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.tuples(st.floats(-50, 50), st.floats(0.1, 2.0)), min_size=1, max_size=8), st.floats(0.01, 0.5))
+def test_a_motor_that_obeys_is_never_accused(orders: list[tuple[float, float]], response: float) -> None:
+    rig = Rig()
+    rig.motor = Motor(MotorModel(response=response))
+    for setpoint, seconds in orders:
+        assert rig.run(setpoint, seconds) is None
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.lists(st.tuples(st.floats(-50, 50), st.floats(0.1, 2.0)), min_size=1, max_size=8),
+    st.floats(BOUNDS.change, 1000.0),
+)
+def test_nor_is_a_drive_with_gentle_ramps(orders: list[tuple[float, float]], change: float) -> None:
+    check = Plausibility(BOUNDS)
+    now, position, velocity = 10.0, 0.0, 0.0
+    for setpoint, seconds in orders:
+        check.ask(setpoint, now)
+        for _ in range(round(seconds / STEP)):
+            now += STEP
+            before = velocity
+            velocity += max(-change * STEP, min(change * STEP, setpoint - velocity))
+            way = (before + velocity) / 2 * STEP
+            position += way
+            assert check.judge(velocity, way, now, driven=True) is None
+
+
+def complaint(says: Callable[[float, float], tuple[float, float]], setpoint: float = 20.0) -> tuple[str, float]:
+    """What is said, and how long the motor was on before."""
+    rig = Rig(says)
+    words = rig.run(setpoint, 5.0)
+    assert words is not None
+    return words, rig.now - 10.0
+
+
+@pytest.mark.parametrize("setpoint", [10.0, -10.0, 50.0])
+def test_a_reversed_encoder(setpoint: float) -> None:
+    words, after = complaint(lambda p, v: (-p, -v), setpoint)
+    assert "the wrong way round" in words
+    assert f"asked for {setpoint:.3g}" in words
+    assert after < PATIENCE + 0.3
+
+
+def test_a_motor_that_runs_away() -> None:
+    rig = Rig()
+    assert rig.run(10.0, 1.0) is None
+    rig.motor.excess = 3
+    words = rig.run(10.0, 2.0)
+    assert words is not None
+    assert "it runs away" in words
+    assert rig.now - 11.0 < PATIENCE + 0.3
+
+
+def test_a_wheel_that_is_blocked_may_be_so_for_a_moment() -> None:
+    rig = Rig()
+    assert rig.run(10.0, 1.0) is None
+    rig.motor.blocked = True
+    assert rig.run(10.0, STALL_PATIENCE - 0.1) is None
+    words = rig.run(10.0, 1.0)
+    assert words is not None
+    assert "it stands, though it was asked for 10 turn/s" in words
+
+
+def test_a_motor_that_is_off_may_stand_and_be_pushed() -> None:
+    rig = Rig()
+    assert rig.run(10.0, 2.0, on=False) is None
+    rig.motor.velocity = 20.0
+    rig.motor.model = MotorModel(braking=100.0)
+    assert rig.run(0.0, 2.0, on=False) is None
+
+
+def test_a_motor_that_coasts_when_it_is_started_is_given_time() -> None:
+    rig = Rig()
+    rig.motor.velocity = -40.0
+    assert rig.run(40.0, 3.0) is None
+
+
+@pytest.mark.parametrize(("scale", "words"), [(60.0, "runs away, or the drive's units"), (1 / 60, "stands")])
+def test_a_drive_whose_speed_has_other_units(scale: float, words: str) -> None:
+    assert words in complaint(lambda p, v: (p, v * scale), 5.0)[0]
+
+
+@pytest.mark.parametrize("scale", [0.5, 2.0, -1.0, 0.0])
+def test_a_position_that_does_not_follow_the_speed(scale: float) -> None:
+    words, after = complaint(lambda p, v: (p * scale, v), 40.0)
+    assert "than its speed says" in words
+    assert after < 2.0
+
+
+def test_a_jump_that_no_single_step_gives_away() -> None:
+    rig = Rig()
+    assert rig.run(40.0, 2.0) is None
+    rig.says = lambda p, v: (p + 8.0, v)
+    words = rig.run(40.0, 2.0)
+    assert words is not None
+    assert "turns more than its speed says" in words
+
+
+def test_a_frame_that_is_late_is_no_slip() -> None:
+    rig = Rig()
+    assert rig.run(40.0, 1.0) is None
+    rig.says = lambda p, v: (p - 0.1 * v, v)
+    assert rig.run(40.0, 0.1) is None
+    rig.says = lambda p, v: (p, v)
+    assert rig.run(40.0, 2.0) is None
+
+
+@pytest.mark.parametrize("speed", [1e38, -1e38, 501.0])
+@pytest.mark.parametrize("driven", [True, False])
+def test_a_speed_that_no_motor_has_is_told_at_once(speed: float, driven: bool) -> None:
+    check = Plausibility(BOUNDS)
+    assert check.judge(0.0, 0.0, 1.0, driven=driven) is None
+    words = check.judge(speed, 0.0, 1.01, driven=driven)
+    assert words is not None
+    assert "turn/s, where this robot's motors reach 50" in words
+    assert check.judge(0.0, 0.0, 1.02, driven=driven) is None, "it leaves no trace"
+
+
+def test_while_nothing_is_heard_nothing_is_judged() -> None:
+    rig = Rig()
+    assert rig.run(20.0, 1.0) is None
+    rig.check.ask(-20.0, rig.now)
+    rig.now += 3.0
+    assert rig.look() is None, "one old frame after a silence proves nothing"
+
+
+def test_setpoints_are_compared_with_what_was_measured_after_them() -> None:
+    """The bus is read late: the newest setpoint was sent after all that waits to be read was measured."""
+    check = Plausibility(BOUNDS)
+    check.ask(20.0, 0.0)
+    check.ask(-20.0, 3.0)
+    for tick in range(1, 300):
+        velocity = min(20.0, 0.4 * tick)
+        assert check.judge(velocity, velocity * STEP, tick * STEP, driven=True) is None
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False), st.floats(-1e9, 1e9), st.floats(0, 1e6))
+def test_no_number_is_too_strange(velocity: float, way: float, at: float) -> None:
+    check = Plausibility(BOUNDS)
+    check.ask(1.0, 0.0)
+    for driven in (False, True, True):
+        check.judge(velocity, way, at, driven=driven)
+        check.judge(0.0, None, at + 0.01, driven=driven)
+    assert math.isfinite(check._off)
