@@ -126,7 +126,7 @@ def test_calibrate_writes_a_file_that_the_robot_then_uses(node: Callable[..., ob
     match.write_text(text, encoding="utf-8")
     # Jacked up; the left wheel turns right, the other the wrong way round; 0.4 m by odometry were 0.5 m; the turn was
     # as expected.
-    answers = "\ny\nn\n\n0.5\n\n90\n"
+    answers = "\ny\nn\n\n0.5\ny\n\n90\ny\n"
     quick = ("--way", "0.4", "--turns", "0.25", "--speed", "0.3")
     done = vrg("can", "calibrate", str(match), "ann", *quick, said=answers)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -147,7 +147,7 @@ def test_calibrate_writes_a_file_that_the_robot_then_uses(node: Callable[..., ob
     frames: list[Frame] = []
     bus = CanBus(VCAN, frames.append)
     bus.start()
-    again = vrg("can", "calibrate", str(match), "ann", *quick, said="\ny\ny\n\n0.4\n\n90\n")
+    again = vrg("can", "calibrate", str(match), "ann", *quick, said="\ny\ny\n\n0.4\ny\n\n90\ny\n")
     bus.stop()
     assert again.returncode == 0, again.stdout + again.stderr
     speeds = {0: [0.0], 1: [0.0]}

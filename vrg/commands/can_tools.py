@@ -149,8 +149,8 @@ class _Asker:
         typer.prompt(f"{words} Then press Enter", default="", show_default=False)
 
     def agrees(self, question: str) -> bool:
-        """Ask a question that is answered by yes or no."""
-        return typer.confirm(question)
+        """Ask a question that is answered by yes or no. Enter alone is no answer: nobody should guess a direction."""
+        return typer.confirm(question, default=None)
 
     def measures(self, question: str, expected: float) -> float:
         """Ask for a number."""

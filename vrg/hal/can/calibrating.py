@@ -20,6 +20,13 @@ _SETTLE = 0.5
 """s that the robot is given to come to rest before the odometry is read."""
 _LONGEST = 120.0
 """s after which a run is given up."""
+LARGEST_CORRECTION = 2.0
+"""How many times more or less than the odometry says a person may measure. The ratio of the gear is in its data sheet,
+and only the wheel's radius is unsure."""
+_SHOWN = 0.75
+"""Turns of a wheel after which everybody has seen which way it turns."""
+_ALLOWANCE = 1.5
+"""How many times as far as it should a wheel may turn before a run is given up."""
 
 
 class Person(Protocol):
@@ -32,7 +39,7 @@ class Person(Protocol):
         """Ask a question that is answered by yes or no."""
 
     def measures(self, question: str, expected: float) -> float:
-        """Ask for a number, which is `expected` where they have nothing better."""
+        """Ask for a number, which is near `expected`."""
 
     def told(self, words: str) -> None:
         """Tell them something."""
@@ -60,25 +67,64 @@ def calibrate(train: DriveTrain, model: RobotModel, person: Person, plan: Plan) 
     Raises:
         RobotError: a fault has latched, or the robot does not move. ValueError: a measurement that cannot be.
     """
-    runner = _Runner(train, model)
+    steps = _Steps(train, model, person, plan)
     try:
-        person.ready("Jack the robot up, so that no wheel touches the ground. Keep clear of the wheels.")
-        slow = plan.speed / (2 * math.pi * model.wheel_radius)
-        directions = {}
-        for axis in train.wheel_axes:
-            runner.spin(axis, slow * axis.ratio * axis.direction, 2.0)
+        steps.find_directions()
+        steps.find_ratios()
+        track = steps.find_track()
+        ratios = ", ".join(f"{axis.ratio:.5g}" for axis in train.wheel_axes)
+        person.told(f"effective track {track:.4g} m, ratios {ratios}")
+        axes = {a.node: AxisCalibration(direction=a.direction, ratio=a.ratio) for a in train.wheel_axes}
+        return Calibration(robot=train.name, track=track, axes=axes)
+    finally:
+        train.disarm()
+
+
+class _Steps:
+    """The three steps. What the first two find is used from then on by the train itself."""
+
+    def __init__(self, train: DriveTrain, model: RobotModel, person: Person, plan: Plan) -> None:
+        self._train = train
+        self._model = model
+        self._person = person
+        self._plan = plan
+        self._runner = _Runner(train, model)
+
+    def find_directions(self) -> None:
+        """Turn each motor alone and ask which way its wheel turns."""
+        self._person.ready("Jack the robot up, so that no wheel touches the ground. Keep clear of the wheels.")
+        slow = self._plan.speed / (2 * math.pi * self._model.wheel_radius)
+        found = {}
+        for axis in self._train.wheel_axes:
+            self._runner.spin(axis, slow * axis.ratio * axis.direction, 2.0)
             side = "left" if axis.left else "right"
-            ahead = person.agrees(f"Motor {axis.node}, {side}: did its wheel turn as it does when driving ahead?")
-            directions[axis.node] = axis.direction if ahead else -axis.direction
-        train.rewire({axis.node: (directions[axis.node], axis.ratio) for axis in train.wheel_axes})
+            ahead = self._person.agrees(f"Motor {axis.node}, {side}: did its wheel turn as it does when driving ahead?")
+            found[axis.node] = (axis.direction if ahead else -axis.direction, axis.ratio)
+        self._train.rewire(found)
 
+    def find_ratios(self) -> None:
+        """Drive straight ahead and ask how far it went."""
+        person, plan = self._person, self._plan
         person.ready(f"Put it on the ground with {plan.way + 0.5:g} m free ahead, and mark where it stands.")
-        by_odometry = runner.drive_until(1.0, 1.0, plan.speed, lambda s: abs(s.odometry.x) >= plan.way)
-        way = math.hypot(by_odometry.odometry.x, by_odometry.odometry.y)
-        really = person.measures(f"By its odometry it went {way:.3f} m. How far did it really go, in m?", way)
-        ratios = {axis.node: corrected_ratio(axis.ratio, way, really) for axis in train.wheel_axes}
-        train.rewire({node: (directions[node], ratio) for node, ratio in ratios.items()})
+        wheels = plan.way / self._model.wheel_radius
+        last = self._runner.drive_until(1.0, 1.0, plan.speed, wheels, lambda s: abs(s.odometry.x) >= plan.way)
+        way = math.hypot(last.odometry.x, last.odometry.y)
+        before = {axis.node: axis.ratio for axis in self._train.wheel_axes}
 
+        def corrected(measured: float) -> dict[int, float]:
+            return {node: corrected_ratio(ratio, way, measured) for node, ratio in before.items()}
+
+        def outcome(measured: float) -> str:
+            new, old = ([f"{r:.5g}" for r in ratios.values()] for ratios in (corrected(measured), before))
+            return f"The ratios are then {', '.join(new)}, where they were {', '.join(old)}"
+
+        asked = f"By its odometry it went {way:.3f} m. How far did it really go, in m?"
+        found = corrected(_measured(person, asked, way, outcome))
+        self._train.rewire({axis.node: (axis.direction, found[axis.node]) for axis in self._train.wheel_axes})
+
+    def find_track(self) -> float:
+        """Turn on the spot and ask how far it turned; the effective track, m."""
+        person, plan, before = self._person, self._plan, self._model.effective_track
         person.ready("It is going to turn on the spot, counter-clockwise. Mark where it points.")
         turned = 0.0
         heading = 0.0
@@ -89,16 +135,35 @@ def calibrate(train: DriveTrain, model: RobotModel, person: Person, plan: Plan) 
             heading = state.odometry.theta
             return turned >= plan.turn
 
-        last = runner.drive_until(-1.0, 1.0, plan.speed, enough)
-        enough(last)
+        wheels = plan.turn * before / 2 / self._model.wheel_radius
+        enough(self._runner.drive_until(-1.0, 1.0, plan.speed, wheels, enough))
         degrees = math.degrees(turned)
+
+        def outcome(measured: float) -> str:
+            return (
+                f"The effective track is then {corrected_track(before, degrees, measured):.4g} m, it was {before:.4g} m"
+            )
+
         asked = f"By its odometry it turned {degrees:.1f} degrees. How many did it really turn?"
-        track = corrected_track(model.effective_track, turned, math.radians(person.measures(asked, degrees)))
-        person.told(f"effective track {track:.4g} m, ratios {', '.join(f'{r:.5g}' for r in ratios.values())}")
-        axes = {n: AxisCalibration(direction=directions[n], ratio=ratios[n]) for n in directions}
-        return Calibration(robot=train.name, track=track, axes=axes)
-    finally:
-        train.disarm()
+        return corrected_track(before, degrees, _measured(person, asked, degrees, outcome))
+
+
+def _measured(person: Person, question: str, expected: float, outcome: Callable[[float], str]) -> float:
+    """Ask for a number until one comes that can be, and that the person has confirmed.
+
+    Args:
+        outcome: what follows from the number, in words.
+    """
+    least, most = expected / LARGEST_CORRECTION, expected * LARGEST_CORRECTION
+    while True:
+        answer = person.measures(question, expected)
+        if not least <= answer <= most:
+            person.told(
+                f"Expected {least:.4g} to {most:.4g}, got {answer:g}. If {answer:g} is right, the gear's ratio in the "
+                "wiring is wrong: stop by Ctrl-C, correct it, and begin again."
+            )
+        elif person.agrees(f"{outcome(answer)}. Is {answer:g} right?"):
+            return answer
 
 
 class _Runner:
@@ -109,16 +174,24 @@ class _Runner:
         self._model = model
 
     def spin(self, axis: WheelAxis, velocity: float, seconds: float) -> None:
-        """Turn one motor at `velocity` turn/s for a while."""
+        """Turn one motor at `velocity` turn/s for a while, or for _SHOWN turns of its wheel."""
+        self._train.restart_odometry()
         self._arm()
         end = time.monotonic() + seconds
-        while time.monotonic() < end:
+        limit = 2 * math.pi * _SHOWN * 2 / len(self._train.wheel_axes)  # the angle of a side is the mean of its motors
+        while time.monotonic() < end and max(map(abs, self._state().angles)) < limit:
             self._command(lambda: self._train.spin(axis.node, velocity))
             time.sleep(_PERIOD)
         self._rest()
 
-    def drive_until(self, left: float, right: float, speed: float, done: Callable[[TrainState], bool]) -> TrainState:
-        """Drive with both sides at `speed` m/s, signed by `left` and `right`, until `done`; how it then rests."""
+    def drive_until(
+        self, left: float, right: float, speed: float, wheels: float, done: Callable[[TrainState], bool]
+    ) -> TrainState:
+        """Drive with both sides at `speed` m/s, signed by `left` and `right`, until `done`; how it then rests.
+
+        Args:
+            wheels: how far the wheels should turn, rad. If they turn much farther, the run is given up.
+        """
         self._train.restart_odometry()
         self._arm()
         rate = speed / self._model.wheel_radius
@@ -126,6 +199,11 @@ class _Runner:
         while not done(self._state()):
             if time.monotonic() > deadline:
                 raise RobotError(f"{self._train.name}: the odometry did not get there within {_LONGEST:g} s")
+            if max(map(abs, self._state().angles)) > _ALLOWANCE * wheels + 1.0:
+                raise RobotError(
+                    f"{self._train.name}: its wheels have turned farther than the way takes, and its odometry is not "
+                    "there: were the questions of direction answered as they should be?"
+                )
             self._command(lambda: self._train.drive(left * rate, right * rate))
             time.sleep(_PERIOD)
         return self._rest()

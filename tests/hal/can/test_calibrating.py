@@ -1,0 +1,130 @@
+"""The calibration of a robot whose drives are emulated, by a person who may err, on a bus within this process."""
+
+import math
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import pytest
+
+from tests.hal.can.bench import RATIO, Drives
+from vrg.errors import RobotError
+from vrg.hal.can.base import WheelAxis
+from vrg.hal.can.calibrating import Plan, _Runner, calibrate
+from vrg.hal.can.calibration import Calibration
+from vrg.hal.can.emulator.faults import FaultKind, FaultRequest, encode_fault
+from vrg.hal.can.link import Link
+from vrg.hal.can.protocols import PROTOCOLS
+from vrg.hal.can.train import DriveTrain, TrainState
+from vrg.hal.models import robot_model
+from vrg.types import Pose
+
+LINK = Link(interface="virtual", channel="calibrating")
+P2AT = robot_model("P2AT")
+QUICK = Plan(speed=0.5, way=0.3, turn=math.pi / 4)
+
+
+@dataclass
+class Clerk:
+    """Answers as it was told to; `None` stands for what is expected."""
+
+    agrees_to: list[bool]
+    measured: list[float | None]
+    heard: list[str] = field(default_factory=list)
+
+    def ready(self, words: str) -> None:
+        self.heard.append(words)
+
+    def agrees(self, question: str) -> bool:
+        self.heard.append(question)
+        return self.agrees_to.pop(0)
+
+    def measures(self, question: str, expected: float) -> float:
+        self.heard.append(question)
+        answer = self.measured.pop(0)
+        return expected if answer is None else answer
+
+    def told(self, words: str) -> None:
+        self.heard.append(words)
+
+
+@pytest.fixture
+def drives() -> Iterator[Drives]:
+    with Drives("odrive", [0, 1], link=LINK) as drives:
+        yield drives
+
+
+@pytest.fixture
+def train(drives: Drives) -> Iterator[DriveTrain]:
+    axes = [WheelAxis(0, left=True, ratio=RATIO), WheelAxis(1, left=False, ratio=RATIO)]
+    train = DriveTrain("r", LINK, PROTOCOLS.get("odrive"), axes, P2AT)
+    train.connect()
+    yield train
+    train.close()
+
+
+def turns(drives: Drives) -> float:
+    """The farthest that a motor stands from where it began, turns."""
+    return max(abs(drive.motor.position) for drive in drives.drives)
+
+
+def run(train: DriveTrain, clerk: Clerk) -> Calibration:
+    return calibrate(train, P2AT, clerk, QUICK)
+
+
+def test_a_typing_error_is_told_asked_again_and_moves_nothing(train: DriveTrain, drives: Drives) -> None:
+    clerk = Clerk([True, True, True, True], [0.01, 1000.0, None, None])
+    found = run(train, clerk)
+    refused = [words for words in clerk.heard if words.startswith("Expected")]
+    assert len(refused) == 2
+    assert "got 0.01" in refused[0]
+    assert "got 1000" in refused[1]
+    assert found.axes[0].ratio == pytest.approx(RATIO)
+    assert found.track == pytest.approx(P2AT.effective_track)
+    assert turns(drives) < 4 * RATIO
+
+
+def test_what_is_not_confirmed_is_asked_again(train: DriveTrain) -> None:
+    clerk = Clerk([True, True, False, True, True], [0.4, None, None])
+    assert run(train, clerk).axes[1].ratio == pytest.approx(RATIO)
+    assert any("Is 0.4 right?" in words for words in clerk.heard)
+
+
+def test_a_wheel_that_turns_the_other_way(train: DriveTrain) -> None:
+    found = run(train, Clerk([True, False, True, True], [None, None]))
+    assert [found.axes[node].direction for node in (0, 1)] == [1, -1]
+
+
+def test_a_wheel_that_is_blocked_ends_it(train: DriveTrain, drives: Drives) -> None:
+    drives.drives[0].receive(encode_fault(0, FaultRequest(FaultKind.BLOCK)), time.monotonic())
+    with pytest.raises(RobotError, match="r: node 0: it stands, though it was asked for"):
+        run(train, Clerk([True, True, True, True], [None, None]))
+    assert turns(drives) < RATIO
+
+
+class Circling:
+    """A robot that is asked to go straight ahead and goes in a circle: its odometry never gets there."""
+
+    name = "r"
+    wheel_axes = (WheelAxis(0, left=True), WheelAxis(1, left=False))
+
+    def __init__(self) -> None:
+        self.angle = 0.0
+
+    def state(self) -> TrainState:
+        pose = Pose(0.2 * math.sin(self.angle), 0.0, 0.0)
+        return TrainState(0.0, (0.0, 0.0), (self.angle, self.angle), pose, True, None, False, None, math.inf)
+
+    def drive(self, left: float, right: float) -> None:
+        self.angle += left
+
+    def restart_odometry(self) -> None:
+        pass
+
+
+def test_a_run_that_does_not_get_there_is_given_up_by_the_turns_of_the_wheels() -> None:
+    robot = Circling()
+    runner = _Runner(robot, P2AT)  # type: ignore[arg-type]
+    with pytest.raises(RobotError, match="its wheels have turned farther than the way takes"):
+        runner.drive_until(1.0, 1.0, 0.3, 10.0, lambda state: state.odometry.x > 1.0)
+    assert 10.0 < robot.angle < 20.0
