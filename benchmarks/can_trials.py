@@ -17,11 +17,12 @@ from can_robots import PLAYER_RATE, SPEED, Drives, arm, commander, connected, co
 from common import quantile
 
 from vrg.errors import RobotError
-from vrg.hal.can.bus import message_of, open_bus
+from vrg.hal.can.bus import message_of
 from vrg.hal.can.emulator.faults import FaultKind, FaultRequest, encode_fault
 from vrg.hal.can.link import Link
 from vrg.hal.can.odrive.codec import node_of
 from vrg.hal.can.odrive.messages import Command
+from vrg.hal.can.opening import open_bus
 
 AGE_AIM = 20.0
 """ms: no setpoint of eight axes is older."""

@@ -7,18 +7,20 @@ import time
 from typing import Annotated
 
 import typer
+from pydantic import ValidationError
 
 from vrg.commands import can_tools
-from vrg.commands.can_tools import BitrateOption, ChannelOption, InterfaceOption
+from vrg.commands.can_tools import AdapterOption, BitrateOption, ChannelOption, InterfaceOption, link_of
 from vrg.commands.options import LeashOption
 from vrg.errors import ConfigError
 from vrg.hal.can.emulator.drive import DriveOptions
 from vrg.hal.can.emulator.faults import WHAT, FaultKind, FaultRequest, encode_fault
 from vrg.hal.can.emulator.motor import MotorModel
-from vrg.hal.can.link import Link
+from vrg.hal.can.link import read_adapter
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.settings import EMULATING
 from vrg.launch.serving import child_process
+from vrg.tables import problems_of
 
 app = typer.Typer(no_args_is_help=True, help="Motor controllers on a CAN bus, real and emulated.")
 app.command()(can_tools.scan)
@@ -41,7 +43,12 @@ def node(
     channel: ChannelOption = "vcan0",
     interface: InterfaceOption = "socketcan",
     bitrate: BitrateOption = None,
+    adapter: AdapterOption = None,
     protocol: ProtocolOption = "odrive",
+    option: Annotated[
+        list[str] | None,
+        typer.Option("--option", help="What the wiring says of such drives in its options, NAME=VALUE."),
+    ] = None,
     watchdog: Annotated[
         float, typer.Option(min=0, max=60, help="s without a setpoint until the motor is off; 0 = never.")
     ] = 0.2,
@@ -63,19 +70,24 @@ def node(
     try:
         spoken = PROTOCOLS.get(protocol)
         check_node, drive_type = spoken.axis_type.check_node, spoken.drive_type
+        told = spoken.axis_type.options_type.model_validate(read_adapter(option or []))
     except ConfigError as error:
         raise ConfigError([f"--{problem}" for problem in error.problems]) from None
+    except ValidationError as error:
+        raise ConfigError([f"--option: {problem}" for problem in problems_of(error)]) from None
+    except ValueError as error:
+        raise ConfigError([f"--option: {error}"]) from None
     problems = [f"--id: {problem}" for one in id_ if (problem := check_node(one))]
     if problems:
         raise ConfigError(problems)
-    link = Link(interface=interface, channel=channel, bitrate=bitrate)
+    link = link_of(interface, channel, bitrate, adapter)
     first = secrets.randbits(40) if serial is None else serial
     motor = MotorModel(inertia=inertia, current_limit=current_limit)
     with child_process(leash) as stop:
         drives = [
             drive_type(
                 one,
-                DriveOptions(serial=first + index, motor=motor, watchdog=watchdog, voltage=voltage),
+                DriveOptions(serial=first + index, motor=motor, watchdog=watchdog, voltage=voltage, protocol=told),
                 time.monotonic(),
                 random.Random(first + index),
             )
@@ -94,13 +106,15 @@ def fault(
     channel: ChannelOption = "vcan0",
     interface: InterfaceOption = "socketcan",
     bitrate: BitrateOption = None,
+    adapter: AdapterOption = None,
     duration: Annotated[
         float, typer.Option("--for", min=0, max=655, help="s for which it lasts; 0 = until end.")
     ] = 0.0,
     value: Annotated[str, typer.Option(help="Error bits or turns, such as 0x200.")] = "0",
 ) -> None:
     """Let something go wrong in an emulated drive. Real ones do not listen."""
-    from vrg.hal.can.bus import message_of, open_bus
+    from vrg.hal.can.bus import message_of
+    from vrg.hal.can.opening import open_bus
 
     try:
         number = int(value, 0)
@@ -109,7 +123,7 @@ def fault(
             f"expected a whole number such as 512 or 0x200, got {value!r}", param_hint="--value"
         ) from None
     request = FaultRequest(FaultKind[kind.name], duration, number - (1 << 32) if number >= 1 << 31 else number)
-    bus = open_bus(Link(interface=interface, channel=channel, bitrate=bitrate))
+    bus = open_bus(link_of(interface, channel, bitrate, adapter))
     try:
         for one in id_:
             bus.send(message_of(encode_fault(one, request)))

@@ -23,7 +23,7 @@ from vrg.errors import ConfigError, RobotError
 from vrg.hal.can.calibration import calibration_text, load_calibration
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
-from vrg.hal.can.link import Link
+from vrg.hal.can.link import Link, read_adapter
 from vrg.hal.can.listener import Found
 from vrg.hal.can.settings import can_settings
 from vrg.hal.can.survey import Survey, all_listeners
@@ -35,6 +35,10 @@ AnyChannelOption = Annotated[
     str | None, typer.Option("--channel", help="The bus; can0 if missing, or vcan0 where there is no can0.")
 ]
 BitrateOption = Annotated[int | None, typer.Option("--bitrate", help="bit/s, where the interface sets it itself.")]
+AdapterOption = Annotated[
+    list[str] | None,
+    typer.Option("--adapter", help="A further option of python-can's interface, NAME=VALUE; several are possible."),
+]
 
 _ASK_PERIOD = 0.5
 """s between questions to the drives."""
@@ -52,13 +56,14 @@ def scan(
     channel: AnyChannelOption = None,
     interface: InterfaceOption = "socketcan",
     bitrate: BitrateOption = None,
+    adapter: AdapterOption = None,
     seconds: Annotated[float, typer.Option("--for", min=0.3, max=60, help="How long to listen, s.")] = 1.5,
 ) -> None:
     """Say which drives are on a bus: protocol, id, serial number, firmware, state and errors. Moves nothing."""
-    link = Link(interface=interface, channel=channel or _channel(), bitrate=bitrate)
+    link = link_of(interface, channel or _channel(), bitrate, adapter)
     console = Console(highlight=False)
     with stoppable() as stop, _listening(link) as look, console.status(f"listening on {link}"):
-        heard = _ask_for(look, stop, seconds)
+        heard = _look_for(look, stop, True, seconds)
     if heard.nodes:
         console.print(_table(heard, time.monotonic()))
         return
@@ -72,17 +77,21 @@ def monitor(
     channel: AnyChannelOption = None,
     interface: InterfaceOption = "socketcan",
     bitrate: BitrateOption = None,
+    adapter: AdapterOption = None,
     seconds: Annotated[
         float | None, typer.Option("--for", min=0.3, help="How long, s; until Ctrl-C if missing.")
     ] = None,
+    ask: Annotated[
+        bool, typer.Option("--ask", help="Ask the drives too, which disturbs a robot that is just connecting.")
+    ] = False,
 ) -> None:
-    """Show the drives on a bus, live. Moves nothing."""
-    link = Link(interface=interface, channel=channel or _channel(), bitrate=bitrate)
+    """Show the drives on a bus, live, by what they say. Moves nothing, and sends nothing but for `--ask`."""
+    link = link_of(interface, channel or _channel(), bitrate, adapter)
     console = Console(highlight=False)
     end = math.inf if seconds is None else time.monotonic() + seconds
     with stoppable() as stop, _listening(link) as look, Live(console=console, refresh_per_second=5) as live:
         while not stop.is_set() and time.monotonic() < end:
-            heard = _ask_for(look, stop, min(_ASK_PERIOD, max(0.05, end - time.monotonic())))
+            heard = _look_for(look, stop, ask, min(_ASK_PERIOD, max(0.05, end - time.monotonic())))
             live.update(_table(heard, time.monotonic()))
 
 
@@ -114,14 +123,13 @@ def calibrate(
     model = robot_model(next((p.model for p in file.players if p.name == player), "P2AT"))
     axes = wiring.wheel_axes(before)
     unwatched = wiring.watchdog == "unsafe"
-    link, spoken = settings.link(player), settings.protocol_of(player)
-    train = DriveTrain(player, link, spoken, axes, model, unwatched=unwatched)
+    link, spoken, own_options = settings.link(player), settings.protocol_of(player), settings.options_of(player)
+    train = DriveTrain(player, link, spoken, axes, model, options=own_options, unwatched=unwatched)
     plan = calibrating.Plan(speed=speed, way=way, turn=turns * 2 * math.pi)
     typer.echo(f"Calibrating {player} ({model.name}) on {settings.link(player)}. Keep a hand at the power switch.")
     if settings.emulate:
-        ids = " ".join(f"--id {node}" for node in wiring.nodes)
-        protocol = settings.protocol_name(player)
-        typer.echo(f"(Its drives are emulated: `vrg can node --protocol {protocol} {ids}` must run.)")
+        (drives,) = settings.companions([player])
+        typer.echo(f"(Its drives are emulated: `vrg {' '.join(drives.arguments)}` must run.)")
     train.connect()
     try:
         found = calibrating.calibrate(train, model, _Asker(), plan)
@@ -133,6 +141,18 @@ def calibrate(
     typer.echo(f"Written to {where}.")
     if wiring.calibration is None or own != where:
         typer.echo(f'To use it, write `calibration = "{where.name}"` below [backends.can.robots.{player}] of {match}.')
+
+
+def link_of(interface: str, channel: str, bitrate: int | None, adapter: list[str] | None) -> Link:
+    """The bus that a command's options mean.
+
+    Raises:
+        ConfigError: an option of the adapter makes no sense.
+    """
+    try:
+        return Link(interface=interface, channel=channel, bitrate=bitrate, adapter=read_adapter(adapter or []))
+    except ValueError as error:
+        raise ConfigError([f"--adapter: {error}"]) from None
 
 
 def _channel() -> str:
@@ -163,8 +183,8 @@ class _Asker:
 
 
 @contextmanager
-def _listening(link: Link) -> Iterator[Callable[[Stop], Heard]]:
-    """Listen to a bus; each call of what this yields asks everybody, and tells what has been heard."""
+def _listening(link: Link) -> Iterator[Callable[[Stop, bool], Heard]]:
+    """Listen to a bus; each call of what this yields asks everybody, if it is to, and tells what has been heard."""
     from vrg.hal.can.bus import CanBus  # python-can is for who uses a bus
 
     lock = threading.Lock()
@@ -181,9 +201,11 @@ def _listening(link: Link) -> Iterator[Callable[[Stop], Heard]]:
     survey = Survey(all_listeners(bus.send))
     bus.start()
 
-    def look(stop: Stop) -> Heard:
+    def look(stop: Stop, ask: bool) -> Heard:
         with lock:
             nodes = survey.nodes
+        if not ask:
+            return Heard(nodes, list(troubles))
         try:
             survey.greet()
             for found in nodes:
@@ -200,13 +222,13 @@ def _listening(link: Link) -> Iterator[Callable[[Stop], Heard]]:
         bus.stop()
 
 
-def _ask_for(look: Callable[[Stop], Heard], stop: Stop, seconds: float) -> Heard:
-    """Ask again and again for a while."""
+def _look_for(look: Callable[[Stop, bool], Heard], stop: Stop, ask: bool, seconds: float) -> Heard:
+    """Look again and again for a while."""
     end = time.monotonic() + seconds
     while (left := end - time.monotonic()) > 0 and not stop.is_set():
-        look(stop)
+        look(stop, ask)
         stop.wait(min(_ASK_PERIOD, left))
-    return look(stop)
+    return look(stop, ask)
 
 
 def _table(heard: Heard, now: float) -> Group:

@@ -1,5 +1,6 @@
 """An axis of a motor protocol and its emulated drives in memory: no bus, no threads, and a clock of the test's."""
 
+import math
 import random
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -9,9 +10,11 @@ from typing import Self
 from vrg.hal.can.axis import State
 from vrg.hal.can.emulator.drive import DriveOptions, EmulatedDrive
 from vrg.hal.can.emulator.faults import FaultKind, FaultRequest, encode_fault
-from vrg.hal.can.frame import Frame
+from vrg.hal.can.frame import CLASSIC_BYTES, EXTENDED_MASK, FD_BYTES, STANDARD_MASK, Filter, Frame
+from vrg.hal.can.options import ProtocolOptions
 from vrg.hal.can.protocols import Protocol
 from vrg.hal.can.survey import Survey
+from vrg.hal.can.watch import POLL_PERIOD
 
 SERIAL = 0xBEEF
 PATIENCE = 30.0
@@ -32,7 +35,7 @@ class ProtocolWire:
 
     Args:
         protocol: the protocol of the axis and the drives. node: their id.
-        serials: the serial number of each drive.
+        serials: the serial number of each drive. options: what the axis is told of them, and they do not tell.
 
     Attributes:
         now: the clock, monotonic s.
@@ -40,18 +43,30 @@ class ProtocolWire:
         sent: the frames that the axis has sent. heard: the frames that the drives have sent.
     """
 
-    def __init__(self, protocol: Protocol, node: int, serials: Sequence[int] = (SERIAL,)) -> None:
+    def __init__(
+        self,
+        protocol: Protocol,
+        node: int,
+        serials: Sequence[int] = (SERIAL,),
+        options: ProtocolOptions | None = None,
+    ) -> None:
         self.now = 100.0
         self.node = node
         self.sent: list[Frame] = []
         self.heard: list[Frame] = []
-        self.axis = protocol.axis_type(node, self.send)
+        self.axis = protocol.axis_type(node, self.send, options)
         self.drives: list[EmulatedDrive] = [
-            protocol.drive_type(node, DriveOptions(serial=serial, watchdog=WATCHDOG), self.now, random.Random(serial))
+            protocol.drive_type(
+                node,
+                DriveOptions(serial=serial, watchdog=WATCHDOG, protocol=options),
+                self.now,
+                random.Random(serial),
+            )
             for serial in serials
         ]
-        self.survey = Survey([protocol.listener_type(self.inject)])
-        self._filters: list[tuple[int, int]] | None = None
+        self.survey = Survey([protocol.listener_type(self.ask)])
+        self._filters: list[Filter] | None = None
+        self._poll_at = math.inf
         self._under_way: deque[Frame] = deque()
         self._pumping = False
 
@@ -69,8 +84,10 @@ class ProtocolWire:
         """The state and the fault that the axis tells."""
         return self.axis.state, self.axis.fault
 
-    def send(self, frame: Frame) -> None:
+    def send(self, frame: Frame, *, urgent: bool = False) -> None:
         """The axis sends a frame."""
+        assert len(frame.data) <= (FD_BYTES if frame.fd else CLASSIC_BYTES)
+        assert frame.id <= (EXTENDED_MASK if frame.extended else STANDARD_MASK)
         self.sent.append(frame)
         self.inject(frame)
 
@@ -80,11 +97,19 @@ class ProtocolWire:
             self._under_way.extend(drive.receive(frame, self.now))
         self._pump()
 
+    def ask(self, frame: Frame, *, urgent: bool = False) -> None:
+        """Somebody who listens asks the drives."""
+        self.inject(frame)
+
     def advance(self, seconds: float) -> None:
         """Let time pass; nobody sends setpoints."""
         until = self.now + seconds
         while self.now < until:
-            self.now = min(until, max(self.now + 1e-4, min(drive.due for drive in self.drives)))
+            due = min(drive.due for drive in self.drives)
+            self.now = min(until, max(self.now + 1e-4, min(due, self._poll_at)))
+            if self.now >= self._poll_at:
+                self._poll_at = self.now + POLL_PERIOD
+                self.axis.poll(self.now)
             for drive in self.drives:
                 self._under_way.extend(drive.step(self.now))
             self._pump()
@@ -121,6 +146,7 @@ class ProtocolWire:
         assert self.axis.problem is None
         self.axis.prepare()
         self._filters = self.axis.filters
+        self._poll_at = self.now
         self.until(lambda: self.axis.state is State.IDLE and self.axis.measured > 0)
         return self
 
@@ -155,4 +181,4 @@ class ProtocolWire:
     def _passes(self, frame: Frame) -> bool:
         if self._filters is None:
             return True
-        return not frame.extended and any(frame.id & mask == wanted & mask for wanted, mask in self._filters)
+        return any(wanted.passes(frame) for wanted in self._filters)

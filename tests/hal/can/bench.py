@@ -11,13 +11,14 @@ from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Estop, Message, Recover
 from vrg.bus.topics import Keys, Topic
-from vrg.hal.can.bus import message_of, open_bus
+from vrg.hal.can.bus import message_of
 from vrg.hal.can.driver import CanDriver
 from vrg.hal.can.emulator.drive import DriveOptions, EmulatedDrive
 from vrg.hal.can.emulator.faults import FaultKind, FaultRequest, encode_fault
 from vrg.hal.can.emulator.run import run_drives
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
+from vrg.hal.can.opening import open_bus
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.device import Device
 from vrg.hal.driver import DriverContext

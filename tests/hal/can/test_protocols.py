@@ -3,7 +3,9 @@
 import pytest
 
 from vrg.errors import ConfigError
+from vrg.hal.can.cia402.options import Cia402Options
 from vrg.hal.can.protocols import PROTOCOLS, Protocol
+from vrg.hal.can.vesc.options import VescOptions
 from vrg.testing.protocol import ProtocolContract
 
 
@@ -19,13 +21,35 @@ class TestCia402(ProtocolContract):
     impossible_nodes = (-1, 0, 128)
 
 
-@pytest.mark.parametrize("name", ["odrive", "cia402"])
+class TestCia402ThatDoesNotTellItsUnits(ProtocolContract):
+    protocol = PROTOCOLS.get("cia402")
+    options = Cia402Options(counts=4096, velocity_unit="0.1/min")
+    nodes = (1, 64, 127)
+    impossible_nodes = (-1, 0, 128)
+
+
+class TestMoteus(ProtocolContract):
+    protocol = PROTOCOLS.get("moteus")
+    nodes = (1, 7, 8, 126)
+    impossible_nodes = (-1, 0, 127)
+
+
+class TestVesc(ProtocolContract):
+    protocol = PROTOCOLS.get("vesc")
+    options = VescOptions(pole_pairs=7)
+    nodes = (0, 42, 253)
+    impossible_nodes = (-1, 254, 255)
+
+
+@pytest.mark.parametrize("name", ["odrive", "cia402", "moteus", "vesc"])
 def test_a_protocol_has_the_name_that_it_is_found_by(name: str) -> None:
     assert PROTOCOLS.get(name).name == name
 
 
 def test_an_unknown_protocol_is_said_with_a_guess() -> None:
-    with pytest.raises(ConfigError, match=r"protocol: expected one of cia402, odrive, got 'o-drive', did you mean"):
+    with pytest.raises(
+        ConfigError, match=r"protocol: expected one of cia402, moteus, odrive, vesc, got 'o-drive', did you mean"
+    ):
         PROTOCOLS.get("o-drive")
 
 

@@ -46,7 +46,7 @@ def looks(seconds: float) -> tuple[Heard, float]:
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             began = time.monotonic()
-            heard = look(stop)
+            heard = look(stop, True)
             longest = max(longest, time.monotonic() - began)
             time.sleep(0.1)
     return heard, longest

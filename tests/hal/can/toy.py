@@ -8,13 +8,14 @@ ten times a second (STATUS) and its position and velocity a hundred times (MOTIO
 import enum
 import math
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
-from vrg.hal.can.axis import Axis, State
+from vrg.hal.can.axis import Axis, Send, State
 from vrg.hal.can.emulator.drive import Cycle, EmulatedDrive
-from vrg.hal.can.frame import Frame
+from vrg.hal.can.frame import Filter, Frame
 from vrg.hal.can.listener import Claim, Found, Listener
+from vrg.hal.can.options import ProtocolOptions
 from vrg.hal.can.protocols import Protocol
 
 PROTOCOL = Protocol(
@@ -69,8 +70,8 @@ def status_of(data: bytes) -> Status | None:
 
 
 class ToyAxis(Axis):
-    def __init__(self, node: int, send: Callable[[Frame], None]) -> None:
-        super().__init__(node, send)
+    def __init__(self, node: int, send: Send, options: ProtocolOptions | None = None) -> None:
+        super().__init__(node, send, options)
         self._serials: set[int] = set()
         self._wanted = False
 
@@ -79,8 +80,8 @@ class ToyAxis(Axis):
         return None if node in NODES else f"expected 1 to 15, got {node}"
 
     @property
-    def filters(self) -> list[tuple[int, int]]:
-        return [(identifier(self.node, Kind.STATUS), 0x7F8)]
+    def filters(self) -> list[Filter]:
+        return [Filter(identifier(self.node, Kind.STATUS), 0x7F8)]
 
     @property
     def identified(self) -> bool:

@@ -11,9 +11,10 @@ the function that it was given. Only `identify` and `prepare` may wait for the d
 import enum
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from typing import ClassVar, Protocol
 
-from vrg.hal.can.frame import Frame
+from vrg.hal.can.frame import Filter, Frame
+from vrg.hal.can.options import ProtocolOptions
 
 _MOST_VOLTS = 1000.0
 """A supply of more V is none: the highest of a drive on CAN is well below."""
@@ -32,14 +33,27 @@ class State(enum.Enum):
     ESTOP = "emergency stop"
 
 
+class Send(Protocol):
+    """Sends a frame."""
+
+    def __call__(self, frame: Frame, *, urgent: bool = False) -> None:
+        """Send it; an urgent one does not wait for others.
+
+        Raises:
+            RobotError: it cannot be sent.
+        """
+
+
 class Axis(ABC):
     """One axis. `receive` is called by the bus' receive thread, the other methods by the robot's.
 
     Args:
         node: the drive's id on the bus.
-        send: sends a frame; raises RobotError where it cannot.
+        send: sends a frame; raises RobotError where it cannot. Frames that switch the motor off are urgent.
+        options: what a person has said of the drive, an `options_type`; None for its defaults.
 
     Attributes:
+        options_type: the options that the protocol has.
         heard: monotonic time of the newest heartbeat, s. state: the state that it told.
         fault: errors that the drive has latched, in words; None while it has none.
         starved: the motor is off because no setpoint came in time.
@@ -48,13 +62,17 @@ class Axis(ABC):
         position, velocity: of the shaft, in turns and turn/s. measured: monotonic time of both, s.
         wrap: the number of turns after which `position` begins anew; 0 where it never does.
         voltage: of the drive's supply, V; None before it was told. supplied: monotonic time of it, s.
+        refusal: why the drive has not started when it was last asked to, in words; None where it has said nothing.
         odd: what makes no sense in the frames that were heard, in words: rubbish, a number that is not finite, another
             master; None where everything makes sense.
         serial, firmware: the serial number and the version in words; empty before they are known.
     """
 
-    def __init__(self, node: int, send: Callable[[Frame], None]) -> None:
+    options_type: ClassVar[type[ProtocolOptions]] = ProtocolOptions
+
+    def __init__(self, node: int, send: Send, options: ProtocolOptions | None = None) -> None:
         self.node = node
+        self.options = self.options_type() if options is None else options
         self._send = send
         self.heard = NEVER
         self.state = State.SILENT
@@ -68,6 +86,7 @@ class Axis(ABC):
         self.wrap = 0.0
         self.voltage: float | None = None
         self.supplied = NEVER
+        self.refusal: str | None = None
         self.odd: str | None = None
         self.serial = ""
         self.firmware = ""
@@ -79,8 +98,8 @@ class Axis(ABC):
 
     @property
     @abstractmethod
-    def filters(self) -> list[tuple[int, int]]:
-        """The 11-bit identifiers (wanted, mask) that this axis must hear once its drive is prepared."""
+    def filters(self) -> list[Filter]:
+        """What this axis must hear once its drive is prepared."""
 
     @property
     @abstractmethod
@@ -138,6 +157,16 @@ class Axis(ABC):
     @abstractmethod
     def clear(self) -> None:
         """Forget latched errors; the motor stays off. Called only where a person has said so, or after `starved`."""
+
+    def poll(self, now: float) -> None:  # noqa: B027 - most drives send all that is needed by themselves
+        """Ask for what the drive does not send by itself. It is called twenty times a second, and waits for nothing.
+
+        Args:
+            now: monotonic time, s.
+
+        Raises:
+            RobotError: a question could not be sent.
+        """
 
     def forget_oddities(self) -> None:
         """Judge anew what is heard from now on."""

@@ -50,8 +50,8 @@ class CanDriver(Driver):
         self._supply = wiring.supply
         axes = wiring.wheel_axes(calibration)
         unwatched = wiring.watchdog == "unsafe"
-        link, protocol = settings.link(name), settings.protocol_of(name)
-        self._train = DriveTrain(name, link, protocol, axes, model, unwatched=unwatched)
+        link, protocol, own = settings.link(name), settings.protocol_of(name), settings.options_of(name)
+        self._train = DriveTrain(name, link, protocol, axes, model, options=own, unwatched=unwatched)
 
     def connect(self) -> None:
         """Open the bus and meet every drive; see `DriveTrain.connect`.

@@ -132,7 +132,8 @@ class Guard:
 
     def look(self, heard_until: float) -> bool:
         """Judge what the axes have heard until then; True if the motors must be switched off, once more if need be."""
-        if not self._forgiven(heard_until) and any(axis.state is State.ESTOP for axis in self._axes):
+        if not (self.estop or self._forgiven(heard_until)) and any(axis.state is State.ESTOP for axis in self._axes):
+            # After the emergency stop of the match the drives say so too: nobody pressed anything there.
             self.estop = self.at_drive = True
         if self.wanted and heard_until > self._armed_at:
             self._obeyed |= {axis.node for axis in self._axes if axis.state is State.CLOSED_LOOP}
@@ -195,5 +196,6 @@ class Guard:
                 return f"{name}: {axis.fault}"
             due = axis.node in self._obeyed or heard_until - self._armed_at > START_TIMEOUT
             if self.wanted and due and not axis.starved and axis.state in (State.IDLE, State.STARTING):
-                return f"{name}: expected closed-loop control, but it is idle and gives no reason"
+                reason = f"says {axis.refusal}" if axis.refusal else "gives no reason"
+                return f"{name}: expected closed-loop control, but it is idle and {reason}"
         return None

@@ -1,6 +1,15 @@
 """How to reach a CAN bus, in python-can's words."""
 
-from dataclasses import dataclass
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+SERIAL = frozenset({"slcan", "serial", "robotell"})
+"""Interfaces on a serial port, which two processes cannot share: each would set it up anew and take frames away."""
+
+AdapterValue = bool | int | float | str | Mapping[str, int | float]
+"""What an option of an adapter may be; a table is a bit timing."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -11,11 +20,63 @@ class Link:
         interface: python-can's name of it, such as `socketcan`, `udp_multicast`, `slcan` or `pcan`.
         channel: the bus, such as `can0`.
         bitrate: bit/s, where the interface sets it itself; None leaves it as it is.
+        adapter: further options of python-can's interface, such as `host` and `port`, `fd`, or `timing`, a table that
+            describes a `can.BitTiming` or a `can.BitTimingFd`.
     """
 
     interface: str = "socketcan"
     channel: str = "can0"
     bitrate: int | None = None
+    adapter: Mapping[str, AdapterValue] = field(default_factory=dict)
 
     def __str__(self) -> str:
-        return self.channel if self.interface == "socketcan" else f"{self.interface}:{self.channel}"
+        where = self.channel if self.interface == "socketcan" else f"{self.interface}:{self.channel}"
+        # Two servers may each have a can0.
+        told = [f"{name} {self.adapter[name]}" for name in ("host", "port") if name in self.adapter]
+        return f"{where} ({', '.join(told)})" if told else where
+
+    @property
+    def arguments(self) -> list[str]:
+        """The options of a `vrg can` command that mean this bus."""
+        words = ["--interface", self.interface, "--channel", self.channel]
+        if self.bitrate is not None:
+            words += ["--bitrate", str(self.bitrate)]
+        for name, value in _flat(self.adapter):
+            words += ["--adapter", f"{name}={str(value).lower() if isinstance(value, bool) else value}"]
+        return words
+
+
+def read_adapter(texts: Iterable[str]) -> dict[str, AdapterValue]:
+    """The options of an adapter as people type them, `fd=true`, `port=29536` or `timing.brp=6`.
+
+    Raises:
+        ValueError: one has no `=`; says what was expected.
+    """
+    found: dict[str, Any] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals or not name:
+            raise ValueError(f"expected NAME=VALUE, such as fd=true, got {text!r}")
+        table, dot, member = name.partition(".")
+        if dot:
+            found.setdefault(table, {})[member] = _value(value)
+        else:
+            found[name] = _value(value)
+    return found
+
+
+def _value(text: str) -> AdapterValue:
+    """A value as TOML would have it, or else the text itself."""
+    try:
+        value = tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+    return value if isinstance(value, bool | int | float | str) else text
+
+
+def _flat(adapter: Mapping[str, AdapterValue]) -> Iterable[tuple[str, AdapterValue]]:
+    for name, value in adapter.items():
+        if isinstance(value, Mapping):
+            yield from ((f"{name}.{member}", number) for member, number in value.items())
+        else:
+            yield name, value

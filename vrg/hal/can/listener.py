@@ -2,10 +2,10 @@
 
 import enum
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
+from vrg.hal.can.axis import Send
 from vrg.hal.can.frame import Frame
 
 
@@ -64,7 +64,7 @@ class Listener(ABC):
     word: ClassVar[str]
     title: ClassVar[str]
 
-    def __init__(self, send: Callable[[Frame], None]) -> None:
+    def __init__(self, send: Send) -> None:
         self._send = send
         self.found: dict[int, Found] = {}
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from vrg.errors import RobotError
 from vrg.hal.can.axis import Axis
 from vrg.hal.can.bus import CanBus
+from vrg.hal.can.controller import restart
 from vrg.hal.can.watch import Watch
 
 log = logging.getLogger(__name__)
@@ -63,6 +64,8 @@ class Recovery:
         # Outside the lock: the receive thread, which is waited for, may want it.
         try:
             self._bus.stop()
+            if trouble := restart(self._bus.link):
+                return trouble
             self._bus.start()
             for axis in axes:
                 axis.prepare()

@@ -9,7 +9,8 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 from vrg.errors import ConfigError
 from vrg.hal.can.base import WheelAxis
 from vrg.hal.can.calibration import Calibration, load_calibration
-from vrg.hal.can.link import Link
+from vrg.hal.can.link import SERIAL, AdapterValue, Link
+from vrg.hal.can.options import ProtocolOptions
 from vrg.hal.can.protocols import PROTOCOLS, Protocol
 from vrg.hal.companions import Companion
 from vrg.hal.settings import BackendSettings
@@ -24,25 +25,31 @@ class RobotWiring(Table):
 
     Args:
         left, right: node ids of the motors on each side, one or two.
-        ratio: turns of a motor for one turn of its wheel; a calibration file stands above it.
+        ratio: turns of a motor for one turn of its wheel. reversed: node ids of the motors whose positive speed drives
+            back. A calibration file stands above both.
         calibration: file written by `vrg can calibrate`, relative to the match file.
         watchdog: `proved` lets each drive's own watchdog stop its motor once, at zero speed, before the robot is armed
             for the first time; `unsafe` drives a robot whose drives have none. If this computer fails, nothing stops
             such a robot.
         supply: the voltage of an empty and of a full battery, V.
-        interface, channel, bitrate, protocol: for a robot on a bus of its own, in place of those of [backends.can].
+        interface, channel, bitrate, adapter, protocol: for a robot on a bus of its own, in place of those of
+            [backends.can].
+        options: what the protocol must be told of the drives; see `Axis.options_type` of the protocol.
     """
 
     left: list[int] = Field(min_length=1, max_length=2)
     right: list[int] = Field(min_length=1, max_length=2)
     ratio: float = Field(1.0, gt=0, le=10_000)
+    reversed: list[int] = Field(default_factory=list)
     calibration: str | None = None
     watchdog: Literal["proved", "unsafe"] = "proved"
     supply: tuple[float, float] = (20.0, 25.2)
     interface: str | None = None
     channel: str | None = None
     bitrate: int | None = Field(None, ge=10_000, le=1_000_000)
+    adapter: dict[str, AdapterValue] | None = None
     protocol: str | None = None
+    options: dict[str, Any] = Field(default_factory=dict)
 
     @field_validator("protocol")
     @classmethod
@@ -55,6 +62,8 @@ class RobotWiring(Table):
             raise ValueError(f"expected as many motors left as right, got {len(self.left)} and {len(self.right)}")
         if len(set(self.nodes)) != len(self.nodes):
             raise ValueError(f"expected an id of its own for every motor, got {self.nodes}")
+        if strangers := set(self.reversed) - set(self.nodes):
+            raise ValueError(f"reversed: expected ids of {self.nodes}, got {sorted(strangers)}")
         if not self.supply[0] < self.supply[1]:
             raise ValueError(f"supply: expected the voltage of an empty and of a full battery, got {self.supply}")
         return self
@@ -70,7 +79,8 @@ class RobotWiring(Table):
         for left, nodes in ((True, self.left), (False, self.right)):
             for node in nodes:
                 own = calibration.axes[node] if calibration is not None else None
-                direction, ratio = (own.direction, own.ratio) if own is not None else (1, self.ratio)
+                wired = (-1 if node in self.reversed else 1, self.ratio)
+                direction, ratio = wired if own is None else (own.direction, own.ratio)
                 axes.append(WheelAxis(node, left, direction, ratio))
         return axes
 
@@ -79,7 +89,7 @@ class CanSettings(BackendSettings):
     """The table [backends.can].
 
     Args:
-        interface, channel, bitrate: the bus, in python-can's words; see `Link`.
+        interface, channel, bitrate, adapter: the bus, in python-can's words; see `Link`.
         protocol: the protocol that the drives speak, by its name in PROTOCOLS.
         emulate: start emulated drives for these robots; without it the drives are expected on the bus.
         robots: the wiring by the robot's name. Robots whose backend is another one are left alone.
@@ -88,6 +98,7 @@ class CanSettings(BackendSettings):
     interface: str = "socketcan"
     channel: str = "can0"
     bitrate: int | None = Field(None, ge=10_000, le=1_000_000)
+    adapter: dict[str, AdapterValue] = Field(default_factory=dict)
     protocol: str = "odrive"
     emulate: bool = False
     robots: dict[str, RobotWiring] = Field(default_factory=dict)
@@ -103,6 +114,7 @@ class CanSettings(BackendSettings):
         spoken: dict[str, str] = {}
         for name in self.robots:
             bus, protocol = str(self.link(name)), self.protocol_name(name)
+            self.options_of(name)
             if spoken.setdefault(bus, protocol) != protocol:
                 # Their identifiers overlap: a setpoint of one is a controlword of the other.
                 raise ValueError(f"robots.{name}: {protocol} on {bus}, where others speak {spoken[bus]}: one bus each")
@@ -122,6 +134,7 @@ class CanSettings(BackendSettings):
             interface=own.interface or self.interface,
             channel=own.channel or self.channel,
             bitrate=own.bitrate or self.bitrate,
+            adapter=self.adapter if own.adapter is None else own.adapter,
         )
 
     def protocol_name(self, robot: str) -> str:
@@ -136,9 +149,32 @@ class CanSettings(BackendSettings):
         """
         return PROTOCOLS.get(self.protocol_name(robot))
 
+    def options_of(self, robot: str) -> ProtocolOptions:
+        """What its protocol is told of a robot's drives.
+
+        Raises:
+            ConfigError: the protocol cannot be imported. ValueError: the options have problems; names each.
+        """
+        kind = self.protocol_of(robot).axis_type.options_type
+        try:
+            return kind.model_validate(self.robots[robot].options)
+        except ValidationError as error:
+            found = "; ".join(map(str, problems_of(error, ("robots", robot, "options"))))
+            raise ValueError(found) from None
+
     def problems(self, robots: Sequence[str], base: Path) -> list[str]:
-        """Robots without wiring, and calibration files that do not fit."""
+        """Robots without wiring, calibration files that do not fit, and robots that share what cannot be shared."""
         found = []
+        ports: dict[str, list[str]] = {}
+        for name in robots:
+            if name in self.robots and (link := self.link(name)).interface in SERIAL:
+                ports.setdefault(str(link), [] if not self.emulate else ["the emulated drives"]).append(name)
+        found += [
+            f"{' and '.join(users)} are processes of their own, and cannot share {port}: make a socketcan interface of "
+            "the adapter by slcand (see docs/hardware.md)"
+            for port, users in ports.items()
+            if len(users) > 1
+        ]
         for name in robots:
             wiring = self.robots.get(name)
             if wiring is None:
@@ -154,17 +190,16 @@ class CanSettings(BackendSettings):
         """The emulated drives of these robots, one process for each bus."""
         if not self.emulate:
             return []
-        buses: dict[str, list[str]] = {}
+        buses: dict[tuple[str, str], list[str]] = {}
         for name in robots:
-            buses.setdefault(str(self.link(name)), []).append(name)
+            # Drives of which different things must be said are processes of their own.
+            buses.setdefault((str(self.link(name)), str(self.robots[name].options)), []).append(name)
         companions = []
         for number, members in enumerate(buses.values(), 1):
             link, protocol = self.link(members[0]), self.protocol_name(members[0])
             ids = [node for name in members for node in self.robots[name].nodes]
-            arguments = ["can", "node", "--interface", link.interface, "--channel", link.channel]
-            if link.bitrate is not None:
-                arguments += ["--bitrate", str(link.bitrate)]
-            arguments += ["--protocol", protocol]
+            arguments = ["can", "node", *link.arguments, "--protocol", protocol]
+            arguments += [f"--option={name}={value}" for name, value in self.robots[members[0]].options.items()]
             for node in ids:
                 arguments += ["--id", str(node)]
             companions.append(Companion("drives" if number == 1 else f"drives-{number}", tuple(arguments), EMULATING))

@@ -1,9 +1,10 @@
 """Who speaks on a bus, by what is heard there: every protocol listens, and the one that is surest of a frame has it."""
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from vrg.errors import ConfigError
+from vrg.hal.can.axis import Send
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.listener import Claim, Found, Listener
 from vrg.hal.can.protocols import PROTOCOLS
@@ -11,7 +12,7 @@ from vrg.hal.can.protocols import PROTOCOLS
 log = logging.getLogger(__name__)
 
 
-def all_listeners(send: Callable[[Frame], None]) -> list[Listener]:
+def all_listeners(send: Send) -> list[Listener]:
     """A listener of each protocol that there is; one that cannot be imported is left out, and the log says why."""
     found = []
     for name in PROTOCOLS.names():

@@ -15,6 +15,7 @@ from vrg.hal.can.bus import CanBus
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
 from vrg.hal.can.meeting import meet
+from vrg.hal.can.options import ProtocolOptions
 from vrg.hal.can.plausibility import Bounds
 from vrg.hal.can.protocols import Protocol
 from vrg.hal.can.recovering import Recovery
@@ -58,6 +59,7 @@ class DriveTrain:
     Args:
         name: the robot's name, for messages. link: how to reach its bus. protocol: what its drives speak.
         wheel_axes: how its motors drive its wheels. model: its description.
+        options: what the protocol is told of its drives; None for the defaults.
         unwatched: a person has said that its drives may be driven without watchdogs of their own.
     """
 
@@ -69,9 +71,11 @@ class DriveTrain:
         wheel_axes: Sequence[WheelAxis],
         model: RobotModel,
         *,
+        options: ProtocolOptions | None = None,
         unwatched: bool = False,
     ) -> None:
         self.name = name
+        self._options = options
         self._unwatched = unwatched
         self._protocol = protocol
         self._axis_type = protocol.axis_type
@@ -250,7 +254,7 @@ class DriveTrain:
 
     def _begin(self) -> None:
         """Begin with axes of which nothing has been heard."""
-        axes = [self._axis_type(axis.node, self._bus.send) for axis in self._base.axes]
+        axes = [self._axis_type(axis.node, self._bus.send, self._options) for axis in self._base.axes]
         for axis in axes:
             axis.unwatched = self._unwatched
         self._watch.begin(axes, self._bounds)
@@ -280,6 +284,7 @@ class DriveTrain:
                     estimate = Estimate(axis.position, axis.velocity, axis.measured)
                     watch.compare(node, self._base.update(node, estimate, axis.wrap))
             if watch.connected:
+                watch.poll()
                 watch.look()
 
     def _on_trouble(self, words: str) -> None:
@@ -292,4 +297,5 @@ class DriveTrain:
         with self._watch.lock:
             self._watch.heard_until = time.monotonic()
             if self._watch.connected:
+                self._watch.poll()
                 self._watch.look()

@@ -19,6 +19,8 @@ from vrg.hal.can.plausibility import Bounds, Plausibility
 
 log = logging.getLogger(__name__)
 
+POLL_PERIOD = 0.05
+"""s between questions to drives that do not send by themselves."""
 BLIND = 0.3
 """s without news of the bus after which nobody drives: the receive thread has been kept from running."""
 
@@ -45,6 +47,7 @@ class Watch:
         self._told: str | None = None
         self._proved = False
         self._complained = ""
+        self._polled = -math.inf
         self.begin(axes, {})
 
     def begin(self, axes: Sequence[Axis], bounds: Mapping[int, Bounds]) -> None:
@@ -88,6 +91,18 @@ class Watch:
         problem = self._plausibility[node].judge(axis.velocity, way, axis.measured, driven=driven)
         if problem:
             guard.latch(f"node {node}: {problem}")
+
+    def poll(self) -> None:
+        """Ask the drives for what they do not send by themselves, if it is time. What cannot be asked latches."""
+        now = time.monotonic()
+        if now - self._polled < POLL_PERIOD:
+            return
+        self._polled = now
+        try:
+            for axis in self.axes.values():
+                axis.poll(now)
+        except RobotError as error:
+            self.guard.latch(str(error))
 
     def require_armed(self) -> None:
         """Judge whether setpoints may be sent.

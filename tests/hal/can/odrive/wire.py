@@ -13,7 +13,13 @@ class Wire:
 
     def __init__(self, node: int = 4) -> None:
         self.sent: list[Frame] = []
-        self.axis = OdriveAxis(node, self.sent.append)
+        self.urgent: list[Frame] = []
+        self.axis = OdriveAxis(node, self.send)
+
+    def send(self, frame: Frame, *, urgent: bool = False) -> None:
+        self.sent.append(frame)
+        if urgent:
+            self.urgent.append(frame)
 
     def hear(self, message: messages.Message, at: float = 1.0, node: int | None = None) -> None:
         frame = codec.encode(self.axis.node if node is None else node, message)

@@ -11,18 +11,19 @@ before any controlword, and no step is taken once the newest setpoint is older t
 in the midst of a start leaves no motor switched on without a watchdog.
 """
 
-from collections.abc import Callable
-
-from vrg.hal.can.axis import NEVER, Axis, State
+from vrg.hal.can.axis import NEVER, Axis, Send, State
 from vrg.hal.can.cia402.errors import RPDO_TIMEOUT, STO_CODES, describe_error
 from vrg.hal.can.cia402.interview import Interview
 from vrg.hal.can.cia402.network import NMT_WORDS, NODE_MASK, NODES, Function, Nmt, NmtCommand, nmt
+from vrg.hal.can.cia402.objects import Object
+from vrg.hal.can.cia402.options import Cia402Options
 from vrg.hal.can.cia402.pdos import CONTROL_PDO, MOTION_PDO, SETPOINT_PDO, STATUS_PDO, SUPPLY_PDO
-from vrg.hal.can.cia402.sdo import SdoClient
+from vrg.hal.can.cia402.sdo import SdoClient, concerns, upload_request, uploaded
 from vrg.hal.can.cia402.set_up import DEADLINE, HEARTBEAT, SetUp
 from vrg.hal.can.cia402.states import Control, DriveState, drive_state
 from vrg.hal.can.cia402.units import Units
-from vrg.hal.can.frame import STANDARD_MASK, Frame, FrameError
+from vrg.hal.can.frame import STANDARD_MASK, Filter, Frame, FrameError
+from vrg.hal.can.options import ProtocolOptions
 
 _NEXT = {
     DriveState.SWITCH_ON_DISABLED: Control.SHUTDOWN,
@@ -31,6 +32,8 @@ _NEXT = {
     DriveState.QUICK_STOP_ACTIVE: Control.DISABLE_VOLTAGE,
 }
 """The controlword that brings a drive in this state nearer to operation."""
+_SUPPLY_PERIOD = 1.5
+"""s from one question for the supply's voltage to the next."""
 _POWERED = (DriveState.SWITCHED_ON, DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE)
 _COMMANDS = (Function.RPDO1, Function.RPDO2, Function.RPDO3, Function.RPDO4)
 
@@ -38,12 +41,17 @@ _COMMANDS = (Function.RPDO1, Function.RPDO2, Function.RPDO3, Function.RPDO4)
 class Cia402Axis(Axis):
     """See `Axis` and the module. `fault` is the drive's error code in words, while its statusword tells of a fault."""
 
-    def __init__(self, node: int, send: Callable[[Frame], None]) -> None:
-        super().__init__(node, send)
+    options: Cia402Options
+    options_type = Cia402Options
+
+    def __init__(self, node: int, send: Send, options: ProtocolOptions | None = None) -> None:
+        super().__init__(node, send, options)
         self._sdo = SdoClient(node, send)
-        self._interview = Interview(self._sdo, round(HEARTBEAT * 1000))
+        self._interview = Interview(self._sdo, round(HEARTBEAT * 1000), self.options)
         self._units = Units(1.0, 1.0)
         self._prepared = False
+        self._asks_supply = False
+        self._asked_supply = NEVER
         self._nmt: int | None = None
         self._status: DriveState | None = None
         self._word = int(Control.DISABLE_VOLTAGE)
@@ -56,9 +64,9 @@ class Cia402Axis(Axis):
         return None if node in NODES else f"expected 1 to {NODES[-1]}, got {node}"
 
     @property
-    def filters(self) -> list[tuple[int, int]]:
+    def filters(self) -> list[Filter]:
         """They let all frames from and to this node through, and NMT commands, so that another master is noticed."""
-        return [(self.node, NODE_MASK), (Function.NMT, STANDARD_MASK)]
+        return [Filter(self.node, NODE_MASK), Filter(Function.NMT, STANDARD_MASK)]
 
     @property
     def identified(self) -> bool:
@@ -111,11 +119,18 @@ class Cia402Axis(Axis):
         set_up = SetUp(self.node, self._sdo, self._send, unwatched=self.unwatched)
         set_up.configure()
         self.firmware = set_up.firmware
+        self._asks_supply = not set_up.tells_supply
         self._prepared = True
         self.fault, self.state = None, State.IDLE
         set_up.begin()
         self._nmt = Nmt.OPERATIONAL
         set_up.wait_for_mode()
+
+    def poll(self, now: float) -> None:
+        """Ask for the supply's voltage where no PDO can carry it."""
+        if self._asks_supply and not self._sdo.asking and now - self._asked_supply > _SUPPLY_PERIOD:
+            self._asked_supply = now
+            self._send(upload_request(self.node, Object.VOLTAGE))
 
     def start(self) -> None:
         """Ask for operation; the rest is done as the drive confirms each step."""
@@ -156,6 +171,8 @@ class Cia402Axis(Axis):
         if function == Function.HEARTBEAT:
             self._heartbeat(frame)
         elif function == Function.SDO_ANSWER:
+            if not self._sdo.asking and concerns(frame.data, Object.VOLTAGE):
+                self._take_supply(frame)
             self._sdo.hear(frame.data)
         elif function in _COMMANDS:
             # Frames that this master sends are not heard by it, so these are somebody else's.
@@ -181,6 +198,14 @@ class Cia402Axis(Axis):
             self._estimate(self._units.turns(position), self._units.turns_per_s(velocity), frame.at)
         elif function == Function.TPDO3:
             (millivolts,) = SUPPLY_PDO.values(frame.data)
+            self._supply(millivolts / 1000, frame.at)
+
+    def _take_supply(self, frame: Frame) -> None:
+        """The answer to the question for the supply's voltage."""
+        millivolts = uploaded(frame.data)
+        if millivolts is None:
+            self._asks_supply = False  # it has no such object
+        else:
             self._supply(millivolts / 1000, frame.at)
 
     def _heartbeat(self, frame: Frame) -> None:
@@ -236,4 +261,4 @@ class Cia402Axis(Axis):
 
     def _control(self, word: int) -> None:
         self._word = word
-        self._send(CONTROL_PDO.frame(self.node, word))
+        self._send(CONTROL_PDO.frame(self.node, word), urgent=word == Control.DISABLE_VOLTAGE)

@@ -17,6 +17,7 @@ from vrg.hal.can.cia402.drive_states import StateMachine
 from vrg.hal.can.cia402.errors import RPDO_TIMEOUT, STO, error_register
 from vrg.hal.can.cia402.network import SYNC, Function, Nmt, NmtCommand
 from vrg.hal.can.cia402.objects import EVENT_TIMER, PROFILE_VELOCITY, SERIAL, Object
+from vrg.hal.can.cia402.options import Cia402Options
 from vrg.hal.can.cia402.states import Control, DriveState
 from vrg.hal.can.cia402.units import Units, units
 from vrg.hal.can.emulator.drive import Cycle, DriveOptions, EmulatedDrive
@@ -54,6 +55,13 @@ class Cia402Drive(EmulatedDrive):
     def _boot(self, now: float) -> None:
         self.objects = Objects(self.node, self._measure, self._refuse, self._wrote)
         self._server = ObjectServer(self.node, self.objects)
+        said = self.options.protocol
+        if isinstance(said, Cia402Options):
+            # What a person has to say is what such a drive does not say itself.
+            if said.counts is not None:
+                self.objects.remove(Object.ENCODER_RESOLUTION)
+            if said.velocity_unit is not None:
+                self.objects.remove(Object.VELOCITY_UNIT)
         self.objects[Object.IDENTITY, SERIAL] = self.options.serial & 0xFFFFFFFF
         self.objects[Object.HEARTBEAT_TIME, 0] = round(self.options.heartbeat * 1000)
         self.objects[Object.RPDO + 1, EVENT_TIMER] = round(self.options.watchdog * 1000)
@@ -84,8 +92,12 @@ class Cia402Drive(EmulatedDrive):
 
     @property
     def _units(self) -> Units:
-        increments, turns = (self.objects[Object.ENCODER_RESOLUTION, sub] for sub in (1, 2))
-        found = units(increments, turns, self.objects[Object.VELOCITY_UNIT, 0])
+        said = self.options.protocol
+        counts, unit = (said.counts, said.velocity_code) if isinstance(said, Cia402Options) else (None, None)
+        turns = 1
+        if counts is None:
+            counts, turns = (self.objects[Object.ENCODER_RESOLUTION, sub] for sub in (1, 2))
+        found = units(counts, turns, unit or self.objects[Object.VELOCITY_UNIT, 0])
         assert found is not None
         return found
 

@@ -53,6 +53,10 @@ class Objects:
     def __setitem__(self, key: tuple[int, int], value: int | str) -> None:
         self._values[key] = value
 
+    def remove(self, index: int) -> None:
+        """Be a drive that has no such object."""
+        del self.object_dictionary[index]
+
     def find(self, index: int, sub: int) -> ODVariable:
         """The description of an object.
 

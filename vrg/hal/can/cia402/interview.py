@@ -3,6 +3,7 @@
 import time
 
 from vrg.hal.can.cia402.objects import PROFILE, SERIAL, SUPPORTS_PROFILE_VELOCITY, Object
+from vrg.hal.can.cia402.options import Cia402Options
 from vrg.hal.can.cia402.sdo import NoAnswerError, SdoClient
 from vrg.hal.can.cia402.units import Units, units
 
@@ -29,10 +30,12 @@ class Interview:
     Args:
         sdo: asks the drive.
         heartbeat: the period of its heartbeat, ms.
+        options: what a person has said of the drive, which stands above what it says itself.
     """
 
-    def __init__(self, sdo: SdoClient, heartbeat: int) -> None:
+    def __init__(self, sdo: SdoClient, heartbeat: int, options: Cia402Options) -> None:
         self._sdo = sdo
+        self._options = options
         self._period = heartbeat
         self._answers: dict[tuple[int, int], int | None] = {}
         self._serial_asked = 0
@@ -65,8 +68,10 @@ class Interview:
     @property
     def units(self) -> Units | None:
         """The units of the drive's numbers; None where they are not known, or make no sense."""
-        increments, turns = (self._number(Object.ENCODER_RESOLUTION, sub) for sub in (1, 2))
-        return units(increments or 0, turns or 0, self._number(Object.VELOCITY_UNIT))
+        increments, turns = (self._number(Object.ENCODER_RESOLUTION, sub) or 0 for sub in (1, 2))
+        said = self._options
+        counts, per = (increments, turns) if said.counts is None else (said.counts, 1)
+        return units(counts, per, said.velocity_code or self._number(Object.VELOCITY_UNIT))
 
     @property
     def problem(self) -> str | None:
@@ -111,13 +116,17 @@ class Interview:
         modes = self._number(Object.SUPPORTED_MODES)
         if modes is not None and not modes & SUPPORTS_PROFILE_VELOCITY:
             return f"expected a drive with profile velocity mode, its modes (0x6502) are 0x{modes:X}"
-        if self.units is None:
-            counts, turns = (self._number(Object.ENCODER_RESOLUTION, sub) for sub in (1, 2))
-            return (
-                f"expected units of turns, its encoder resolution (0x608F) is {counts} for {turns} turns and its "
-                f"velocity unit (0x60A9) 0x{self._number(Object.VELOCITY_UNIT) or 0:08X}"
-            )
-        return None
+        if self.units is not None:
+            return None
+        counts, turns = (self._number(Object.ENCODER_RESOLUTION, sub) for sub in (1, 2))
+        unit = self._number(Object.VELOCITY_UNIT)
+        told = f"says 0x{unit:08X}" if unit else "says nothing"
+        resolution = f"{counts} for {turns} turns" if counts is not None else "nothing"
+        return (
+            f"expected to know the units of its numbers: of its velocity it {told} (0x60A9), of its encoder's counts "
+            f"{resolution} (0x608F). Look them up in its manual, and write counts, for one turn of the motor, and "
+            'velocity_unit, such as "1/min", into [backends.can.robots.<name>.options]'
+        )
 
     def _number(self, index: int, sub: int = 0) -> int | None:
         return self._answers.get((index, sub))

@@ -1,8 +1,8 @@
 """CANopen nodes on a bus: how they are recognised, and what they tell; drives of profile 402 tell the most."""
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from vrg.hal.can.axis import Send
 from vrg.hal.can.cia402.errors import describe_error
 from vrg.hal.can.cia402.network import NMT_WORDS, NODE_MASK, Function, Nmt
 from vrg.hal.can.cia402.objects import SERIAL, Object
@@ -40,7 +40,7 @@ class CanopenListener(Listener):
     word = "canopen"
     title = "CANopen"
 
-    def __init__(self, send: Callable[[Frame], None]) -> None:
+    def __init__(self, send: Send) -> None:
         super().__init__(send)
         self._network: dict[int, int] = {}
         self._clients: dict[int, SdoClient] = {}
@@ -108,6 +108,7 @@ class CanopenListener(Listener):
         counts, turns = (number(Object.ENCODER_RESOLUTION, sub) or 0 for sub in (1, 2))
         found = units(counts, turns, number(Object.VELOCITY_UNIT))
         position, velocity = number(Object.POSITION, signed=True), number(Object.VELOCITY, signed=True)
-        if found is not None:
-            node.position = None if position is None else found.turns(position)
-            node.velocity = None if velocity is None else found.turns_per_s(velocity)
+        if position is not None and counts and turns:
+            node.position = position * turns / counts
+        if velocity is not None and found is not None:
+            node.velocity = found.turns_per_s(velocity)

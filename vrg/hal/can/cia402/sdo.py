@@ -21,6 +21,24 @@ _SERIAL_ANSWER = struct.pack("<BHB", 0x43, Object.IDENTITY, SERIAL)
 """The first four bytes of the answer to the question for the serial number; the number itself follows."""
 
 
+def upload_request(node: int, index: int, sub: int = 0) -> Frame:
+    """The frame that asks a drive for an object, for who does not wait for the answer."""
+    return Frame(Function.SDO_REQUEST | node, struct.pack("<BHB4x", 0x40, index, sub))
+
+
+def concerns(data: bytes, index: int, sub: int = 0) -> bool:
+    """Whether an SDO answer tells an object, or refuses it."""
+    return len(data) == 8 and data[0] & 0xE0 in (0x40, 0x80) and data[1:4] == struct.pack("<HB", index, sub)
+
+
+def uploaded(data: bytes) -> int | None:
+    """The unsigned number that an SDO answer of up to four bytes tells; None where it is a refusal."""
+    if data[0] & 0xE2 != 0x42:
+        return None
+    unused = data[0] >> 2 & 3 if data[0] & 1 else 0
+    return int.from_bytes(data[4 : 8 - unused], "little")
+
+
 class NoAnswerError(RobotError):
     """A drive has not answered, or its answer makes no sense."""
 
@@ -37,12 +55,13 @@ class SdoClient:
     Attributes:
         remote: the drive as canopen has it. Use it only within `transfer`.
         serials: all serial numbers that were heard. serial_answers: how many answers told one.
+        asking: a transfer is under way.
     """
 
     def __init__(self, node: int, send: Callable[[Frame], None]) -> None:
         self.serials: set[int] = set()
         self.serial_answers = 0
-        self._asking = False
+        self.asking = False
         self._answer = Function.SDO_ANSWER | node
         self._network = canopen.Network()
         self._network.bus = _Sender(send)  # type: ignore[assignment]
@@ -55,7 +74,7 @@ class SdoClient:
             self.serials.add(int.from_bytes(data[4:], "little"))
             self.serial_answers += 1
         # Answers to the questions of another master are not kept: nobody would ever take them.
-        if self._asking:
+        if self.asking:
             self._network.notify(self._answer, bytearray(data), 0.0)
 
     @contextmanager
@@ -71,13 +90,13 @@ class SdoClient:
             RobotError: a question could not be sent.
         """
         self.remote.sdo.RESPONSE_TIMEOUT = max(1e-3, timeout)
-        self._asking = True
+        self.asking = True
         try:
             yield
         except (canopen.SdoCommunicationError, canopen.ObjectDictionaryError, struct.error) as error:
             raise NoAnswerError(str(error)) from None
         finally:
-            self._asking = False
+            self.asking = False
 
     def read(self, index: int, sub: int, timeout: float) -> bytes | None:
         """The value of an object, or None where the drive refuses to tell it: it may have no such object.

@@ -37,6 +37,7 @@ class SetUp:
 
     Attributes:
         firmware: the version in words, after `configure`; empty where the drive does not tell it.
+        tells_supply: whether the drive sends the voltage of its supply by itself, after `configure`.
     """
 
     def __init__(self, node: int, sdo: SdoClient, send: Callable[[Frame], None], *, unwatched: bool = False) -> None:
@@ -45,6 +46,7 @@ class SetUp:
         self._sdo = sdo
         self._send = send
         self.firmware = ""
+        self.tells_supply = False
 
     def configure(self) -> None:
         """Switch the motor off, and give the drive its PDOs, its watchdog and its mode of operation.
@@ -67,6 +69,7 @@ class SetUp:
             _map(drive.tpdo[2], MOTION_PDO, self._node, every=0.01, inhibit=0.01)
             try:
                 _map(drive.tpdo[3], SUPPLY_PDO, self._node, every=1.0, inhibit=0.5)
+                self.tells_supply = True
             except canopen.SdoAbortedError as error:
                 if error.code not in _MISSING:
                     raise

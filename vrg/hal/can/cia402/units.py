@@ -38,17 +38,17 @@ INCREMENTS_PER_S = _INCREMENTS << 16 | _SECONDS << 8
 """The velocity unit increments/s, as 0x60A9 has it."""
 
 
-def units(increments: int, revolutions: int, velocity_unit: int | None) -> Units | None:
-    """The units by 0x608F:01, 0x608F:02 and 0x60A9, or None where they make no sense.
+def units(increments: float, revolutions: int, velocity_unit: int | None) -> Units | None:
+    """The units by 0x608F:01, 0x608F:02 and 0x60A9, or None where they make no sense or are not known.
 
-    The velocity unit is increments/s where the drive has no 0x60A9, or says 0 there. Else its highest byte is a power
-    of ten, and then come the codes of what is counted, revolutions or increments, and of the time, minutes or
-    seconds: 0x00B44700 is 1/min, 0xFDB44700 0.001/min.
+    The highest byte of the velocity unit is a power of ten, and then come the codes of what is counted, revolutions or
+    increments, and of the time, minutes or seconds: 0x00B44700 is 1/min, 0xFDB44700 0.001/min. A drive that has no such
+    object, or says 0 there, leaves its unit to its manual.
     """
-    if increments <= 0 or revolutions <= 0:
+    if increments <= 0 or revolutions <= 0 or not velocity_unit:
         return None
     counts = increments / revolutions
-    prefix, counted, time, rest = (velocity_unit or INCREMENTS_PER_S).to_bytes(4, "big")
+    prefix, counted, time, rest = velocity_unit.to_bytes(4, "big")
     per_turn = {_REVOLUTIONS: 1.0, _INCREMENTS: counts}.get(counted)
     per_second = {_MINUTES: 60.0, _SECONDS: 1.0}.get(time)
     if per_turn is None or per_second is None or rest:

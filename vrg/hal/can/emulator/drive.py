@@ -13,6 +13,7 @@ from typing import ClassVar
 from vrg.hal.can.emulator.faults import FaultKind, FaultRequest, decode_fault, is_fault_request
 from vrg.hal.can.emulator.motor import Motor, MotorModel
 from vrg.hal.can.frame import Frame, FrameError
+from vrg.hal.can.options import ProtocolOptions
 
 BOOT = 0.3
 """s of silence while a drive starts."""
@@ -35,6 +36,7 @@ class DriveOptions:
         watchdog: s without a setpoint after which the motor is switched off; 0 = never.
         voltage: voltage of the supply, V.
         heartbeat, encoder, supply: the periods of these three kinds of frames, s.
+        protocol: what a person has to say of such a drive, see vrg.hal.can.options; None where that is nothing.
     """
 
     serial: int
@@ -44,6 +46,7 @@ class DriveOptions:
     heartbeat: float = 0.1
     encoder: float = 0.01
     supply: float = 1.0
+    protocol: ProtocolOptions | None = None
 
 
 class Cycle:
@@ -220,5 +223,6 @@ class EmulatedDrive(ABC):
         if self._has(FaultKind.GARBAGE):
             return [replace(f, data=self._rng.randbytes(len(f.data))) for f in frames]
         if self._has(FaultKind.LENGTH):
-            return [replace(f, data=f.data[:-1]) for f in frames]
+            # Not every length can be that of a CAN FD frame; half of one can.
+            return [replace(f, data=f.data[: len(f.data) // 2] if f.fd else f.data[:-1]) for f in frames]
         return frames

@@ -9,10 +9,12 @@ import can
 
 from vrg.bus.stopping import StopSignal
 from vrg.errors import RobotError
-from vrg.hal.can.bus import describe_error, errno_of, frame_of, message_of, open_bus
+from vrg.hal.can.bus import frame_of, message_of
 from vrg.hal.can.emulator.drive import EmulatedDrive
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
+from vrg.hal.can.opening import open_bus
+from vrg.hal.can.troubles import describe_error, errno_of
 
 log = logging.getLogger(__name__)
 

@@ -1,16 +1,18 @@
 """One axis of an ODrive, by CANSimple."""
 
-from collections.abc import Callable
-
-from vrg.hal.can.axis import Axis, State
-from vrg.hal.can.frame import Frame, FrameError
+from vrg.hal.can.axis import NEVER, Axis, Send, State
+from vrg.hal.can.frame import Filter, Frame, FrameError
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.odrive.messages import AxisError, Command
+from vrg.hal.can.odrive.results import describe_result
+from vrg.hal.can.options import ProtocolOptions
 
 _NODE_MASK = 0x7E0
 """The bits of an identifier that all commands of one node have in common."""
 _TOLD = (messages.Error, messages.TxSdo, messages.Iq, messages.Temperature, messages.Torques, messages.Powers)
 """What a drive tells and this axis has no use for."""
+_SUPPLY_PERIOD = 1.5
+"""s without the supply's voltage after which it is asked for."""
 _REZERO = float(1 << 18)
 """turns beyond which a float32 steps by more than 1/64 turn; the position is then set back to zero before a start."""
 
@@ -18,11 +20,12 @@ _REZERO = float(1 << 18)
 class OdriveAxis(Axis):
     """See `Axis`. All that can be wrong with the drive is in its heartbeat."""
 
-    def __init__(self, node: int, send: Callable[[Frame], None]) -> None:
-        super().__init__(node, send)
+    def __init__(self, node: int, send: Send, options: ProtocolOptions | None = None) -> None:
+        super().__init__(node, send, options)
         self._version: messages.Version | None = None
         self._serials: set[int] = set()
         self._wanted = False
+        self._asked_supply = NEVER
 
     @classmethod
     def check_node(cls, node: int) -> str | None:
@@ -30,9 +33,9 @@ class OdriveAxis(Axis):
         return None if node in codec.NODES else f"expected 0 to {codec.NODES[-1]}, got {node}"
 
     @property
-    def filters(self) -> list[tuple[int, int]]:
+    def filters(self) -> list[Filter]:
         """They let all frames from and to this node and to all nodes through, so that another master is noticed."""
-        return [(self.node << 5, _NODE_MASK), (codec.BROADCAST << 5, _NODE_MASK)]
+        return [Filter(self.node << 5, _NODE_MASK), Filter(codec.BROADCAST << 5, _NODE_MASK)]
 
     @property
     def identified(self) -> bool:
@@ -99,7 +102,7 @@ class OdriveAxis(Axis):
         self._send(codec.encode(self.node, mode))
         self._send(codec.encode(self.node, messages.SetInputVel(0.0)))
         self._send(codec.encode(self.node, messages.SetAxisState(messages.AxisState.CLOSED_LOOP_CONTROL)))
-        self._wanted, self.expired = True, False
+        self._wanted, self.expired, self.refusal = True, False, None
         if self.state is State.IDLE:
             self.state = State.STARTING
         # Its next heartbeat may be 0.1 s away.
@@ -112,25 +115,33 @@ class OdriveAxis(Axis):
     def idle(self) -> None:
         """Switch the motor off."""
         self._wanted = False
-        self._send(codec.encode(self.node, messages.SetAxisState(messages.AxisState.IDLE)))
+        self._send(codec.encode(self.node, messages.SetAxisState(messages.AxisState.IDLE)), urgent=True)
         if self.state in (State.STARTING, State.CLOSED_LOOP):
             self.state = State.IDLE
 
     def stop_now(self) -> None:
         """Send the Estop frame."""
         self._wanted = False
-        self._send(codec.encode(self.node, messages.Estop()))
+        self._send(codec.encode(self.node, messages.Estop()), urgent=True)
 
     def clear(self) -> None:
         """Forget latched errors."""
         self._send(codec.encode(self.node, messages.ClearErrors()))
         self._send(codec.request(self.node, Command.HEARTBEAT))
 
+    def poll(self, now: float) -> None:
+        """Ask for the supply's voltage where the drive does not send it: its period is 0 by default."""
+        if now - max(self.supplied, self._asked_supply) > _SUPPLY_PERIOD:
+            self._asked_supply = now
+            self._send(codec.request(self.node, Command.BUS_VOLTAGE_CURRENT))
+
     def _heartbeat(self, heartbeat: messages.Heartbeat, at: float) -> None:
         self.heard = at
         errors = heartbeat.error
         self.starved = bool(errors & AxisError.WATCHDOG_TIMER_EXPIRED)
         self.expired |= self.starved
+        if self._wanted and heartbeat.state == messages.AxisState.IDLE and heartbeat.result:
+            self.refusal = describe_result(heartbeat.result)
         serious = errors & ~(AxisError.WATCHDOG_TIMER_EXPIRED | AxisError.ESTOP_REQUESTED)
         self.fault = messages.describe_errors(serious) or None
         if errors & AxisError.ESTOP_REQUESTED:

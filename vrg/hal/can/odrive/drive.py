@@ -13,13 +13,13 @@ from vrg.hal.can.emulator.drive import Cycle, EmulatedDrive
 from vrg.hal.can.frame import Frame, FrameError
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.odrive.messages import AxisError, AxisState, Command, ControlMode
+from vrg.hal.can.odrive.results import ProcedureResult
 
 _VERSION = messages.Version(messages.PROTOCOL_VERSION, 4, 4, 58, 0, 6, 11, 0)
 _POSITION_GAIN = 20.0
 """turn/s for each turn of position error; this is the real drive's default."""
 _RAMP = 200.0
 """The acceleration along a ramp, turn/s^2."""
-_INVALID_STATE = 13
 _LARGEST = 1e6
 """turn/s or A; a limit beyond it is no limit, and would not fit into the numbers that a drive sends."""
 
@@ -121,7 +121,7 @@ class OdriveDrive(EmulatedDrive):
         self._result = 0
         if state == AxisState.CLOSED_LOOP_CONTROL:
             if self._active or self._reason:
-                self._result = _INVALID_STATE
+                self._result = ProcedureResult.INVALID_STATE
             elif not self._energised:
                 self._state = AxisState.CLOSED_LOOP_CONTROL
                 self._ramped = self.motor.velocity
@@ -129,7 +129,7 @@ class OdriveDrive(EmulatedDrive):
         elif state in set(AxisState):
             self._state = AxisState.IDLE
         else:
-            self._result = _INVALID_STATE
+            self._result = ProcedureResult.INVALID_STATE
 
     def _setpoint(self, mode: int, value: float, now: float) -> None:
         if not math.isfinite(value):

@@ -1,0 +1,216 @@
+"""One axis of a moteus controller.
+
+Each setpoint carries the time after which the drive must stop by itself, so that its watchdog is set by whoever drives.
+A drive whose watchdog has expired holds its motor still in the mode "timeout" until it is stopped.
+"""
+
+import math
+
+from vrg.hal.can.axis import NEVER, Axis, Send, State
+from vrg.hal.can.frame import EXTENDED_MASK, Filter, Frame, FrameError
+from vrg.hal.can.moteus import codec
+from vrg.hal.can.moteus.codec import Kind, Resolution, Subframe
+from vrg.hal.can.moteus.registers import (
+    LIMITS,
+    MAP_VERSION,
+    Mode,
+    Register,
+    describe_fault,
+    describe_mode,
+    describe_version,
+    scale_of,
+)
+from vrg.hal.can.options import ProtocolOptions
+from vrg.hal.driver import COMMAND_TIMEOUT
+
+HOST = 0
+"""The id of who commands, as moteus' own tools have it."""
+_POLL = 0.04
+"""s without an answer after which the drive is asked again."""
+_STATUS = (
+    codec.read(Register.MODE, 1, Resolution.INT8),
+    codec.read(Register.POSITION, 2),
+    codec.read(Register.VOLTAGE),
+    codec.read(Register.FAULT, 1, Resolution.INT16),
+    codec.read(Register.MILLISECONDS, 1, Resolution.INT32),
+)
+_IDENTITY = (
+    codec.read(Register.FIRMWARE_VERSION, 2, Resolution.INT32),
+    codec.read(Register.SERIAL_1, 3, Resolution.INT32),
+)
+_COUNTER_END = 0x7FFF0000
+"""ms near which the counter of a drive that has run for 24 days begins anew."""
+_STOP = (codec.write(Register.MODE, [Mode.STOPPED], Resolution.INT8),)
+
+
+def setpoint(velocity: float, timeout: float) -> tuple[Subframe, ...]:
+    """The subframes that ask for a velocity in turn/s, wherever the motor is, for at most `timeout` s."""
+    return (
+        codec.write(Register.MODE, [Mode.POSITION], Resolution.INT8),
+        codec.write(Register.COMMAND_POSITION, [math.nan, velocity]),
+        codec.write(Register.COMMAND_TIMEOUT, [timeout]),
+    )
+
+
+class MoteusAxis(Axis):
+    """See `Axis` and the module.
+
+    Attributes:
+        mode: what the drive is doing, in words; empty before it is known.
+    """
+
+    def __init__(self, node: int, send: Send, options: ProtocolOptions | None = None) -> None:
+        super().__init__(node, send, options)
+        self._serials: set[str] = set()
+        self._map: int | None = None
+        self.mode = ""
+        self._wanted = False
+        self._polled = NEVER
+        self._uptime = 0
+
+    @classmethod
+    def check_node(cls, node: int) -> str | None:
+        """A drive has an id from 1 to 126; 127 means everybody."""
+        return None if node in codec.NODES else f"expected 1 to {codec.NODES[-1]}, got {node}"
+
+    @property
+    def filters(self) -> list[Filter]:
+        """What the drive says, whoever has asked it, and what anybody says to it or to all."""
+        heads = [(self.node << 8, 0xFF00), (self.node, 0x7F), (codec.BROADCAST, 0x7F)]
+        standard = [Filter(id_, mask & 0x7FF) for id_, mask in heads if id_ <= 0x7FF]
+        return [*standard, *(Filter(id_, mask & EXTENDED_MASK, extended=True) for id_, mask in heads)]
+
+    @property
+    def identified(self) -> bool:
+        """Whether version and serial number have come."""
+        return self._map is not None and bool(self._serials)
+
+    @property
+    def serials(self) -> tuple[str, ...]:
+        """All serial numbers that were heard: two drives may share an id by mistake."""
+        return tuple(sorted(self._serials))
+
+    @property
+    def problem(self) -> str | None:
+        """An old register map, or two drives with this id."""
+        if len(self._serials) > 1:
+            return f"two drives have this id: serial numbers {' and '.join(self.serials)}; give one another id"
+        if self._map is not None and self._map < MAP_VERSION:
+            return f"expected register map version {MAP_VERSION} or newer, got {self._map}: update the drive's firmware"
+        return None
+
+    def receive(self, frame: Frame) -> None:
+        """Hear a frame."""
+        source, destination, _ = codec.address_of(frame.id)
+        mine = destination in (self.node, codec.BROADCAST)
+        if frame.remote or (not mine and source != self.node):
+            return
+        try:
+            subframes = codec.decode(frame)
+        except FrameError as error:
+            # What others say to one another may be of another protocol.
+            if source == self.node and not mine:
+                self._complain(f"a malformed frame: {error}")
+            return
+        if mine and source != self.node:
+            for subframe in subframes:
+                if subframe.kind is Kind.WRITE:
+                    self._complain(f"another program commands it too: it writes register 0x{subframe.register:03X}")
+        elif source == self.node:
+            self._answer(subframes, frame.at)
+
+    def identify(self, patience: float) -> None:
+        """Ask for version, serial number and state; the answers come to `receive`, so that this waits for nothing."""
+        self._send(codec.encode(HOST, self.node, _IDENTITY, reply=True))
+        self._send(codec.encode(HOST, self.node, _STATUS, reply=True))
+
+    def prepare(self) -> None:
+        """Do nothing: each setpoint carries all that the drive needs."""
+
+    def poll(self, now: float) -> None:
+        """Ask how it is: it says nothing by itself."""
+        if now - max(self.heard, self._polled) >= _POLL:
+            self._polled = now
+            self._send(codec.encode(HOST, self.node, _STATUS, reply=True))
+
+    def start(self) -> None:
+        """Ask for position mode at velocity zero."""
+        self._wanted, self.expired = True, False
+        if self.state is State.IDLE:
+            self.state = State.STARTING
+        self.command(0.0)
+
+    def command(self, velocity: float) -> None:
+        """Send a setpoint in turn/s, and ask how the drive is."""
+        # A setpoint would start a drive that is stopped, and a drive that has a fault takes none.
+        if self._wanted:
+            subframes = (*setpoint(velocity, COMMAND_TIMEOUT), *_STATUS)
+            self._send(codec.encode(HOST, self.node, subframes, reply=True))
+
+    def idle(self) -> None:
+        """Switch the motor off."""
+        self._wanted = False
+        if self.state in (State.STARTING, State.CLOSED_LOOP):
+            self.state = State.IDLE
+        self._send(codec.encode(HOST, self.node, (*_STOP, *_STATUS), reply=True), urgent=True)
+
+    def stop_now(self) -> None:
+        """Switch the motor off: this protocol has no shorter way."""
+        self.idle()
+
+    def clear(self) -> None:
+        """Forget a fault or an expired watchdog, which a stop does."""
+        self._send(codec.encode(HOST, self.node, (*_STOP, *_STATUS), reply=True))
+
+    def _answer(self, subframes: list[Subframe], at: float) -> None:
+        """Take in the registers that the drive has told."""
+        told: dict[int, float] = {}
+        for subframe in subframes:
+            if subframe.kind is Kind.REPLY:
+                for offset, raw in enumerate(subframe.values):
+                    number = subframe.register + offset
+                    told[number] = scale_of(number).value(raw, subframe.resolution)
+        if Register.FIRMWARE_VERSION in told:
+            self.firmware = describe_version(int(told[Register.FIRMWARE_VERSION]))
+        if Register.REGISTER_MAP_VERSION in told:
+            self._map = int(told[Register.REGISTER_MAP_VERSION])
+        if Register.SERIAL_3 in told:
+            words = (int(told.get(number, 0)) & 0xFFFFFFFF for number in (Register.SERIAL_3, 0x121, 0x120))
+            self.serial = "".join(f"{word:08X}" for word in words).lstrip("0") or "0"
+            self._serials.add(self.serial)
+        if Register.POSITION in told and Register.VELOCITY in told:
+            self._estimate(told[Register.POSITION], told[Register.VELOCITY], at)
+        if Register.VOLTAGE in told:
+            self._supply(told[Register.VOLTAGE], at)
+        if Register.MILLISECONDS in told:
+            self._watch_uptime(int(told[Register.MILLISECONDS]))
+        if Register.MODE in told:
+            self.heard = at
+            self._judge(int(told[Register.MODE]), int(told.get(Register.FAULT, 0)))
+
+    def _watch_uptime(self, milliseconds: int) -> None:
+        """Notice a drive that was started again: the next setpoint alone would let it drive on."""
+        if milliseconds < self._uptime < _COUNTER_END:
+            self._complain("it was started again")
+            self._wanted = False
+        self._uptime = milliseconds
+
+    def _judge(self, mode: int, fault: int) -> None:
+        """What a mode means here."""
+        self.mode = describe_mode(mode)
+        self.fault = None
+        self.starved = mode == Mode.TIMEOUT
+        self.expired |= self.starved
+        if mode == Mode.FAULT:
+            self.state, self._wanted = State.FAULT, False
+            self.fault = describe_fault(fault if fault < LIMITS else 0) or "a fault that it gives no reason for"
+        elif mode == Mode.POSITION:
+            self.state = State.CLOSED_LOOP
+        elif mode in (Mode.STOPPED, Mode.TIMEOUT):
+            starting = self._wanted and not self.starved and self.state is State.STARTING
+            self.state = State.STARTING if starting else State.IDLE
+        elif mode in (Mode.ENABLING, Mode.CALIBRATING, Mode.CALIBRATION_COMPLETE) and self._wanted:
+            self.state = State.STARTING
+        else:
+            self.state = State.FAULT
+            self.fault = f"expected to be stopped or in position mode, it is in {describe_mode(mode)}"

@@ -1,0 +1,59 @@
+"""moteus controllers on a bus: how they are recognised, and what they tell."""
+
+from vrg.hal.can.axis import NEVER, Send
+from vrg.hal.can.frame import Frame, FrameError
+from vrg.hal.can.listener import Claim, Found, Listener
+from vrg.hal.can.moteus import codec
+from vrg.hal.can.moteus.axis import HOST, MoteusAxis
+from vrg.hal.can.moteus.codec import Kind, Resolution
+from vrg.hal.can.moteus.registers import Register
+
+_GREETING = (codec.read(Register.MODE, 1, Resolution.INT8),)
+
+
+class MoteusListener(Listener):
+    """See `Listener`. A drive is recognised by a CAN FD frame that tells registers. It speaks only when it is asked."""
+
+    word = "moteus"
+    title = "moteus"
+
+    def __init__(self, send: Send) -> None:
+        super().__init__(send)
+        self._axes: dict[int, MoteusAxis] = {}
+
+    def claim(self, frame: Frame) -> Claim:
+        """An answer of a drive is certainly one: no other protocol here has CAN FD frames."""
+        source, destination, _ = codec.address_of(frame.id)
+        if frame.remote or not frame.fd or source not in codec.NODES or destination in codec.NODES:
+            return Claim.NONE
+        try:
+            told = any(subframe.kind is Kind.REPLY for subframe in codec.decode(frame))
+        except FrameError:
+            told = False
+        return Claim.CERTAIN if told or source in self.found else Claim.NONE
+
+    def hear(self, frame: Frame) -> None:
+        """Take in an answer."""
+        number = codec.address_of(frame.id).source
+        axis = self._axes.setdefault(number, MoteusAxis(number, self._send))
+        axis.receive(frame)
+        node = self._recognise(number, frame)
+        node.heard = frame.at
+        node.state, node.errors = axis.mode, axis.fault or ""
+        node.firmware, node.serials = axis.firmware, axis.serials
+        node.voltage = axis.voltage
+        if axis.measured != NEVER:
+            node.position, node.velocity = axis.position, axis.velocity
+
+    def greet(self) -> None:
+        """Ask every drive how it is."""
+        self._send(codec.encode(HOST, codec.BROADCAST, _GREETING, reply=True))
+
+    def ask(self, node: Found) -> None:
+        """Ask a drive for its values; the answers come to `hear`, so that this waits for nothing."""
+        self._axes[node.node].identify(0.0)
+
+    def forget(self, node: int) -> None:
+        """This node was none."""
+        super().forget(node)
+        del self._axes[node]

@@ -1,0 +1,137 @@
+"""The registers of moteus that are used here, and what their values mean."""
+
+import enum
+
+from vrg.hal.can.moteus.codec import WHOLE, Scale
+
+
+class Register(enum.IntEnum):
+    """The number of each register."""
+
+    MODE = 0x000
+    POSITION = 0x001
+    VELOCITY = 0x002
+    TORQUE = 0x003
+    Q_CURRENT = 0x004
+    VOLTAGE = 0x00D
+    TEMPERATURE = 0x00E
+    FAULT = 0x00F
+    COMMAND_POSITION = 0x020
+    COMMAND_VELOCITY = 0x021
+    COMMAND_FEEDFORWARD_TORQUE = 0x022
+    COMMAND_KP_SCALE = 0x023
+    COMMAND_KD_SCALE = 0x024
+    COMMAND_MAX_TORQUE = 0x025
+    COMMAND_STOP_POSITION = 0x026
+    COMMAND_TIMEOUT = 0x027
+    COMMAND_VELOCITY_LIMIT = 0x028
+    COMMAND_ACCEL_LIMIT = 0x029
+    MILLISECONDS = 0x070
+    MODEL_NUMBER = 0x100
+    FIRMWARE_VERSION = 0x101
+    REGISTER_MAP_VERSION = 0x102
+    MULTIPLEX_ID = 0x110
+    SERIAL_1 = 0x120
+    SERIAL_2 = 0x121
+    SERIAL_3 = 0x122
+    SET_OUTPUT_NEAREST = 0x130
+    REQUIRE_REINDEX = 0x132
+
+
+_POSITION, _VELOCITY = Scale(0.01, 0.0001, 0.00001), Scale(0.1, 0.00025, 0.00001)
+_TORQUE, _CURRENT = Scale(0.5, 0.01, 0.001), Scale(1.0, 0.1, 0.001)
+_VOLTAGE, _TIME = Scale(0.5, 0.1, 0.001), Scale(0.01, 0.001, 0.000001)
+_SHARE = Scale(1.0 / 127, 1.0 / 32767, 1.0 / 2147483647)
+
+SCALES: dict[int, Scale] = {
+    Register.POSITION: _POSITION,
+    Register.VELOCITY: _VELOCITY,
+    Register.TORQUE: _TORQUE,
+    Register.Q_CURRENT: _CURRENT,
+    Register.VOLTAGE: _VOLTAGE,
+    Register.TEMPERATURE: _CURRENT,
+    Register.COMMAND_POSITION: _POSITION,
+    Register.COMMAND_VELOCITY: _VELOCITY,
+    Register.COMMAND_FEEDFORWARD_TORQUE: _TORQUE,
+    Register.COMMAND_KP_SCALE: _SHARE,
+    Register.COMMAND_KD_SCALE: _SHARE,
+    Register.COMMAND_MAX_TORQUE: _TORQUE,
+    Register.COMMAND_STOP_POSITION: _POSITION,
+    Register.COMMAND_TIMEOUT: _TIME,
+    Register.COMMAND_VELOCITY_LIMIT: _VELOCITY,
+    Register.COMMAND_ACCEL_LIMIT: Scale(0.05, 0.001, 0.00001),
+    Register.SET_OUTPUT_NEAREST: _POSITION,
+}
+"""The scales of registers that hold quantities; all others are whole numbers."""
+
+
+def scale_of(register: int) -> Scale:
+    """The scale of a register."""
+    return SCALES.get(register, WHOLE)
+
+
+class Mode(enum.IntEnum):
+    """What a drive is doing: the register MODE."""
+
+    STOPPED = 0
+    FAULT = 1
+    ENABLING = 2
+    CALIBRATING = 3
+    CALIBRATION_COMPLETE = 4
+    PWM = 5
+    VOLTAGE = 6
+    VOLTAGE_FOC = 7
+    VOLTAGE_DQ = 8
+    CURRENT = 9
+    POSITION = 10
+    TIMEOUT = 11
+    ZERO_VELOCITY = 12
+    STAY_WITHIN = 13
+    MEASURE_INDUCTANCE = 14
+    BRAKE = 15
+
+
+_FAULTS = {
+    32: "calibration fault",
+    33: "motor driver fault",
+    34: "over voltage",
+    35: "encoder fault",
+    36: "motor not configured",
+    37: "PWM cycle overrun",
+    38: "over temperature",
+    39: "outside of its position limits",
+    40: "under voltage",
+    41: "configuration changed",
+    42: "no valid commutation encoder",
+    43: "no valid position encoder",
+    44: "driver enable fault",
+    45: "stop position together with velocity limits",
+    46: "timing violation",
+    47: "back-EMF without acceleration limit",
+    48: "invalid limits",
+}
+"""The codes of the register FAULT; those of 96 and above only tell what limits the drive."""
+MAP_VERSION = 5
+"""The version of the register map from which on all is as it is used here."""
+LIMITS = 96
+"""The first code that is no fault."""
+
+
+def describe_mode(mode: int) -> str:
+    """A mode in words."""
+    try:
+        return Mode(mode).name.lower().replace("_", " ")
+    except ValueError:
+        return f"mode {mode}"
+
+
+def describe_fault(code: int) -> str:
+    """A fault in words; empty where it is none."""
+    if not 0 < code < LIMITS:
+        return ""
+    return _FAULTS.get(code, f"fault {code}")
+
+
+def describe_version(version: int) -> str:
+    """The firmware's version as people write it."""
+    return f"{version >> 16 & 0xFF}.{version >> 8 & 0xFF}.{version & 0xFF}"

@@ -1,0 +1,142 @@
+"""How a bus is opened by python-can, whatever adapter it is, and what keeps it from being opened, in words."""
+
+import errno
+import fcntl
+import os
+import socket
+import sys
+import termios
+from collections.abc import Mapping
+from typing import Any
+
+import can
+
+from vrg.errors import RobotError
+from vrg.hal.can.link import SERIAL, Link
+from vrg.hal.can.troubles import errno_of
+
+RECEIVE_BUFFER = 1 << 20
+"""The size of the receive buffer in bytes: it holds some 4000 frames, where the default holds 278."""
+_PACKAGES = {
+    "slcan": "pyserial", "serial": "pyserial", "robotell": "pyserial", "gs_usb": "gs-usb", "cantact": "cantact",
+    "canalystii": "canalystii", "seeedstudio": "pyserial", "neovi": "python-ics",
+}  # fmt: skip
+"""The Python package that an interface of python-can needs."""
+_NEEDS = {"socketcand": "host and port", "pcan": "timing, for CAN FD"}
+"""The options of an adapter that an interface cannot do without."""
+
+
+def open_bus(link: Link) -> can.BusABC:
+    """Open a bus by python-can.
+
+    Raises:
+        RobotError: there is no such interface or channel, or another program has it; says what to do.
+    """
+    claim = _claim_port(link) if link.interface in SERIAL else None
+    try:
+        bus = can.Bus(interface=link.interface, channel=link.channel, ignore_config=True, **_arguments(link))
+    except Exception as error:
+        # Drivers of adapters raise what they like, a NameError where the maker's library is missing.
+        if claim is not None:
+            os.close(claim)
+        raise RobotError(f"{link}: {_explain(link, error)}") from None
+    if claim is not None:
+        _keep(bus, claim)
+    raw = getattr(bus, "socket", None)
+    if isinstance(raw, socket.socket):
+        # Root may exceed net.core.rmem_max; who may not gets as much as there is.
+        try:
+            raw.setsockopt(socket.SOL_SOCKET, getattr(socket, "SO_RCVBUFFORCE", 33), RECEIVE_BUFFER)
+        except OSError:
+            raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)
+    return bus
+
+
+def _arguments(link: Link) -> dict[str, Any]:
+    """What python-can's interface is told besides its name and channel."""
+    arguments: dict[str, Any] = dict(link.adapter)
+    if link.bitrate is not None:
+        arguments["bitrate"] = link.bitrate
+    if link.interface == "socketcan":
+        # It costs nothing where nobody sends CAN FD frames, and whoever scans a bus sees those that do.
+        arguments.setdefault("fd", True)
+    if isinstance(timing := arguments.get("timing"), Mapping):
+        arguments["timing"] = _timing(timing)
+    return arguments
+
+
+def _timing(table: Mapping[str, Any]) -> can.BitTiming | can.BitTimingFd:
+    """The bit timing that a table describes, by its registers or by sample points."""
+    kind: Any = can.BitTimingFd if any(name.startswith("nom_") for name in table) else can.BitTiming
+    by_sample_point = any(name.endswith("sample_point") for name in table)
+    timing: can.BitTiming | can.BitTimingFd = (kind.from_sample_point if by_sample_point else kind)(**table)
+    return timing
+
+
+def _claim_port(link: Link) -> int | None:
+    """Lock a serial port before anything is written to it; the descriptor that holds the lock.
+
+    Raises:
+        RobotError: another process has it.
+    """
+    path = link.channel.partition("@")[0]
+    try:
+        port = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+    except OSError as error:
+        if error.errno == errno.EBUSY:
+            raise RobotError(f"{link}: {_in_use(link)}") from None
+        return None  # python-can says better why it cannot be opened
+    try:
+        fcntl.flock(port, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(port)
+        raise RobotError(f"{link}: {_in_use(link)}") from None
+    return port
+
+
+def _in_use(link: Link) -> str:
+    return (
+        f"another program uses this port, and {link.interface} cannot be shared by two processes: end the other one, "
+        "or make a socketcan interface of the adapter, which can be shared, by slcand (see docs/hardware.md)"
+    )
+
+
+def _keep(bus: can.BusABC, port: int) -> None:
+    """Hold the lock of a serial port until the bus is shut down, and let no other program open the port meanwhile."""
+    if os.isatty(port):
+        fcntl.ioctl(port, termios.TIOCEXCL)
+    shutdown = bus.shutdown
+
+    def release() -> None:
+        try:
+            shutdown()
+        finally:
+            if os.isatty(port):
+                fcntl.ioctl(port, termios.TIOCNXCL)
+            os.close(port)
+            bus.shutdown = shutdown  # type: ignore[method-assign]
+
+    bus.shutdown = release  # type: ignore[method-assign]
+
+
+def _explain(link: Link, error: Exception) -> str:
+    number = errno_of(error)
+    if link.interface == "socketcan" and number == errno.ENODEV:
+        make = f"`ip link add {link.channel} type vcan && ip link set {link.channel} up` as root, or scripts/with-vcan"
+        hint = f"; a virtual one comes by {make}" if link.channel.startswith("vcan") else "; `ip link` lists them"
+        return f"no such CAN interface on this machine{hint}"
+    if link.interface == "socketcan" and number == errno.EAFNOSUPPORT:
+        return "this machine's kernel has no CAN: see scripts/with-vcan"
+    if link.interface == "socketcan" and sys.platform != "linux":
+        return "socketcan is only on Linux: name the interface of your adapter, such as slcan, pcan or gs_usb"
+    if number in (errno.EACCES, errno.EPERM):
+        return "this user may not open it: add yourself to the group dialout, or write a udev rule (docs/hardware.md)"
+    what = f"cannot be opened by python-can's interface {link.interface!r}: {error or type(error).__name__}"
+    hints = []
+    if package := _PACKAGES.get(link.interface):
+        hints.append(f"it needs the package {package}: `pip install {package}`")
+    elif isinstance(error, (NameError, AttributeError, ImportError)):
+        hints.append("the driver library of the adapter's maker is missing")
+    if isinstance(error, (TypeError, ValueError)) and link.interface in _NEEDS:
+        hints.append(f"it needs {_NEEDS[link.interface]}: write them in [backends.can.adapter], or as --adapter")
+    return "; ".join([what, *hints])

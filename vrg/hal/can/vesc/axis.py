@@ -1,0 +1,207 @@
+"""One VESC.
+
+It tells its speed, current and tachometer by itself, if its status messages 1 and 5 are switched on. Its fault, its
+time-out and its kill switch must be asked for. The time-out is its watchdog.
+"""
+
+import time
+
+from vrg.hal.can.axis import NEVER, Axis, Send, State
+from vrg.hal.can.frame import Filter, Frame, FrameError
+from vrg.hal.can.options import ProtocolOptions
+from vrg.hal.can.vesc import codec
+from vrg.hal.can.vesc.codec import Comm, Packet
+from vrg.hal.can.vesc.faults import describe_fault
+from vrg.hal.can.vesc.options import VescOptions
+
+OLDEST = (5, 3)
+"""The first firmware that tells of its time-out."""
+_ON_CURRENT, _ON_DUTY = 0.3, 0.02
+"""A or duty cycle beyond which a motor is driven."""
+_RESTART_GAP = 0.2
+"""s without a tachometer after which one that begins at zero belongs to a drive that was started again."""
+_PAUSE = 0.005
+"""s between looks at whether the answer to a question has come."""
+_PATIENCE = 2
+"""How often a drive is asked who it is until the lack of status messages is a problem."""
+
+
+class VescAxis(Axis):
+    """See `Axis` and the module."""
+
+    options: VescOptions
+    options_type = VescOptions
+
+    def __init__(self, node: int, send: Send, options: ProtocolOptions | None = None) -> None:
+        super().__init__(node, send, options)
+        self._pairs = self.options.pole_pairs or 1
+        self.wrap = 2**32 / (codec.TACHO_STEPS * self._pairs)
+        self._assembler = codec.Assembler()
+        self._versions: set[codec.Firmware] = set()
+        self._asked = 0
+        self._flags: int | None = None
+        self._poll_flags = True
+        self._on = False
+        self._wanted = self._confirmed = False
+        self._erpm = 0
+
+    @classmethod
+    def check_node(cls, node: int) -> str | None:
+        """A drive has an id from 0 to 253; 255 means everybody, and 254 is who asks."""
+        return None if node in codec.NODES else f"expected 0 to {codec.NODES[-1]}, got {node}"
+
+    @property
+    def filters(self) -> list[Filter]:
+        """What is sent to this drive or by it, to all, and to who asks."""
+        return [Filter(node, 0xFF, extended=True) for node in (self.node, codec.BROADCAST, codec.HOST)]
+
+    @property
+    def identified(self) -> bool:
+        """Whether the version has come, and the encoder's first word."""
+        return bool(self._versions) and (self.measured != NEVER or self.problem is not None)
+
+    @property
+    def serials(self) -> tuple[str, ...]:
+        """All serial numbers that were heard: two drives may share an id by mistake."""
+        return tuple(sorted(version.serial for version in self._versions))
+
+    @property
+    def problem(self) -> str | None:
+        """The poles are unknown, an old firmware, no status messages, or two drives with this id."""
+        if len(self._versions) > 1:
+            return f"two drives have this id: serial numbers {' and '.join(self.serials)}; give one another id"
+        if self.options.pole_pairs is None:
+            return (
+                "expected to know how many pole pairs its motor has, as it counts electrical revolutions: write "
+                "pole_pairs into [backends.can.robots.<name>.options]; it is half the number of magnets"
+            )
+        for version in self._versions:
+            if (version.major, version.minor) < OLDEST:
+                return (
+                    f"expected firmware {OLDEST[0]}.{OLDEST[1]:02d} or newer, got {version.major}.{version.minor:02d}"
+                )
+        if self._asked > _PATIENCE and self.heard != NEVER and self.measured == NEVER:
+            return "expected its status message 5: switch messages 1 and 5 on, at 50 Hz (VESC Tool, App Settings)"
+        return None
+
+    def receive(self, frame: Frame) -> None:
+        """Hear a frame."""
+        if not frame.extended or frame.remote:
+            return
+        node, packet = codec.node_of(frame), codec.packet_of(frame)
+        try:
+            if node == codec.HOST:
+                self._answer(frame)
+            elif node in (self.node, codec.BROADCAST):
+                if packet in codec.SETPOINTS:
+                    self._complain(f"another program commands it too: {Packet(packet).name}")
+                elif node == self.node:
+                    self._status(packet, frame)
+        except FrameError as error:
+            self._complain(f"a malformed frame: {error}")
+
+    def identify(self, patience: float) -> None:
+        """Ask for the version. Answers of several drives at once would get mixed up, so this waits for it."""
+        self._asked += 1
+        self._send(codec.ask(self.node, bytes([Comm.FW_VERSION])))
+        self._send(codec.ask_values(self.node, codec.FLAGS_BIT))
+        deadline = time.monotonic() + patience
+        while not self._versions and time.monotonic() < deadline:
+            time.sleep(_PAUSE)
+
+    def prepare(self) -> None:
+        """Do nothing: a setpoint alone drives it."""
+
+    def poll(self, now: float) -> None:
+        """Ask for its flags and its fault, in turns."""
+        self._send(codec.ask_values(self.node, codec.FLAGS_BIT if self._poll_flags else codec.FAULT_BIT))
+        self._poll_flags = not self._poll_flags
+
+    def start(self) -> None:
+        """Send a setpoint of zero; the drive obeys once it says that its time-out has ended."""
+        if self.fault or self.state is State.ESTOP:
+            return
+        self._wanted, self._confirmed, self.expired, self.starved = True, False, False, False
+        if self.state is State.IDLE:
+            self.state = State.STARTING
+        self.command(0.0)
+        self._send(codec.ask_values(self.node, codec.FLAGS_BIT))
+
+    def command(self, velocity: float) -> None:
+        """Send a setpoint in turn/s."""
+        # The drive would obey it whenever it comes.
+        if self._wanted:
+            self._send(codec.setpoint(Packet.SET_RPM, self.node, round(velocity * 60 * self._pairs)))
+
+    def idle(self) -> None:
+        """Let go of the motor."""
+        self._wanted = False
+        if self.state in (State.STARTING, State.CLOSED_LOOP):
+            self.state = State.IDLE
+        self._send(codec.setpoint(Packet.SET_CURRENT, self.node, 0), urgent=True)
+
+    def stop_now(self) -> None:
+        """Let go of the motor: this protocol has no shorter way."""
+        self.idle()
+
+    def clear(self) -> None:
+        """Forget the fault, which the drive itself does not keep."""
+        self.fault, self.starved = None, False
+        self._send(codec.ask_values(self.node, codec.FAULT_BIT))
+        self._settle()
+
+    def _status(self, packet: int, frame: Frame) -> None:
+        """Take in what the drive tells by itself."""
+        if packet == Packet.STATUS:
+            status = codec.decode_status(frame.data)
+            self.heard, self._erpm = frame.at, status.erpm
+            self._on = abs(status.current) > _ON_CURRENT or abs(status.duty) > _ON_DUTY
+            self._settle()
+        elif packet == Packet.STATUS_5:
+            told = codec.decode_status_5(frame.data)
+            position = told.tachometer / codec.TACHO_STEPS / self._pairs
+            gap = frame.at - self.measured
+            if self._wanted and gap > _RESTART_GAP and abs(position) < min(1.0, abs(self.position)):
+                self._complain("it was started again")
+                self._wanted = False
+            self._estimate(position, self._erpm / 60 / self._pairs, frame.at)
+            self._supply(told.voltage, frame.at)
+
+    def _answer(self, frame: Frame) -> None:
+        """Take in a piece of an answer, of whatever drive."""
+        whole = self._assembler.take(frame)
+        if whole is None or whole[0] != self.node or not whole[1]:
+            return
+        payload = whole[1]
+        if payload[0] == Comm.FW_VERSION:
+            version = codec.decode_firmware(payload)
+            self._versions.add(version)
+            self.firmware, self.serial = f"{version.major}.{version.minor:02d}", version.serial
+        elif payload[0] == Comm.GET_VALUES_SELECTIVE:
+            bits, value = codec.decode_values(payload)
+            if value is not None:
+                self._value(bits, value)
+
+    def _value(self, bits: int, value: int) -> None:
+        if bits == codec.FAULT_BIT and value:
+            # The drive forgets it after half a second, and would then obey again.
+            self.fault, self._wanted = describe_fault(value), False
+        elif bits == codec.FLAGS_BIT:
+            self._flags = value
+            timed_out = bool(value & codec.TIMED_OUT)
+            if self._wanted and self._confirmed and timed_out:
+                self.starved = self.expired = True
+                self._wanted = False
+            self._confirmed |= self._wanted and not timed_out
+        self._settle()
+
+    def _settle(self) -> None:
+        """What all that was told means."""
+        if self._flags is not None and self._flags & codec.KILL_SWITCH:
+            self.state, self._wanted = State.ESTOP, False
+        elif self.fault:
+            self.state = State.FAULT
+        elif self._wanted:
+            self.state = State.CLOSED_LOOP if self._confirmed else State.STARTING
+        elif self.heard != NEVER:
+            self.state = State.CLOSED_LOOP if self._on else State.IDLE
