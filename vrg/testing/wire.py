@@ -64,7 +64,7 @@ class ProtocolWire:
             )
             for serial in serials
         ]
-        self.survey = Survey([protocol.listener_type(self.ask)])
+        self.survey = Survey([protocol.listener_type(self.question)])
         self._filters: list[Filter] | None = None
         self._poll_at = math.inf
         self._under_way: deque[Frame] = deque()
@@ -97,7 +97,7 @@ class ProtocolWire:
             self._under_way.extend(drive.receive(frame, self.now))
         self._pump()
 
-    def ask(self, frame: Frame, *, urgent: bool = False) -> None:
+    def question(self, frame: Frame, *, urgent: bool = False) -> None:
         """Somebody who listens asks the drives."""
         self.inject(frame)
 

@@ -61,7 +61,7 @@ def test_a_robot_may_be_on_a_bus_of_its_own() -> None:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"protocol": "morse"}, "expected one of cia402, odrive, got 'morse'"),
+        ({"protocol": "morse"}, "expected one of cia402, moteus, odrive, vesc, got 'morse'"),
         ({"bitrate": 3}, "greater than or equal to 10000"),
         ({"robots": {"sue": {**SUE, "right": [0]}}}, "an id of its own for every motor"),
         ({"robots": {"sue": {**SUE, "right": [1, 2]}}}, "as many motors left as right, got 1 and 2"),

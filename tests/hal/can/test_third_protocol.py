@@ -60,7 +60,7 @@ class TestDriver(DriverContract):
 
 
 def test_it_is_found_by_its_name() -> None:
-    assert PROTOCOLS.names() == ["cia402", "odrive", "toy"]
+    assert PROTOCOLS.names() == ["cia402", "moteus", "odrive", "toy", "vesc"]
     assert PROTOCOLS.get("toy") is toy.PROTOCOL
 
 
@@ -72,7 +72,9 @@ def test_a_match_file_may_name_it() -> None:
     assert "toy" in companion.arguments
     with pytest.raises(ValidationError, match="node id of toy: expected 1 to 15, got 0"):
         CanSettings.model_validate(settings("toy", [0], [1]))
-    with pytest.raises(ValidationError, match="expected one of cia402, odrive, toy, got 'toyy', did you mean 'toy'"):
+    with pytest.raises(
+        ValidationError, match="expected one of cia402, moteus, odrive, toy, vesc, got 'toyy', did you mean 'toy'"
+    ):
         CanSettings.model_validate(settings("toyy", *NODES))
 
 
@@ -126,7 +128,7 @@ def test_the_survey_of_a_bus_knows_it() -> None:
 def test_one_that_cannot_be_imported_leaves_the_others_alone(installed: Path, caplog: pytest.LogCaptureFixture) -> None:
     (installed / "toy-1.0.dist-info" / "entry_points.txt").write_text(f"[{PROTOCOLS.group}]\nbroken = nowhere:P\n")
     registry.plugins.cache_clear()
-    assert [listener.word for listener in all_listeners(lambda _: None)] == ["canopen", "odrive"]
+    assert [listener.word for listener in all_listeners(lambda _: None)] == ["canopen", "moteus", "odrive", "vesc"]
     assert "protocol broken: cannot import" in caplog.text
 
 
@@ -156,7 +158,7 @@ class TestCommands:
             (("--protocol", "toy", "--id", "0"), "--id: expected 1 to 15, got 0"),
             (
                 ("--protocol", "toyy", "--id", "3"),
-                "--protocol: expected one of cia402, odrive, toy, got 'toyy', did you",
+                "--protocol: expected one of cia402, moteus, odrive, toy, vesc, got 'toyy', did you",
             ),
         ],
     )

@@ -133,9 +133,10 @@ def _explain(link: Link, error: Exception) -> str:
         return "this user may not open it: add yourself to the group dialout, or write a udev rule (docs/hardware.md)"
     what = f"cannot be opened by python-can's interface {link.interface!r}: {error or type(error).__name__}"
     hints = []
-    if package := _PACKAGES.get(link.interface):
+    missing = isinstance(error, (NameError, AttributeError, ImportError, can.CanInterfaceNotImplementedError))
+    if missing and (package := _PACKAGES.get(link.interface)):
         hints.append(f"it needs the package {package}: `pip install {package}`")
-    elif isinstance(error, (NameError, AttributeError, ImportError)):
+    elif missing:
         hints.append("the driver library of the adapter's maker is missing")
     if isinstance(error, (TypeError, ValueError)) and link.interface in _NEEDS:
         hints.append(f"it needs {_NEEDS[link.interface]}: write them in [backends.can.adapter], or as --adapter")

@@ -1,5 +1,6 @@
 """A CiA 402 drive is asked who it is, and set up."""
 
+import dataclasses
 import random
 
 import pytest
@@ -12,6 +13,7 @@ from vrg.hal.can.cia402.axis import Cia402Axis
 from vrg.hal.can.cia402.drive import Cia402Drive
 from vrg.hal.can.cia402.network import Function, NmtCommand
 from vrg.hal.can.cia402.objects import EVENT_TIMER, Object
+from vrg.hal.can.cia402.options import Cia402Options
 from vrg.hal.can.cia402.set_up import DEADLINE
 from vrg.hal.can.emulator.drive import DriveOptions
 from vrg.hal.can.emulator.faults import FaultKind
@@ -59,7 +61,8 @@ class TestMeeting:
             ((Object.DEVICE_TYPE, 0), 0x0191, "401"),
             ((Object.SUPPORTED_MODES, 0), 0x1, "profile velocity"),
             ((Object.ENCODER_RESOLUTION, 2), 0, "0x608F"),
-            ((Object.VELOCITY_UNIT, 0), 0x00010300, "0x60A9"),
+            ((Object.VELOCITY_UNIT, 0), 0x00010300, "of its velocity it says 0x00010300 (0x60A9)"),
+            ((Object.VELOCITY_UNIT, 0), 0, "of its velocity it says nothing (0x60A9)"),
         ],
     )
     def test_one_that_cannot_do_it_is_refused_in_words(self, key: tuple[int, int], value: int, words: str) -> None:
@@ -96,8 +99,19 @@ class TestMeeting:
     def test_a_drive_without_a_deadline_is_refused(self) -> None:
         wire = Wire().meet()
         del wire.drive.objects.object_dictionary[Object.RPDO + 1].subindices[EVENT_TIMER]
-        with pytest.raises(RobotError, match=r"node 5: .*Subindex"):
+        with pytest.raises(RobotError, match=r"node 5: expected a deadline of 0.2 s.*watchdog = \"unsafe\""):
             wire.axis.prepare()
+
+    def test_unless_a_person_can_do_without(self) -> None:
+        wire = Wire().meet()
+        del wire.drive.objects.object_dictionary[Object.RPDO + 1].subindices[EVENT_TIMER]
+        wire.drive.objects[Object.RPDO + 1, EVENT_TIMER] = 0
+        wire.axis.unwatched = True
+        wire.running()
+        wire.advance(1.0)
+        assert wire.axis.state is State.CLOSED_LOOP, "nothing stops it"
+        wire.axis.idle()
+        wire.until(lambda: wire.axis.state is State.IDLE)
 
     def test_a_drive_that_forgets_its_deadline_is_refused(self, monkeypatch: pytest.MonkeyPatch) -> None:
         wire = Wire().meet()
@@ -111,6 +125,33 @@ class TestMeeting:
         monkeypatch.setattr(objects.__class__, "__setitem__", forgetful)
         with pytest.raises(RobotError, match="0x1401:05"):
             wire.axis.prepare()
+
+    def test_a_voltage_that_no_pdo_can_carry_is_asked_for(self) -> None:
+        wire = Wire().meet()
+        wire.drive.objects.object_dictionary[Object.VOLTAGE].pdo_mappable = False
+        wire.axis.prepare()
+        wire.prepare()
+        wire.until(lambda: wire.axis.voltage == 24.0)
+        wire.drive.options = dataclasses.replace(wire.drive.options, voltage=21.5)
+        wire.until(lambda: wire.axis.voltage == 21.5)
+
+    def test_a_drive_that_does_not_tell_its_units_is_refused(self) -> None:
+        wire = Wire()
+        wire.advance(0.01)
+        wire.drive.objects.remove(Object.VELOCITY_UNIT)
+        wire.meet()
+        assert wire.axis.problem is not None
+        assert "velocity_unit" in wire.axis.problem
+
+    def test_what_a_person_says_of_the_units_stands_above_what_the_drive_says(self) -> None:
+        wire = Wire()
+        wire.axis = Cia402Axis(NODE, wire.send, Cia402Options(velocity_unit="1/min"))
+        wire.advance(0.01)
+        wire.drive.objects[Object.VELOCITY_UNIT, 0] = 0x00B40300
+        wire.prepare()
+        wire.axis.start()
+        wire.axis.command(8.0)
+        assert wire.drive.objects[Object.TARGET_VELOCITY, 0] == 480
 
     def test_a_drive_without_a_voltmeter_is_taken(self) -> None:
         wire = Wire().meet()

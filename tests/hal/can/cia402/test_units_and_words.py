@@ -5,8 +5,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrg.hal.can.cia402.errors import describe_error, error_register
+from vrg.hal.can.cia402.options import UNIT_CODES, Cia402Options, VelocityUnit
 from vrg.hal.can.cia402.states import DriveState, drive_state
-from vrg.hal.can.cia402.units import units
+from vrg.hal.can.cia402.units import INCREMENTS_PER_S, units
 
 i32 = st.integers(-(2**31), 2**31 - 1)
 
@@ -20,12 +21,15 @@ class TestCodec:
 
     @given(st.integers(1, 2**31 - 1), st.integers(1, 1000), i32)
     def test_positions_keep_every_count_and_wrap_after_32_bits(self, counts: int, turns: int, position: int) -> None:
-        known = units(counts, turns, None)
+        known = units(counts, turns, INCREMENTS_PER_S)
         assert known is not None
         assert round(known.turns(position) * known.counts) == position
         assert known.turns(2**31 - 1) - known.turns(-(2**31)) == pytest.approx(known.wrap)
 
-    @given(st.floats(-500, 500), st.sampled_from([0, 0x00B44700, 0xFDB44700, 0x00B40300, 0xFEB40300, 0x00B50300]))
+    @given(
+        st.floats(-500, 500),
+        st.sampled_from([INCREMENTS_PER_S, 0x00B44700, 0xFDB44700, 0x00B40300, 0xFEB40300, 0x00B50300]),
+    )
     def test_a_velocity_comes_back_to_the_nearest_unit(self, velocity: float, unit: int) -> None:
         known = units(4096, 1, unit)
         assert known is not None
@@ -39,16 +43,32 @@ class TestCodec:
 
     @pytest.mark.parametrize(
         ("unit", "in_one_turn_per_second"),
-        [(0x00B44700, 60), (0xFFB44700, 600), (0xFDB44700, 60_000), (0x00B40300, 1), (0x00B50300, 2000), (None, 2000)],
+        [(0x00B44700, 60), (0xFFB44700, 600), (0xFDB44700, 60_000), (0x00B40300, 1), (0x00B50300, 2000)],
     )
     def test_velocity_units_are_what_the_object_says(self, unit: int | None, in_one_turn_per_second: int) -> None:
         known = units(4000, 2, unit)
         assert known is not None
         assert known.velocity_of(1.0) == in_one_turn_per_second
 
-    @pytest.mark.parametrize("bad", [(0, 1, None), (1, 0, None), (1, 1, 0x00010300), (1, 1, 0x00B44701)])
+    @pytest.mark.parametrize(
+        "bad",
+        [(0, 1, 0x00B44700), (1, 0, 0x00B44700), (1, 1, 0x00010300), (1, 1, 0x00B44701), (1, 1, None), (1, 1, 0)],
+    )
     def test_units_that_make_no_sense_are_none(self, bad: tuple[int, int, int | None]) -> None:
         assert units(*bad) is None
+
+    @pytest.mark.parametrize(
+        ("unit", "in_one_turn_per_second"),
+        [
+            ("counts/s", 2000), ("counts/min", 120_000), ("1/s", 1), ("1/min", 60),
+            ("0.1/min", 600), ("0.01/min", 6000), ("0.001/min", 60_000),
+        ],
+    )  # fmt: skip
+    def test_a_unit_that_a_person_names(self, unit: VelocityUnit, in_one_turn_per_second: int) -> None:
+        known = units(2000, 1, Cia402Options(velocity_unit=unit).velocity_code)
+        assert known is not None
+        assert known.velocity_of(1.0) == in_one_turn_per_second
+        assert unit in UNIT_CODES
 
     @given(st.integers(1, 0xFFFF))
     def test_every_error_has_words_and_its_number(self, code: int) -> None:

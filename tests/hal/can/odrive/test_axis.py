@@ -11,6 +11,7 @@ from vrg.hal.can.frame import Frame
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.odrive.axis import OdriveAxis
 from vrg.hal.can.odrive.messages import AxisError, AxisState, Command
+from vrg.hal.can.odrive.results import ProcedureResult
 
 
 @pytest.fixture
@@ -147,6 +148,43 @@ class TestAxis:
         assert wire.axis.problem is not None
         assert "AAA and BBB" in wire.axis.problem
 
+    def test_why_it_does_not_start_is_told(self, wire: Wire) -> None:
+        wire.beat()
+        wire.hear(messages.Heartbeat(0, IDLE, ProcedureResult.NOT_CALIBRATED))
+        assert wire.axis.refusal is None, "nobody has asked it to start"
+        wire.axis.start()
+        wire.hear(messages.Heartbeat(0, IDLE, ProcedureResult.NOT_CALIBRATED))
+        assert wire.axis.refusal == "NOT_CALIBRATED (calibrate motor and encoder, and save that)"
+        wire.axis.start()
+        assert wire.axis.refusal is None
+
+    def test_the_voltage_is_asked_for_where_it_is_not_sent(self, wire: Wire) -> None:
+        asks = [Frame(codec.frame_id(4, Command.BUS_VOLTAGE_CURRENT), remote=True)]
+        wire.axis.poll(10.0)
+        assert wire.sent == asks
+        wire.hear(messages.BusVoltageCurrent(24.0, 0.0), at=10.1)
+        wire.axis.poll(11.0)
+        assert wire.sent == asks, "it is known"
+        wire.axis.poll(12.0)
+        wire.axis.poll(12.05)
+        assert wire.sent == asks * 2, "it is asked once"
+
+    def test_frames_that_switch_off_are_urgent(self, wire: Wire) -> None:
+        wire.axis.start()
+        wire.axis.command(1.0)
+        assert wire.urgent == []
+        wire.axis.idle()
+        wire.axis.stop_now()
+        assert [codec.decode(frame) for frame in wire.urgent] == [messages.SetAxisState(IDLE), messages.Estop()]
+
+    @pytest.mark.parametrize("volts", [math.nan, math.inf, -1.0, 1e30])
+    def test_a_voltage_that_no_supply_has_is_odd(self, wire: Wire, volts: float) -> None:
+        wire.hear(messages.BusVoltageCurrent(24.0, 0.0))
+        wire.hear(messages.BusVoltageCurrent(volts, 0.0))
+        assert wire.axis.voltage == 24.0
+        assert wire.axis.odd is not None
+        assert "its supply says" in wire.axis.odd
+
     def test_another_protocol_version_is_a_problem(self, wire: Wire) -> None:
         wire.hear(messages.Version(3, 4, 4, 58, 0, 7, 0, 0))
         assert wire.axis.problem == "expected CANSimple protocol version 2, got 3"
@@ -169,7 +207,7 @@ class TestAxis:
 
 
 def test_robot_errors_of_the_sender_go_on_to_the_caller() -> None:
-    def full(_: Frame) -> None:
+    def full(_: Frame, *, urgent: bool = False) -> None:
         raise RobotError("full")
 
     with pytest.raises(RobotError, match="full"):

@@ -62,7 +62,7 @@ class SetUp:
             self.firmware = self._text(Object.FIRMWARE)
             drive.sdo[Object.HEARTBEAT_TIME].raw = round(HEARTBEAT * 1000)
             _map(drive.rpdo[1], CONTROL_PDO, self._node)
-            _map(drive.rpdo[2], SETPOINT_PDO, self._node, every=DEADLINE)
+            self._map_setpoints(drive.rpdo[2])
             # The drive sends its statusword whenever that changes, and at least this often. An encoder changes all the
             # time: the inhibit time keeps a drive that takes this for an event from filling the bus.
             _map(drive.tpdo[1], STATUS_PDO, self._node, every=0.05)
@@ -73,14 +73,29 @@ class SetUp:
             except canopen.SdoAbortedError as error:
                 if error.code not in _MISSING:
                     raise
-            deadline = drive.sdo[Object.RPDO + 1][EVENT_TIMER].raw
-            if deadline != round(DEADLINE * 1000) and not self._unwatched:
-                raise RobotError(
-                    f"node {self._node}: expected a deadline of {DEADLINE:g} s for setpoints (0x1401:05), so that the "
-                    f"drive stops the motor when none come; it says {deadline} ms. If this drive has none, and you can "
-                    'do without, write watchdog = "unsafe" in the wiring of this robot'
-                )
             drive.sdo[Object.MODE].raw = PROFILE_VELOCITY
+
+    def _map_setpoints(self, pdo: canopen.pdo.PdoMap) -> None:
+        """Map the PDO of the setpoints, with the deadline that is the drive's watchdog.
+
+        Raises:
+            RobotError: the drive has no such deadline, or does not keep it.
+        """
+        try:
+            _map(pdo, SETPOINT_PDO, self._node, every=DEADLINE)
+            said = f"{self._sdo.remote.sdo[Object.RPDO + 1][EVENT_TIMER].raw} ms"
+        except canopen.SdoAbortedError as error:
+            if error.code not in _MISSING:
+                raise
+            said = f"that it has none ({error})"
+            if self._unwatched:
+                _map(pdo, SETPOINT_PDO, self._node, every=None)
+        if said != f"{round(DEADLINE * 1000)} ms" and not self._unwatched:
+            raise RobotError(
+                f"node {self._node}: expected a deadline of {DEADLINE:g} s for setpoints (0x1401:05), so that the "
+                f"drive stops the motor when none come; it says {said}. If you can do without, write "
+                'watchdog = "unsafe" in the wiring of this robot'
+            )
 
     def begin(self) -> None:
         """Let the drive's PDOs begin."""
@@ -117,14 +132,17 @@ class SetUp:
             return ""
 
 
-def _map(pdo: canopen.pdo.PdoMap, wanted: Pdo, node: int, *, every: float = 0.0, inhibit: float | None = None) -> None:
+def _map(
+    pdo: canopen.pdo.PdoMap, wanted: Pdo, node: int, *, every: float | None = 0.0, inhibit: float | None = None
+) -> None:
     """Map a PDO. canopen keeps the right order: off, its settings, no entries, each entry, how many, on.
 
     Args:
-        every: s of its event timer, 0 = none. inhibit: s of its inhibit time; None leaves that as it is.
+        every: s of its event timer, 0 = none. inhibit: s of its inhibit time. None leaves each as it is.
     """
     pdo.cob_id = wanted.function | node
-    pdo.enabled, pdo.trans_type, pdo.event_timer = True, 255, round(every * 1000)
+    pdo.enabled, pdo.trans_type = True, 255
+    pdo.event_timer = None if every is None else round(every * 1000)
     pdo.rtr_allowed = wanted.function in _COMMANDS  # the bit means nothing there
     pdo.inhibit_time = None if inhibit is None else round(inhibit * 10_000)
     pdo.clear()

@@ -1,0 +1,99 @@
+"""How a bus is reached: what people type, and what python-can is told."""
+
+from typing import Any
+
+import can
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vrg.errors import RobotError
+from vrg.hal.can.frame import fd_size
+from vrg.hal.can.link import Link, read_adapter
+from vrg.hal.can.opening import _arguments, open_bus
+
+names = st.from_regex(r"[a-z_]{1,8}", fullmatch=True)
+values = st.one_of(st.booleans(), st.integers(-(2**40), 2**40), st.from_regex(r"[a-zA-Z/:]{1,10}", fullmatch=True))
+
+
+@given(st.dictionaries(names, st.one_of(values, st.dictionaries(names, st.integers(0, 2**31), min_size=1))))
+def test_a_companion_is_told_the_same_bus(adapter: dict[str, Any]) -> None:
+    words = Link(adapter=adapter).arguments[4:]
+    assert words[::2] == ["--adapter"] * (len(words) // 2)
+    again = read_adapter(words[1::2])
+    # The texts `true` and `false` are what a truth is written as.
+    assert {k: v for k, v in again.items() if v not in (True, False)} == {
+        k: v for k, v in adapter.items() if v not in (True, False, "true", "false")
+    }
+
+
+def test_what_is_typed_has_the_kind_that_it_looks_like() -> None:
+    typed = ["fd=true", "port=29536", "host=10.0.0.5", "timing.brp=6", "timing.f_clock=8000000", "name=inf,x", "a=b=c"]
+    assert read_adapter(typed) == {
+        "fd": True, "port": 29536, "host": "10.0.0.5", "timing": {"brp": 6, "f_clock": 8000000}, "name": "inf,x",
+        "a": "b=c",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("text", ["fd", "=1", ""])
+def test_what_is_no_option_is_said(text: str) -> None:
+    with pytest.raises(ValueError, match="expected NAME=VALUE"):
+        read_adapter([text])
+
+
+def test_two_servers_of_one_channel_are_two_buses() -> None:
+    one, other = (Link(interface="socketcand", adapter={"host": f"10.0.0.{n}", "port": 29536}) for n in (1, 2))
+    assert str(one) == "socketcand:can0 (host 10.0.0.1, port 29536)"
+    assert str(one) != str(other)
+
+
+@pytest.mark.parametrize(
+    ("timing", "kind"),
+    [
+        ({"f_clock": 8_000_000, "brp": 1, "tseg1": 13, "tseg2": 2, "sjw": 1}, can.BitTiming),
+        ({"f_clock": 8_000_000, "bitrate": 250_000, "sample_point": 87.5}, can.BitTiming),
+        (
+            {
+                "f_clock": 80_000_000, "nom_bitrate": 1_000_000, "nom_sample_point": 80.0, "data_bitrate": 5_000_000,
+                "data_sample_point": 75.0,
+            },
+            can.BitTimingFd,
+        ),
+    ],
+)  # fmt: skip
+def test_a_bit_timing_is_a_table(timing: dict[str, float], kind: type) -> None:
+    told = _arguments(Link(interface="pcan", adapter={"timing": timing}))["timing"]
+    assert isinstance(told, kind)
+
+
+def test_a_socket_always_hears_can_fd() -> None:
+    assert _arguments(Link()) == {"fd": True}
+    assert _arguments(Link(adapter={"fd": False}, bitrate=250_000)) == {"fd": False, "bitrate": 250_000}
+    assert _arguments(Link(interface="slcan")) == {}
+
+
+@pytest.mark.parametrize(
+    ("link", "words"),
+    [
+        (Link(interface="kvaser", channel="0"), "kvaser"),
+        (Link(interface="socketcand"), "it needs host and port: write them in [backends.can.adapter]"),
+        (Link(interface="gs_usb", channel="0"), "pip install gs-usb"),
+        (Link(interface="pcan", adapter={"nonsense": 3}), "pcan"),
+        (Link(interface="nonsense"), "nonsense"),
+        (Link(interface="slcan", channel="/dev/nonsense"), "slcan:/dev/nonsense"),
+    ],
+)
+def test_an_adapter_that_cannot_be_opened_is_said_in_words(link: Link, words: str) -> None:
+    with pytest.raises(RobotError) as error:
+        open_bus(link)
+    assert words in str(error.value)
+
+
+@pytest.mark.parametrize(("size", "room"), [(0, 0), (8, 8), (9, 12), (13, 16), (21, 24), (33, 48), (64, 64)])
+def test_a_frame_has_room(size: int, room: int) -> None:
+    assert fd_size(size) == room
+
+
+def test_no_frame_has_more_room() -> None:
+    with pytest.raises(ValueError, match="at most 64"):
+        fd_size(65)
