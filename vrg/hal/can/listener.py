@@ -5,6 +5,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar
 
+from vrg.errors import RobotError
 from vrg.hal.can.axis import Send
 from vrg.hal.can.frame import Frame
 
@@ -31,6 +32,7 @@ class Found:
         firmware: the version in words; empty before it is known.
         heard: monotonic time of its newest heartbeat, s.
         serials: the serial numbers that answered for this node, in words: two drives may share an id by mistake.
+        on: its motor is switched on; None before that is known.
         position: turns of the shaft. velocity: turn/s. voltage: of its supply, V. Each is None before it is known.
     """
 
@@ -42,6 +44,7 @@ class Found:
     firmware: str = ""
     heard: float = 0.0
     serials: tuple[str, ...] = ()
+    on: bool | None = None
     position: float | None = None
     velocity: float | None = None
     voltage: float | None = None
@@ -88,6 +91,30 @@ class Listener(ABC):
         Raises:
             RobotError: a question could not be sent.
         """
+
+    @abstractmethod
+    def stop(self) -> None:
+        """Switch every motor on the bus off, whoever has switched it on, also of drives that have not been heard.
+
+        Raises:
+            RobotError: it could not be sent.
+        """
+
+    @abstractmethod
+    def clear(self, node: Found) -> None:
+        """Let a node forget its latched errors; its motor stays off.
+
+        Raises:
+            RobotError: it could not be sent.
+        """
+
+    def rename(self, node: Found, serial: str, to: int) -> None:
+        """Give the drive of this id and serial number another id.
+
+        Raises:
+            RobotError: it could not be sent, or this protocol cannot do it.
+        """
+        raise RobotError(f"{self.title} drives get their id by their maker's own tool, not over the bus")
 
     def forget(self, node: int) -> None:
         """This node was none: its frames turned out to belong to another protocol."""

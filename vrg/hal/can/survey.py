@@ -65,8 +65,21 @@ class Survey:
             RobotError: a question could not be sent.
         """
         for listener in self._listeners:
-            if listener.found.get(node.node) is node:
+            if listener.found.get(node.node) is node:  # it may have turned out to be none
                 listener.ask(node)
+
+    def stop(self) -> None:
+        """Switch every motor on the bus off, whatever its protocol.
+
+        Raises:
+            RobotError: it could not be sent.
+        """
+        for listener in self._listeners:
+            listener.stop()
+
+    def listener_of(self, node: Found) -> Listener:
+        """The protocol that a node speaks."""
+        return next(listener for listener in self._listeners if listener.found.get(node.node) is node)
 
     def __str__(self) -> str:
         """Who is there, in one line."""

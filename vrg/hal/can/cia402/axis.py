@@ -18,9 +18,10 @@ from vrg.hal.can.cia402.network import NMT_WORDS, NODE_MASK, NODES, Function, Nm
 from vrg.hal.can.cia402.objects import Object
 from vrg.hal.can.cia402.options import Cia402Options
 from vrg.hal.can.cia402.pdos import CONTROL_PDO, MOTION_PDO, SETPOINT_PDO, STATUS_PDO, SUPPLY_PDO
-from vrg.hal.can.cia402.sdo import SdoClient, concerns, upload_request, uploaded
+from vrg.hal.can.cia402.requests import concerns, upload, uploaded
+from vrg.hal.can.cia402.sdo import SdoClient
 from vrg.hal.can.cia402.set_up import DEADLINE, HEARTBEAT, SetUp
-from vrg.hal.can.cia402.states import Control, DriveState, drive_state
+from vrg.hal.can.cia402.states import POWERED, Control, DriveState, drive_state
 from vrg.hal.can.cia402.units import Units
 from vrg.hal.can.frame import STANDARD_MASK, Filter, Frame, FrameError
 from vrg.hal.can.options import ProtocolOptions
@@ -34,7 +35,6 @@ _NEXT = {
 """The controlword that brings a drive in this state nearer to operation."""
 _SUPPLY_PERIOD = 1.5
 """s from one question for the supply's voltage to the next."""
-_POWERED = (DriveState.SWITCHED_ON, DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE)
 _COMMANDS = (Function.RPDO1, Function.RPDO2, Function.RPDO3, Function.RPDO4)
 
 
@@ -130,7 +130,7 @@ class Cia402Axis(Axis):
         """Ask for the supply's voltage where no PDO can carry it."""
         if self._asks_supply and not self._sdo.asking and now - self._asked_supply > _SUPPLY_PERIOD:
             self._asked_supply = now
-            self._send(upload_request(self.node, Object.VOLTAGE))
+            self._send(upload(self.node, Object.VOLTAGE))
 
     def start(self) -> None:
         """Ask for operation; the rest is done as the drive confirms each step."""
@@ -252,7 +252,7 @@ class Cia402Axis(Axis):
     def _step(self) -> None:
         """Send the next controlword on the way to where this axis is to be, if there is one."""
         if not self._wanted:
-            if self._status in _POWERED or self._word & Control.FAULT_RESET:
+            if self._status in POWERED or self._word & Control.FAULT_RESET:
                 self._control(Control.DISABLE_VOLTAGE)
         elif self._starting and self._status in _NEXT and not self._late:
             self._late = self._now - self._setpoint_at > DEADLINE

@@ -4,9 +4,10 @@ from typing import TYPE_CHECKING
 
 from vrg.hal.can.axis import Send
 from vrg.hal.can.cia402.errors import describe_error
-from vrg.hal.can.cia402.network import NMT_WORDS, NODE_MASK, Function, Nmt
+from vrg.hal.can.cia402.network import NMT_WORDS, NODE_MASK, Function, Nmt, NmtCommand, nmt
 from vrg.hal.can.cia402.objects import SERIAL, Object
-from vrg.hal.can.cia402.states import drive_state
+from vrg.hal.can.cia402.requests import download
+from vrg.hal.can.cia402.states import POWERED, Control, drive_state
 from vrg.hal.can.cia402.units import units
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.listener import ANSWER_PATIENCE, Claim, Found, Listener
@@ -85,6 +86,17 @@ class CanopenListener(Listener):
             pass
         self._tell(node)
 
+    def stop(self) -> None:
+        """Disable the voltage of every drive that is known, and let all nodes leave the state in which PDOs count."""
+        for number in self.found:
+            self._send(download(number, Object.CONTROLWORD, Control.DISABLE_VOLTAGE, 2), urgent=True)
+        self._send(nmt(0, NmtCommand.PRE_OPERATIONAL), urgent=True)
+
+    def clear(self, node: Found) -> None:
+        """Send a fault reset, which is the rising edge of bit 7."""
+        for word in (Control.DISABLE_VOLTAGE, Control.FAULT_RESET, Control.DISABLE_VOLTAGE):
+            self._send(download(node.node, Object.CONTROLWORD, word, 2))
+
     def _tell(self, node: Found) -> None:
         """Put what a node has answered into words and units."""
         answers = self._answers.get(node.node, {})
@@ -98,6 +110,7 @@ class CanopenListener(Listener):
         if status is not None:
             known = drive_state(status)
             state += f", {known.words if known else f'statusword 0x{status:04X}'}"
+            node.on = known in POWERED
         node.state = state
         node.errors = describe_error(error or 0)
         node.voltage = None if millivolts is None else millivolts / 1000

@@ -21,24 +21,6 @@ _SERIAL_ANSWER = struct.pack("<BHB", 0x43, Object.IDENTITY, SERIAL)
 """The first four bytes of the answer to the question for the serial number; the number itself follows."""
 
 
-def upload_request(node: int, index: int, sub: int = 0) -> Frame:
-    """The frame that asks a drive for an object, for who does not wait for the answer."""
-    return Frame(Function.SDO_REQUEST | node, struct.pack("<BHB4x", 0x40, index, sub))
-
-
-def concerns(data: bytes, index: int, sub: int = 0) -> bool:
-    """Whether an SDO answer tells an object, or refuses it."""
-    return len(data) == 8 and data[0] & 0xE0 in (0x40, 0x80) and data[1:4] == struct.pack("<HB", index, sub)
-
-
-def uploaded(data: bytes) -> int | None:
-    """The unsigned number that an SDO answer of up to four bytes tells; None where it is a refusal."""
-    if data[0] & 0xE2 != 0x42:
-        return None
-    unused = data[0] >> 2 & 3 if data[0] & 1 else 0
-    return int.from_bytes(data[4 : 8 - unused], "little")
-
-
 class NoAnswerError(RobotError):
     """A drive has not answered, or its answer makes no sense."""
 

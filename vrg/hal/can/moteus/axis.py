@@ -40,7 +40,8 @@ _IDENTITY = (
 )
 _COUNTER_END = 0x7FFF0000
 """ms near which the counter of a drive that has run for 24 days begins anew."""
-_STOP = (codec.write(Register.MODE, [Mode.STOPPED], Resolution.INT8),)
+STOP = (codec.write(Register.MODE, [Mode.STOPPED], Resolution.INT8),)
+"""The subframes that switch a motor off."""
 
 
 def setpoint(velocity: float, timeout: float) -> tuple[Subframe, ...]:
@@ -56,7 +57,7 @@ class MoteusAxis(Axis):
     """See `Axis` and the module.
 
     Attributes:
-        mode: what the drive is doing, in words; empty before it is known.
+        mode: what the drive is doing, in words; empty before it is known. on: its motor is under control.
     """
 
     def __init__(self, node: int, send: Send, options: ProtocolOptions | None = None) -> None:
@@ -64,6 +65,7 @@ class MoteusAxis(Axis):
         self._serials: set[str] = set()
         self._map: int | None = None
         self.mode = ""
+        self.on: bool | None = None
         self._wanted = False
         self._polled = NEVER
         self._uptime = 0
@@ -152,7 +154,7 @@ class MoteusAxis(Axis):
         self._wanted = False
         if self.state in (State.STARTING, State.CLOSED_LOOP):
             self.state = State.IDLE
-        self._send(codec.encode(HOST, self.node, (*_STOP, *_STATUS), reply=True), urgent=True)
+        self._send(codec.encode(HOST, self.node, (*STOP, *_STATUS), reply=True), urgent=True)
 
     def stop_now(self) -> None:
         """Switch the motor off: this protocol has no shorter way."""
@@ -160,7 +162,7 @@ class MoteusAxis(Axis):
 
     def clear(self) -> None:
         """Forget a fault or an expired watchdog, which a stop does."""
-        self._send(codec.encode(HOST, self.node, (*_STOP, *_STATUS), reply=True))
+        self._send(codec.encode(HOST, self.node, (*STOP, *_STATUS), reply=True))
 
     def _answer(self, subframes: list[Subframe], at: float) -> None:
         """Take in the registers that the drive has told."""
@@ -197,7 +199,7 @@ class MoteusAxis(Axis):
 
     def _judge(self, mode: int, fault: int) -> None:
         """What a mode means here."""
-        self.mode = describe_mode(mode)
+        self.mode, self.on = describe_mode(mode), mode not in (Mode.STOPPED, Mode.FAULT)
         self.fault = None
         self.starved = mode == Mode.TIMEOUT
         self.expired |= self.starved

@@ -4,7 +4,7 @@ from vrg.hal.can.axis import NEVER, Send
 from vrg.hal.can.frame import Frame, FrameError
 from vrg.hal.can.listener import Claim, Found, Listener
 from vrg.hal.can.moteus import codec
-from vrg.hal.can.moteus.axis import HOST, MoteusAxis
+from vrg.hal.can.moteus.axis import HOST, STOP, MoteusAxis
 from vrg.hal.can.moteus.codec import Kind, Resolution
 from vrg.hal.can.moteus.registers import Register
 
@@ -41,7 +41,7 @@ class MoteusListener(Listener):
         node.heard = frame.at
         node.state, node.errors = axis.mode, axis.fault or ""
         node.firmware, node.serials = axis.firmware, axis.serials
-        node.voltage = axis.voltage
+        node.voltage, node.on = axis.voltage, axis.on
         if axis.measured != NEVER:
             node.position, node.velocity = axis.position, axis.velocity
 
@@ -52,6 +52,24 @@ class MoteusListener(Listener):
     def ask(self, node: Found) -> None:
         """Ask a drive for its values; the answers come to `hear`, so that this waits for nothing."""
         self._axes[node.node].identify(0.0)
+
+    def stop(self) -> None:
+        """Stop every drive: all at once, and each that is known by its id as well."""
+        for number in (codec.BROADCAST, *self.found):
+            self._send(codec.encode(HOST, number, STOP), urgent=True)
+
+    def clear(self, node: Found) -> None:
+        """Stop a drive, which lets it forget its fault."""
+        self._send(codec.encode(HOST, node.node, STOP))
+
+    def rename(self, node: Found, serial: str, to: int) -> None:
+        """Give a drive another id, which it keeps until it is switched off, unless it is saved.
+
+        Raises:
+            RobotError: it could not be sent.
+        """
+        order = codec.write(Register.MULTIPLEX_ID, [to], Resolution.INT8)
+        self._send(codec.encode(HOST, node.node, [order]))
 
     def forget(self, node: int) -> None:
         """This node was none."""

@@ -17,8 +17,10 @@ class OdriveListener(Listener):
 
     def claim(self, frame: Frame) -> Claim:
         """A heartbeat is likely one, and so is every frame of a node that has sent one."""
-        if frame.extended or frame.remote or codec.node_of(frame.id) not in codec.NODES:
+        if frame.extended or frame.remote:
             return Claim.NONE
+        if codec.node_of(frame.id) == codec.BROADCAST:
+            return Claim.LIKELY if _is_nameless(frame) else Claim.NONE
         heartbeat = codec.command_of(frame.id) == Command.HEARTBEAT and len(frame.data) == _HEARTBEAT_BYTES
         return Claim.LIKELY if heartbeat or codec.node_of(frame.id) in self.found else Claim.NONE
 
@@ -33,10 +35,13 @@ class OdriveListener(Listener):
             case messages.Heartbeat(error, state):
                 node.heard = frame.at
                 node.state, node.errors = messages.describe_state(state), messages.describe_errors(error)
+                node.on = state not in (messages.AxisState.IDLE, messages.AxisState.UNDEFINED)
             case messages.Version():
                 node.firmware = message.firmware
             case messages.Address(serial=serial):
                 node.serials = tuple(sorted({*node.serials, f"{serial:X}"}))
+                if node.node == codec.BROADCAST:
+                    node.state, node.heard = "has no id yet", frame.at
             case messages.EncoderEstimates(position, velocity):
                 node.position, node.velocity = position, velocity
             case messages.BusVoltageCurrent(voltage):
@@ -46,7 +51,37 @@ class OdriveListener(Listener):
         """Ask every drive for its serial number."""
         self._send(codec.request(codec.BROADCAST, Command.ADDRESS))
 
+    def stop(self) -> None:
+        """Ask every axis to be idle: all at once, and each that is known by its id as well."""
+        for number in (codec.BROADCAST, *self.found):
+            self._send(codec.encode(number, messages.SetAxisState(messages.AxisState.IDLE)), urgent=True)
+
+    def clear(self, node: Found) -> None:
+        """Let an axis forget its errors."""
+        self._send(codec.encode(node.node, messages.ClearErrors()))
+
+    def rename(self, node: Found, serial: str, to: int) -> None:
+        """Give the drive of this serial number another id, which it keeps until it is switched off, unless it is saved.
+
+        Raises:
+            RobotError: it could not be sent.
+        """
+        self._send(codec.encode(codec.BROADCAST, messages.Address(to, int(serial, 16))))
+
     def ask(self, node: Found) -> None:
         """Ask a drive for its values; the answers come to `hear`, so that this waits for nothing."""
+        if node.node == codec.BROADCAST:
+            return  # it answers nothing but who it is
         for command in _VALUES:
             self._send(codec.request(node.node, command))
+
+
+def _is_nameless(frame: Frame) -> bool:
+    """Whether a drive without an id says its serial number."""
+    if codec.command_of(frame.id) != Command.ADDRESS:
+        return False
+    try:
+        message = codec.decode(frame)
+    except FrameError:
+        return False
+    return isinstance(message, messages.Address) and message.node == codec.BROADCAST

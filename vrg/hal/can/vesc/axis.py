@@ -27,7 +27,11 @@ _PATIENCE = 2
 
 
 class VescAxis(Axis):
-    """See `Axis` and the module."""
+    """See `Axis` and the module.
+
+    Attributes:
+        on: the motor is driven; None before that is known.
+    """
 
     options: VescOptions
     options_type = VescOptions
@@ -41,7 +45,7 @@ class VescAxis(Axis):
         self._asked = 0
         self._flags: int | None = None
         self._poll_flags = True
-        self._on = False
+        self.on: bool | None = None
         self._wanted = self._confirmed = False
         self._erpm = 0
 
@@ -155,7 +159,7 @@ class VescAxis(Axis):
         if packet == Packet.STATUS:
             status = codec.decode_status(frame.data)
             self.heard, self._erpm = frame.at, status.erpm
-            self._on = abs(status.current) > _ON_CURRENT or abs(status.duty) > _ON_DUTY
+            self.on = abs(status.current) > _ON_CURRENT or abs(status.duty) > _ON_DUTY
             self._settle()
         elif packet == Packet.STATUS_5:
             told = codec.decode_status_5(frame.data)
@@ -204,4 +208,4 @@ class VescAxis(Axis):
         elif self._wanted:
             self.state = State.CLOSED_LOOP if self._confirmed else State.STARTING
         elif self.heard != NEVER:
-            self.state = State.CLOSED_LOOP if self._on else State.IDLE
+            self.state = State.CLOSED_LOOP if self.on else State.IDLE

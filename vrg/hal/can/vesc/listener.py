@@ -62,6 +62,14 @@ class VescListener(Listener):
         while not axis.serial and time.monotonic() < deadline:
             time.sleep(0.005)
 
+    def stop(self) -> None:
+        """Let every drive go of its motor: all at once, and each that is known by its id as well."""
+        for number in (codec.BROADCAST, *self.found):
+            self._send(codec.setpoint(Packet.SET_CURRENT, number, 0), urgent=True)
+
+    def clear(self, node: Found) -> None:
+        """Do nothing: a VESC forgets a fault by itself."""
+
     def forget(self, node: int) -> None:
         """This node was none."""
         super().forget(node)
@@ -74,4 +82,5 @@ class VescListener(Listener):
         if axis.heard != NEVER:
             node.heard = axis.heard
         node.state, node.errors = _WORDS.get(axis.state, ""), axis.fault or ""
+        node.on = axis.on
         node.firmware, node.serials, node.voltage = axis.firmware, axis.serials, axis.voltage
