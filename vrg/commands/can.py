@@ -7,32 +7,36 @@ import time
 from typing import Annotated
 
 import typer
-from pydantic import ValidationError
 
-from vrg.commands import can_tools
-from vrg.commands.can_tools import AdapterOption, BitrateOption, ChannelOption, InterfaceOption, link_of
+from vrg.commands import can_calibrate, can_control, can_tools
+from vrg.commands.can_options import (
+    AdapterOption,
+    BitrateOption,
+    ChannelOption,
+    InterfaceOption,
+    OptionsOption,
+    ProtocolOption,
+    link_of,
+    options_of,
+    protocol_of,
+)
 from vrg.commands.options import LeashOption
 from vrg.errors import ConfigError
 from vrg.hal.can.emulator.drive import DriveOptions
 from vrg.hal.can.emulator.faults import WHAT, FaultKind, FaultRequest, encode_fault
 from vrg.hal.can.emulator.motor import MotorModel
-from vrg.hal.can.link import read_adapter
-from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.settings import EMULATING
 from vrg.launch.serving import child_process
-from vrg.tables import problems_of
 
 app = typer.Typer(no_args_is_help=True, help="Motor controllers on a CAN bus, real and emulated.")
-app.command()(can_tools.scan)
-app.command()(can_tools.monitor)
-app.command()(can_tools.calibrate)
+for command in (
+    can_tools.scan, can_tools.monitor, can_control.stop, can_control.clear, can_control.jog, can_control.address,
+    can_calibrate.calibrate,
+):  # fmt: skip
+    app.command()(command)
 
 
 FaultName = enum.StrEnum("FaultName", {kind.name: kind.name.lower() for kind in FaultKind})  # type: ignore[misc]
-
-ProtocolOption = Annotated[
-    str, typer.Option("--protocol", help="What the drives speak: odrive, cia402, or what another package adds.")
-]
 
 _MOTOR = MotorModel()
 
@@ -45,10 +49,7 @@ def node(
     bitrate: BitrateOption = None,
     adapter: AdapterOption = None,
     protocol: ProtocolOption = "odrive",
-    option: Annotated[
-        list[str] | None,
-        typer.Option("--option", help="What the wiring says of such drives in its options, NAME=VALUE."),
-    ] = None,
+    option: OptionsOption = None,
     watchdog: Annotated[
         float, typer.Option(min=0, max=60, help="s without a setpoint until the motor is off; 0 = never.")
     ] = 0.2,
@@ -67,17 +68,9 @@ def node(
     """Be one or several motor controllers on a bus, until stopped."""
     from vrg.hal.can.emulator.run import run_drives  # python-can is for who uses a bus
 
-    try:
-        spoken = PROTOCOLS.get(protocol)
-        check_node, drive_type = spoken.axis_type.check_node, spoken.drive_type
-        told = spoken.axis_type.options_type.model_validate(read_adapter(option or []))
-    except ConfigError as error:
-        raise ConfigError([f"--{problem}" for problem in error.problems]) from None
-    except ValidationError as error:
-        raise ConfigError([f"--option: {problem}" for problem in problems_of(error)]) from None
-    except ValueError as error:
-        raise ConfigError([f"--option: {error}"]) from None
-    problems = [f"--id: {problem}" for one in id_ if (problem := check_node(one))]
+    spoken = protocol_of(protocol)
+    told = options_of(spoken, option)
+    problems = [f"--id: {problem}" for one in id_ if (problem := spoken.axis_type.check_node(one))]
     if problems:
         raise ConfigError(problems)
     link = link_of(interface, channel, bitrate, adapter)
@@ -85,7 +78,7 @@ def node(
     motor = MotorModel(inertia=inertia, current_limit=current_limit)
     with child_process(leash) as stop:
         drives = [
-            drive_type(
+            spoken.drive_type(
                 one,
                 DriveOptions(serial=first + index, motor=motor, watchdog=watchdog, voltage=voltage, protocol=told),
                 time.monotonic(),

@@ -21,6 +21,7 @@ from vrg.hal.can.frame import CLASSIC_BYTES, FD_BYTES, STANDARD_MASK, Frame, fd_
 from vrg.hal.can.listener import Found
 from vrg.hal.can.options import ProtocolOptions
 from vrg.hal.can.protocols import Protocol
+from vrg.hal.can.survey import Survey
 from vrg.testing.wire import SERIAL, SPEED, WATCHDOG, ProtocolWire
 
 STILL = 0.1
@@ -285,6 +286,31 @@ class ProtocolContract:
         wire.fault(FaultKind.ERROR)
         wire.advance(0.2)
         assert self.look(wire).errors
+
+    def test_a_listener_switches_off_whoever_drives(self, wire: ProtocolWire) -> None:
+        wire.running()
+        assert self.look(wire).on
+        wire.survey.stop()
+        wire.advance(0.5)
+        assert abs(wire.motor_speed) < STILL
+        assert self.look(wire).on is False
+
+    def test_a_listener_switches_off_drives_that_it_has_not_heard(self) -> None:
+        wire = ProtocolWire(self.protocol, self.nodes[0], options=self.options)
+        wire.running()
+        Survey([self.protocol.listener_type(wire.question)]).stop()
+        wire.advance(0.5)
+        assert abs(wire.motor_speed) < STILL
+
+    def test_a_listener_clears_errors_and_starts_nothing(self, wire: ProtocolWire) -> None:
+        wire.running()
+        wire.fault(FaultKind.ERROR)
+        wire.until(lambda: wire.axis.state is State.FAULT)
+        found = self.look(wire)
+        wire.survey.listener_of(found).clear(found)
+        wire.advance(1.0)
+        assert not self.look(wire).errors
+        assert abs(wire.motor_speed) < STILL
 
     def look(self, wire: ProtocolWire) -> Found:
         """The one node that is on the wire, after it was asked for all that it tells."""

@@ -29,7 +29,9 @@ from vrg.types import Pose, Twist
 KEYS = Keys("test")
 LINK = Link(channel=INTERFACE)
 START = Pose(1.0, 2.0, 0.5)
-NODES = {"odrive": ([0], [1]), "cia402": ([1], [2])}
+NODES = {"odrive": ([0], [1]), "cia402": ([1], [2]), "moteus": ([1], [2]), "vesc": ([1], [2])}
+OPTIONS = {"vesc": {"pole_pairs": 7}}
+"""What the wiring must say of drives of a protocol."""
 RATIO = 50.0
 PATIENCE = 20.0
 """s of real time for a condition that a test waits for."""
@@ -40,7 +42,7 @@ def settings(
     protocol: str, left: Sequence[int], right: Sequence[int], link: Link = LINK, **wiring: object
 ) -> dict[str, Any]:
     """The table [backends.can] of one robot, `r`."""
-    robot = {"left": list(left), "right": list(right), "ratio": RATIO, **wiring}
+    robot = {"left": list(left), "right": list(right), "ratio": RATIO, "options": OPTIONS.get(protocol, {}), **wiring}
     return {"interface": link.interface, "channel": link.channel, "protocol": protocol, "robots": {"r": robot}}
 
 

@@ -4,34 +4,48 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.hal.can.bench import NODES, CanBench, Drives
+from tests.hal.can.bench import LINK, NODES, CanBench, Drives
+from vrg.hal.can.link import Link
 from vrg.testing.driver import DriverContract
 
-pytestmark = pytest.mark.vcan
+HERE = Link(interface="virtual", channel="contract")
+"""A bus within this process."""
 
 
 class OverProtocol(DriverContract):
     """Two axes, one on each side."""
 
     protocol: str
+    link = HERE
 
     @pytest.fixture
     def bench(self) -> Iterator[CanBench]:
         left, right = NODES[self.protocol]
-        with Drives(self.protocol, [*left, *right]):
-            bench = CanBench(self.protocol, left, right)
+        with Drives(self.protocol, [*left, *right], link=self.link):
+            bench = CanBench(self.protocol, left, right, link=self.link)
             yield bench
             bench.close()
 
 
+@pytest.mark.vcan
 class TestOdrive(OverProtocol):
     protocol = "odrive"
+    link = LINK
 
 
 class TestCia402(OverProtocol):
     protocol = "cia402"
 
 
+class TestMoteus(OverProtocol):
+    protocol = "moteus"
+
+
+class TestVesc(OverProtocol):
+    protocol = "vesc"
+
+
+@pytest.mark.vcan
 class TestOdriveFourAxes(DriverContract):
     """Four motors on one bus, two on each side."""
 

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 from tests.hal.can.bench import Drives
 from vrg.bus.stopping import Stop
-from vrg.commands.can_tools import Heard, _listening
+from vrg.commands.can_listening import Heard, listening
 from vrg.hal.can.bus import CanBus
 from vrg.hal.can.cia402.network import Function
 from vrg.hal.can.frame import Frame
@@ -42,11 +42,11 @@ def mute_node() -> Iterator[None]:
 def looks(seconds: float) -> tuple[Heard, float]:
     """Look again and again; what was heard at last, and how long the longest look took, s."""
     stop, longest = Stop(), 0.0
-    with _listening(LINK) as look:
+    with listening(LINK) as bus:
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             began = time.monotonic()
-            heard = look(stop, True)
+            heard = bus.look(stop, ask=True)
             longest = max(longest, time.monotonic() - began)
             time.sleep(0.1)
     return heard, longest

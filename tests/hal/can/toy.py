@@ -243,11 +243,18 @@ class ToyListener(Listener):
             if status is not None:
                 node = self._recognise(number, frame)
                 node.heard = frame.at
-                node.state = "running" if status.running else "idle"
+                node.state, node.on = "running" if status.running else "idle", status.running
                 node.errors = f"error {status.error}" if status.error else ""
                 node.serials = tuple(sorted({*node.serials, f"{status.serial:X}"}))
         elif frame.id & 7 == Kind.MOTION and len(frame.data) == _MOTION.size and number in self.found:
             self.found[number].position, self.found[number].velocity = _MOTION.unpack(frame.data)
+
+    def stop(self) -> None:
+        for number in NODES:
+            self._send(Frame(identifier(number, Kind.ORDER), bytes([Order.IDLE])), urgent=True)
+
+    def clear(self, node: Found) -> None:
+        self._send(Frame(identifier(node.node, Kind.ORDER), bytes([Order.CLEAR])))
 
     def ask(self, node: Found) -> None:
         pass  # a drive tells all by itself

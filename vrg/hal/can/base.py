@@ -46,7 +46,7 @@ class DriveBase:
     """See the module. It has no bus and no clock.
 
     Args:
-        axes: one or two on each side.
+        axes: one or two on each side; a side without any stands, as where one motor is tried alone.
         model: its wheel radius, effective track and top speed are used.
 
     Attributes:
@@ -140,4 +140,4 @@ class DriveBase:
 
 
 def _mean(values: Sequence[float]) -> float:
-    return sum(values) / len(values)
+    return sum(values) / len(values) if values else 0.0

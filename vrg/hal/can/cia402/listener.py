@@ -88,7 +88,7 @@ class CanopenListener(Listener):
 
     def stop(self) -> None:
         """Disable the voltage of every drive that is known, and let all nodes leave the state in which PDOs count."""
-        for number in self.found:
+        for number in list(self.found):
             self._send(download(number, Object.CONTROLWORD, Control.DISABLE_VOLTAGE, 2), urgent=True)
         self._send(nmt(0, NmtCommand.PRE_OPERATIONAL), urgent=True)
 

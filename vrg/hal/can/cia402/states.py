@@ -21,6 +21,10 @@ class DriveState(enum.Enum):
         return self.name.lower().replace("_", " ")
 
 
+POWERED = (DriveState.SWITCHED_ON, DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE)
+"""The states in which the motor has voltage."""
+
+
 def drive_state(statusword: int) -> DriveState | None:
     """The state that a statusword tells; None for a combination of bits that stands for none."""
     return next((state for state in DriveState if statusword & state.value[0] == state.value[1]), None)

@@ -8,7 +8,7 @@ from vrg.hal.can.moteus.axis import HOST, STOP, MoteusAxis
 from vrg.hal.can.moteus.codec import Kind, Resolution
 from vrg.hal.can.moteus.registers import Register
 
-_GREETING = (codec.read(Register.MODE, 1, Resolution.INT8),)
+_GREETING = (codec.read(Register.MODE, 1, Resolution.INT8), codec.read(Register.FAULT, 1, Resolution.INT16))
 
 
 class MoteusListener(Listener):

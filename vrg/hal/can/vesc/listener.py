@@ -54,7 +54,7 @@ class VescListener(Listener):
     def ask(self, node: Found) -> None:
         """Ask a drive for its version and its fault. Answers of several at once would get mixed up, so this waits."""
         axis = self._axes[node.node]
-        self._send(codec.ask_values(node.node, codec.FAULT_BIT))
+        axis.clear()  # it asks for the fault that there is now
         self._send(codec.ask_values(node.node, codec.FLAGS_BIT))
         axis.serial = ""
         self._send(codec.ask(node.node, bytes([Comm.FW_VERSION])))
@@ -68,7 +68,8 @@ class VescListener(Listener):
             self._send(codec.setpoint(Packet.SET_CURRENT, number, 0), urgent=True)
 
     def clear(self, node: Found) -> None:
-        """Do nothing: a VESC forgets a fault by itself."""
+        """Ask for the fault anew: a VESC forgets it by itself."""
+        self._axes[node.node].clear()
 
     def forget(self, node: int) -> None:
         """This node was none."""

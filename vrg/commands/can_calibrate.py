@@ -1,0 +1,82 @@
+"""`vrg can calibrate`: how a robot's wheels really turn, with a person who measures."""
+
+import math
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vrg.errors import ConfigError
+from vrg.hal.can.calibration import calibration_text, load_calibration
+from vrg.hal.can.settings import can_settings
+from vrg.hal.models import robot_model
+
+
+def calibrate(
+    match: Annotated[str, typer.Argument(metavar="match.toml", help="The match file that wires the robot.")],
+    player: Annotated[str, typer.Argument(help="Whose robot.")],
+    output: Annotated[Path | None, typer.Option(help="The calibration file; the wiring's own if missing.")] = None,
+    speed: Annotated[float, typer.Option(min=0.02, max=1, help="Speed while it is measured, m/s.")] = 0.2,
+    way: Annotated[float, typer.Option(min=0.2, max=20, help="How far straight ahead, m.")] = 1.5,
+    turns: Annotated[float, typer.Option(min=0.25, max=20, help="Turns on the spot.")] = 2.0,
+) -> None:
+    """Find a robot's directions, gear ratios and track, with a tape measure; writes its calibration file."""
+    from vrg.config.loading import match_path, read_match  # the other tools need no match file
+    from vrg.hal.can import calibrating  # python-can is for who uses a bus
+    from vrg.hal.can.train import DriveTrain
+
+    # What the robot has been calibrated to so far, its file included, may be missing or wrong: that is to be mended.
+    file, base = read_match(match_path(match)), match_path(match).resolve().parent
+    settings = can_settings(file.backends.get("can", {}))
+    if player not in settings.robots:
+        known = ", ".join(settings.robots) or "none"
+        raise ConfigError([f"{match}: expected a robot of [backends.can.robots] ({known}), got {player!r}"])
+    wiring = settings.robots[player]
+    own = base / (wiring.calibration or f"{player}.cal.toml")
+    where = output or own
+    if not os.access(where.parent, os.W_OK) or where.is_dir():
+        raise ConfigError([f"{where}: expected a place to write the calibration to, this is none"])
+    before = load_calibration(own, wiring.nodes) if wiring.calibration and own.exists() else None
+    model = robot_model(next((p.model for p in file.players if p.name == player), "P2AT"))
+    axes = wiring.wheel_axes(before)
+    unwatched = wiring.watchdog == "unsafe"
+    link, spoken, own_options = settings.link(player), settings.protocol_of(player), settings.options_of(player)
+    train = DriveTrain(player, link, spoken, axes, model, options=own_options, unwatched=unwatched)
+    plan = calibrating.Plan(speed=speed, way=way, turn=turns * 2 * math.pi)
+    typer.echo(f"Calibrating {player} ({model.name}) on {settings.link(player)}. Keep a hand at the power switch.")
+    if settings.emulate:
+        (drives,) = settings.companions([player])
+        typer.echo(f"(Its drives are emulated: `vrg {' '.join(drives.arguments)}` must run.)")
+    train.connect()
+    try:
+        found = calibrating.calibrate(train, model, _Asker(), plan)
+    except ValueError as error:
+        raise ConfigError([f"{player}: a measurement that cannot be: {error}"]) from None
+    finally:
+        train.close()
+    where.write_text(calibration_text(found), encoding="utf-8")
+    typer.echo(f"Written to {where}.")
+    if wiring.calibration is None or own != where:
+        typer.echo(f'To use it, write `calibration = "{where.name}"` below [backends.can.robots.{player}] of {match}.')
+
+
+class _Asker:
+    """Asks the person who sits at the terminal."""
+
+    def ready(self, words: str) -> None:
+        """Say what is to be done, and wait for Enter."""
+        typer.prompt(f"{words} Then press Enter", default="", show_default=False)
+
+    def agrees(self, question: str) -> bool:
+        """Ask a question that is answered by yes or no. Enter alone is no answer: nobody should guess a direction."""
+        return typer.confirm(question, default=None)
+
+    def measures(self, question: str, expected: float) -> float:
+        """Ask for a number."""
+        answer: float = typer.prompt(question, type=float, default=round(expected, 3))
+        return answer
+
+    def told(self, words: str) -> None:
+        """Print something."""
+        typer.echo(words)

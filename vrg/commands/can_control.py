@@ -1,0 +1,237 @@
+"""`vrg can stop | clear | jog | address`: what one does to single drives, with no match, router or file."""
+
+import logging
+import time
+from collections.abc import Callable, Iterable
+from contextlib import ExitStack
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from vrg.bus.stopping import Stop
+from vrg.commands.can_listening import Heard, listening, table_of
+from vrg.commands.can_options import (
+    AdapterOption,
+    AnyChannelOption,
+    BitrateOption,
+    InterfaceOption,
+    OptionsOption,
+    ProtocolOption,
+    link_of,
+    options_of,
+    protocol_of,
+)
+from vrg.commands.options import stoppable
+from vrg.errors import ConfigError, RobotError
+from vrg.hal.can.listener import Found
+from vrg.hal.models import robot_model
+
+IdsOption = Annotated[list[int] | None, typer.Option("--id", help="A drive's id; all drives if missing.")]
+
+_FIND = 1.0
+"""s for which it is listened who is there."""
+_REPEAT = 0.1
+"""s from one order to stop to the next."""
+_JOG_PERIOD = 0.05
+"""s between setpoints."""
+_JOG_REST = 6
+"""Setpoints of zero at the end, until the motor stands."""
+_JOG_START = 10.0
+"""s within which a motor must be ready to turn."""
+_JOG_FASTEST = 20.0
+"""turn/s of a motor."""
+_HEADROOM = 2.0
+"""How many times faster than it is asked a motor may turn before it is a runaway."""
+
+
+def stop(
+    channel: AnyChannelOption = None,
+    interface: InterfaceOption = "socketcan",
+    bitrate: BitrateOption = None,
+    adapter: AdapterOption = None,
+    seconds: Annotated[float, typer.Option("--for", min=0.2, max=600, help="How long to go on telling them, s.")] = 1.0,
+) -> None:
+    """Switch off every motor on a bus, whatever has switched it on. Needs no match, no router and no file."""
+    link = link_of(interface, channel, bitrate, adapter)
+    console = Console(highlight=False)
+    with stoppable() as interrupted, listening(link) as bus:
+        end = time.monotonic() + seconds
+        while True:
+            # At first and again and again: an order may be lost, and a program that drives them may go on.
+            bus.survey.stop()
+            if interrupted.wait(_REPEAT) or time.monotonic() >= end:
+                break
+        bus.look(interrupted, ask=True)
+        interrupted.wait(_REPEAT)
+        heard = bus.look(interrupted, ask=False)
+    console.print(table_of(heard, time.monotonic()))
+    still = [found for found in heard.nodes if found.on]
+    for found in still:
+        console.print(f"[red]{found.protocol} {found.node} is still on: does another program drive it?[/red]")
+    if still or heard.troubles:
+        raise typer.Exit(1)
+    off = ", ".join(f"{found.protocol} {found.node}" for found in heard.nodes if found.on is False)
+    console.print(f"{link}: every motor was told to be off. Off by their own word: {off or 'none'}.")
+
+
+def clear(
+    channel: AnyChannelOption = None,
+    interface: InterfaceOption = "socketcan",
+    bitrate: BitrateOption = None,
+    adapter: AdapterOption = None,
+    ids: IdsOption = None,
+) -> None:
+    """Let drives forget their latched errors, and say which they have then. Moves nothing."""
+    link = link_of(interface, channel, bitrate, adapter)
+    console = Console(highlight=False)
+    with stoppable() as interrupted, listening(link) as bus, console.status(f"looking for drives on {link}"):
+        heard = bus.look_for(_FIND, interrupted, ask=True)
+        for found in _wanted(heard, ids, str(link)):
+            bus.survey.listener_of(found).clear(found)
+        heard = bus.look_for(_FIND, interrupted, ask=True)
+    console.print(table_of(heard, time.monotonic()))
+    if any(found.errors for found in heard.nodes if ids is None or found.node in ids):
+        raise typer.Exit(1)
+
+
+def address(
+    to: Annotated[int, typer.Argument(help="The new id.")],
+    channel: AnyChannelOption = None,
+    interface: InterfaceOption = "socketcan",
+    bitrate: BitrateOption = None,
+    adapter: AdapterOption = None,
+    protocol: ProtocolOption = "odrive",
+    id_: Annotated[int | None, typer.Option("--id", help="The drive's id until now.")] = None,
+    serial: Annotated[str | None, typer.Option(help="The drive's serial number, as `vrg can scan` shows it.")] = None,
+) -> None:
+    """Give a drive another id. Name it by its id, its serial number, or both. Save it in the drive to keep it."""
+    link = link_of(interface, channel, bitrate, adapter)
+    spoken = protocol_of(protocol)
+    if problem := spoken.axis_type.check_node(to):
+        raise ConfigError([f"the new id: {problem}"])
+    if id_ is None and serial is None:
+        raise ConfigError(["expected --id or --serial: which drive is to have another id?"])
+    console = Console(highlight=False)
+    with stoppable() as interrupted, listening(link) as bus:
+        with console.status(f"looking for drives on {link}"):
+            heard = bus.look_for(_FIND, interrupted, ask=True)
+        mine = [f for f in heard.nodes if isinstance(bus.survey.listener_of(f), spoken.listener_type)]
+        if any(found.node == to for found in mine):
+            raise ConfigError([f"{link}: there is a drive with id {to} already"])
+        found, number = _which(mine, id_, serial, str(link))
+        bus.survey.listener_of(found).rename(found, number, to)
+    with (
+        stoppable() as interrupted,
+        listening(link) as bus,
+        console.status("looking whether it has it"),
+    ):
+        heard = bus.look_for(_FIND, interrupted, ask=True)
+    console.print(table_of(heard, time.monotonic()))
+    if not any(f.node == to and f.protocol == found.protocol for f in heard.nodes):
+        raise RobotError(f"{link}: expected the drive to have id {to} now, nobody has")
+    console.print(f"It has id {to} until it is switched off. Save it in the drive to keep it.")
+
+
+def jog(
+    id_: Annotated[int, typer.Option("--id", help="The drive's id.")],
+    speed: Annotated[float, typer.Option(help="turn/s of the motor, before any gear; negative turns it back.")] = 1.0,
+    seconds: Annotated[float, typer.Option("--for", min=0.1, max=60, help="How long, s.")] = 2.0,
+    channel: AnyChannelOption = None,
+    interface: InterfaceOption = "socketcan",
+    bitrate: BitrateOption = None,
+    adapter: AdapterOption = None,
+    protocol: ProtocolOption = "odrive",
+    option: OptionsOption = None,
+    unsafe: Annotated[bool, typer.Option("--unsafe", help="Also a drive without a watchdog of its own.")] = False,
+) -> None:
+    """Turn one motor slowly, to see which it is and which way it turns. Everything that can stop a robot stops it."""
+    from vrg.hal.can.base import TURN, WheelAxis  # python-can is for who uses a bus
+    from vrg.hal.can.train import DriveTrain
+
+    if not 0 < abs(speed) <= _JOG_FASTEST:
+        raise ConfigError([f"the speed: expected up to {_JOG_FASTEST:g} turn/s either way, but not 0, got {speed:g}"])
+    link, spoken = link_of(interface, channel, bitrate, adapter), protocol_of(protocol)
+    if problem := spoken.axis_type.check_node(id_):
+        raise ConfigError([f"--id: {problem}"])
+    model = robot_model("P2AT")
+    # A gear with which the top speed of this model is a little more than the motor is asked for: a runaway is noticed.
+    ratio = _HEADROOM * abs(speed) * TURN * model.wheel_radius / model.v_max
+    axis = WheelAxis(id_, left=True, ratio=ratio)
+    told = options_of(spoken, option)
+    train = DriveTrain(protocol, link, spoken, [axis], model, options=told, unwatched=unsafe)
+    typer.echo(f"Turning {protocol} {id_} on {link} at {speed:g} turn/s for {seconds:g} s. Ctrl-C stops it.")
+    logging.getLogger("vrg").setLevel(logging.CRITICAL)  # what goes wrong is told by the error alone
+    with ExitStack() as stack:
+        interrupted = stack.enter_context(stoppable())
+        train.connect()
+        stack.callback(train.close)
+        if _ready(train.arm, lambda: train.state().armed, interrupted):
+            train.restart_odometry()
+            _turn(lambda: train.spin(id_, speed), interrupted, seconds)
+        for _ in range(_JOG_REST):
+            train.stand()
+            time.sleep(_JOG_PERIOD)
+        state = train.state()
+    if state.fault:
+        raise RobotError(f"{protocol}: {state.fault}")
+    turned = state.angles[0] / TURN * ratio
+    typer.echo(f"It has turned by {turned:+.2f} turns.")
+
+
+def _ready(arm: Callable[[], None], armed: Callable[[], bool], interrupted: Stop) -> bool:
+    """Arm the motor; False where it was interrupted before.
+
+    Raises:
+        RobotError: it cannot be armed.
+    """
+    arm()
+    deadline = time.monotonic() + _JOG_START
+    while not armed():
+        if time.monotonic() > deadline:
+            arm()  # it says why it cannot be armed
+            raise RobotError(f"the motor was not ready within {_JOG_START:g} s")
+        if interrupted.wait(_JOG_PERIOD):
+            return False
+    return True
+
+
+def _turn(drive: Callable[[], None], interrupted: Stop, seconds: float) -> None:
+    end = time.monotonic() + seconds
+    while time.monotonic() < end and not interrupted.is_set():
+        drive()
+        interrupted.wait(_JOG_PERIOD)
+
+
+def _wanted(heard: Heard, ids: Iterable[int] | None, link: str) -> list[Found]:
+    """The drives of these ids, or all.
+
+    Raises:
+        RobotError: one of them is not there.
+    """
+    if ids is None:
+        return heard.nodes
+    missing = sorted(set(ids) - {found.node for found in heard.nodes})
+    if missing:
+        there = ", ".join(f"{found.protocol} {found.node}" for found in heard.nodes) or "nobody"
+        raise RobotError(f"{link}: expected drives with ids {', '.join(map(str, missing))}, heard {there}")
+    return [found for found in heard.nodes if found.node in ids]
+
+
+def _which(nodes: list[Found], id_: int | None, serial: str | None, link: str) -> tuple[Found, str]:
+    """The one drive that has this id and this serial number, and its serial number.
+
+    Raises:
+        RobotError: none or several have.
+    """
+    fitting = [
+        (found, number)
+        for found in nodes
+        for number in found.serials or ("",)
+        if id_ in (None, found.node) and (serial is None or serial.upper() == number)
+    ]
+    if len(fitting) == 1:
+        return fitting[0]
+    there = ", ".join(f"id {found.node} serial {' and '.join(found.serials) or '?'}" for found in nodes) or "nobody"
+    what = f"{'id ' + str(id_) if id_ is not None else ''} {'serial ' + serial if serial else ''}".strip()
+    raise RobotError(f"{link}: expected one drive with {what}, found {len(fitting)}; heard: {there}")

@@ -1,0 +1,138 @@
+"""Who is on a bus and how they are, for commands that show it."""
+
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from rich.console import Group
+from rich.markup import escape
+from rich.table import Table
+
+from vrg.bus.stopping import StopSignal
+from vrg.errors import RobotError
+from vrg.hal.can.frame import Frame
+from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
+from vrg.hal.can.link import Link
+from vrg.hal.can.listener import Found
+from vrg.hal.can.survey import Survey, all_listeners
+
+ASK_PERIOD = 0.25
+"""s between questions to the drives. Some speak only when they are asked, and are silent after HEARTBEAT_TIMEOUT."""
+
+
+@dataclass(frozen=True)
+class Heard:
+    """Who is on a bus, and what is wrong with the bus itself, in words."""
+
+    nodes: list[Found]
+    troubles: list[str]
+
+
+class Bus:
+    """A bus that is listened to; open it by `listening`.
+
+    Attributes:
+        survey: who speaks there.
+    """
+
+    def __init__(self, link: Link) -> None:
+        from vrg.hal.can.bus import CanBus  # python-can is for who uses a bus
+
+        self._lock = threading.Lock()
+        self._troubles: dict[str, None] = {}
+        self._bus = CanBus(link, self._hear, self._complain)
+        self.survey = Survey(all_listeners(self._bus.send))
+
+    def start(self) -> None:
+        """Begin to listen.
+
+        Raises:
+            RobotError: the bus cannot be opened.
+        """
+        self._bus.start()
+
+    def stop(self) -> None:
+        """Let go of the bus."""
+        self._bus.stop()
+
+    def look(self, interrupted: StopSignal, *, ask: bool) -> Heard:
+        """What has been heard.
+
+        Args:
+            ask: ask everybody for what they do not say by themselves.
+        """
+        with self._lock:
+            nodes = self.survey.nodes
+        if ask:
+            try:
+                self.survey.greet()
+                for found in nodes:
+                    # An answer may have to be waited for: a node that has fallen silent is not asked.
+                    if not interrupted.is_set() and time.monotonic() - found.heard < HEARTBEAT_TIMEOUT:
+                        self.survey.ask(found)
+            except RobotError as error:
+                self._complain(str(error))
+        return Heard(nodes, list(self._troubles))
+
+    def look_for(self, seconds: float, interrupted: StopSignal, *, ask: bool) -> Heard:
+        """Look again and again for a while; what has been heard at last."""
+        end = time.monotonic() + seconds
+        while (left := end - time.monotonic()) > 0 and not interrupted.is_set():
+            self.look(interrupted, ask=ask)
+            interrupted.wait(min(ASK_PERIOD, left))
+        return self.look(interrupted, ask=ask)
+
+    def _hear(self, frame: Frame) -> None:
+        with self._lock:
+            self.survey.hear(frame)
+
+    def _complain(self, words: str) -> None:
+        self._troubles.setdefault(words)
+
+
+@contextmanager
+def listening(link: Link) -> Iterator[Bus]:
+    """Listen to a bus.
+
+    Raises:
+        RobotError: it cannot be opened.
+    """
+    bus = Bus(link)
+    bus.start()
+    try:
+        yield bus
+    finally:
+        bus.stop()
+
+
+def table_of(heard: Heard, now: float) -> Group:
+    """A row for each drive, and below them what is wrong, in whole words."""
+    table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
+    for name in ("protocol", "id", "serial", "firmware", "state", "turns", "turns/s", "V"):
+        table.add_column(name, justify="right" if name in ("id", "turns", "turns/s", "V") else "left")
+    wrong = [f"[red]{escape(words)}[/red]" for words in heard.troubles]
+    for found in heard.nodes:
+        silent = now - found.heard
+        table.add_row(
+            found.protocol,
+            str(found.node),
+            escape(", ".join(found.serials)) or "?",
+            escape(found.firmware) or "?",
+            escape(found.state) if silent < HEARTBEAT_TIMEOUT else "silent",
+            _number(found.position, 2),
+            _number(found.velocity, 2),
+            _number(found.voltage, 1),
+        )
+        problems = [found.errors] if found.errors else []
+        if silent >= HEARTBEAT_TIMEOUT:
+            problems.append(f"no heartbeat for {silent:.1f} s")
+        if len(found.serials) > 1:
+            problems.append(f"{len(found.serials)} drives have this id: {', '.join(found.serials)}")
+        wrong += [f"[red]{found.protocol} {found.node}: {escape(words)}[/red]" for words in problems]
+    return Group(table, *wrong)
+
+
+def _number(value: float | None, digits: int) -> str:
+    return "?" if value is None else f"{value:.{digits}f}"

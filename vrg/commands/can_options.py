@@ -1,0 +1,79 @@
+"""The options that the commands of `vrg can` share, and what they mean."""
+
+import socket
+from typing import Annotated
+
+import typer
+from pydantic import ValidationError
+
+from vrg.errors import ConfigError
+from vrg.hal.can.link import Link, read_adapter
+from vrg.hal.can.options import ProtocolOptions
+from vrg.hal.can.protocols import PROTOCOLS, Protocol
+from vrg.tables import problems_of
+
+InterfaceOption = Annotated[str, typer.Option("--interface", help="python-can's name of the interface.")]
+ChannelOption = Annotated[str, typer.Option("--channel", help="The bus, such as can0.")]
+AnyChannelOption = Annotated[
+    str | None, typer.Option("--channel", help="The bus; can0 if missing, or vcan0 where there is no can0.")
+]
+BitrateOption = Annotated[int | None, typer.Option("--bitrate", help="bit/s, where the interface sets it itself.")]
+AdapterOption = Annotated[
+    list[str] | None,
+    typer.Option("--adapter", help="A further option of python-can's interface, NAME=VALUE; several are possible."),
+]
+ProtocolOption = Annotated[
+    str,
+    typer.Option("--protocol", help="What the drives speak: odrive, cia402, moteus, vesc, or another package's."),
+]
+OptionsOption = Annotated[
+    list[str] | None,
+    typer.Option("--option", help="What the wiring says of such drives in its options, NAME=VALUE."),
+]
+
+
+def link_of(interface: str, channel: str | None, bitrate: int | None, adapter: list[str] | None) -> Link:
+    """The bus that a command's options mean.
+
+    Raises:
+        ConfigError: an option of the adapter makes no sense.
+    """
+    try:
+        told = read_adapter(adapter or [])
+    except ValueError as error:
+        raise ConfigError([f"--adapter: {error}"]) from None
+    return Link(interface=interface, channel=channel or _some_channel(), bitrate=bitrate, adapter=told)
+
+
+def protocol_of(name: str) -> Protocol:
+    """The protocol of this name.
+
+    Raises:
+        ConfigError: there is none, or it cannot be imported.
+    """
+    try:
+        spoken = PROTOCOLS.get(name)
+        _ = spoken.axis_type, spoken.drive_type
+    except ConfigError as error:
+        raise ConfigError([f"--{problem}" for problem in error.problems]) from None
+    return spoken
+
+
+def options_of(protocol: Protocol, told: list[str] | None) -> ProtocolOptions:
+    """What a protocol is told of its drives.
+
+    Raises:
+        ConfigError: it has no such options.
+    """
+    try:
+        return protocol.axis_type.options_type.model_validate(read_adapter(told or []))
+    except ValidationError as error:
+        raise ConfigError([f"--option: {problem}" for problem in problems_of(error)]) from None
+    except ValueError as error:
+        raise ConfigError([f"--option: {error}"]) from None
+
+
+def _some_channel() -> str:
+    """The bus that is meant where none is named: whoever has no real bus means the virtual one."""
+    names = {name for _, name in socket.if_nameindex()}
+    return "vcan0" if "vcan0" in names and "can0" not in names else "can0"
