@@ -27,7 +27,7 @@ SeedOption = Annotated[int | None, typer.Option(min=0, help="Seed that replaces 
 
 def check(match: MatchArgument) -> None:
     """Say whether a match file can be played, or everything that is wrong with it."""
-    from vrg.config.loading import check_strategies, load_match, match_path  # `vrg play` must start quickly
+    from vrg.config.loading import check_strategies, load_match, match_path, unproved  # `vrg play` must start quickly
     from vrg.config.rules import rulebook_of
     from vrg.launch.nodes import strategy_of
 
@@ -37,6 +37,8 @@ def check(match: MatchArgument) -> None:
     rounds = "1 round" if book.rounds == 1 else f"{book.rounds} rounds"
     players = f"{len(setup.players)} players"
     typer.echo(f"{match}: good: {setup.game}, {players}, {rounds}, map {setup.map}")
+    for remark in unproved(setup):
+        typer.echo(f"not proved: {remark}")
 
 
 def play(

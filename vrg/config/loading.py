@@ -83,6 +83,17 @@ def load_match(path: Path, *, base: Path | None = None, **overrides: str | int |
     return setup
 
 
+def unproved(setup: MatchSetup) -> list[str]:
+    """What the match file alone cannot prove of the robots, in words."""
+    found = []
+    for backend, table in setup.backends.items():
+        kind = BACKENDS.get(backend)
+        if kind.settings is not None:
+            robots = [player.name for player in setup.players if player.backend == backend]
+            found += kind.settings.model_validate(table).unproved(robots)
+    return found
+
+
 def check_strategies(setup: MatchSetup, make: Callable[[MatchSetup, str], object]) -> None:
     """Check that every player's strategy can be made.
 

@@ -14,6 +14,10 @@ class BackendSettings(Table):
         """The reasons, in words, why these robots cannot be used. Relative paths in the table start from `base`."""
         return []
 
+    def unproved(self, robots: Sequence[str]) -> list[str]:
+        """What a match file alone cannot prove of these robots, in words, for `vrg check`."""
+        return []
+
     def companions(self, robots: Sequence[str]) -> list[Companion]:
         """The processes that these robots need besides those of their players."""
         return []

@@ -8,3 +8,8 @@ from vrg.tables import Table
 
 class ProtocolOptions(Table):
     """The options of a protocol that has none. Every field of a subclass has a default."""
+
+    @property
+    def missing(self) -> str | None:
+        """What must be said and has not been, in words; None where nothing is missing."""
+        return None

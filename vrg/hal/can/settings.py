@@ -179,11 +179,36 @@ class CanSettings(BackendSettings):
             wiring = self.robots.get(name)
             if wiring is None:
                 found.append(f"expected a table [backends.can.robots.{name}] with its wiring, found none")
-            elif wiring.calibration:
+                continue
+            if missing := self.options_of(name).missing:
+                found.append(f"robots.{name}: {missing}")
+            if wiring.calibration:
                 try:
                     load_calibration(base / wiring.calibration, wiring.nodes)
                 except ConfigError as error:
                     found += map(str, error.problems)
+        return found
+
+    def unproved(self, robots: Sequence[str]) -> list[str]:
+        """Directions, watchdogs and units of real drives."""
+        if self.emulate:
+            return []
+        found = []
+        for name in robots:
+            wiring = self.robots[name]
+            if wiring.calibration is None:
+                found.append(
+                    f"{name}: nobody has measured its directions, gear ratio and track, as `vrg can calibrate` does: they "
+                    "are as the file says"
+                )
+            if wiring.watchdog == "unsafe":
+                found.append(f'{name}: nothing stops its motors if this computer fails, as its watchdog is "unsafe"')
+            else:
+                found.append(f"{name}: the watchdogs of its drives are proved when it is armed for the first time")
+            if not wiring.options:
+                found.append(
+                    f"{name}: the units of its drives' numbers are those that the drives or their protocol tell"
+                )
         return found
 
     def companions(self, robots: Sequence[str]) -> list[Companion]:

@@ -10,6 +10,7 @@ from vrg.hal.can.axis import NEVER, Axis, Send, State
 from vrg.hal.can.frame import EXTENDED_MASK, Filter, Frame, FrameError
 from vrg.hal.can.moteus import codec
 from vrg.hal.can.moteus.codec import Kind, Resolution, Subframe
+from vrg.hal.can.moteus.options import MoteusOptions
 from vrg.hal.can.moteus.registers import (
     LIMITS,
     MAP_VERSION,
@@ -44,11 +45,17 @@ STOP = (codec.write(Register.MODE, [Mode.STOPPED], Resolution.INT8),)
 """The subframes that switch a motor off."""
 
 
-def setpoint(velocity: float, timeout: float) -> tuple[Subframe, ...]:
-    """The subframes that ask for a velocity in turn/s, wherever the motor is, for at most `timeout` s."""
+def setpoint(velocity: float, timeout: float, max_torque: float | None = None) -> tuple[Subframe, ...]:
+    """The subframes that ask for a velocity in turn/s, wherever the motor is, for at most `timeout` s.
+
+    Args:
+        max_torque: Nm; None leaves it to the drive's own limit.
+    """
+    limit = () if max_torque is None else (codec.write(Register.COMMAND_MAX_TORQUE, [max_torque]),)
     return (
         codec.write(Register.MODE, [Mode.POSITION], Resolution.INT8),
         codec.write(Register.COMMAND_POSITION, [math.nan, velocity]),
+        *limit,
         codec.write(Register.COMMAND_TIMEOUT, [timeout]),
     )
 
@@ -57,8 +64,12 @@ class MoteusAxis(Axis):
     """See `Axis` and the module.
 
     Attributes:
+        options: what a person has said of the drive.
         mode: what the drive is doing, in words; empty before it is known. on: its motor is under control.
     """
+
+    options: MoteusOptions
+    options_type = MoteusOptions
 
     def __init__(self, node: int, send: Send, options: ProtocolOptions | None = None) -> None:
         super().__init__(node, send, options)
@@ -146,7 +157,7 @@ class MoteusAxis(Axis):
         """Send a setpoint in turn/s, and ask how the drive is."""
         # A setpoint would start a drive that is stopped, and a drive that has a fault takes none.
         if self._wanted:
-            subframes = (*setpoint(velocity, COMMAND_TIMEOUT), *_STATUS)
+            subframes = (*setpoint(velocity, COMMAND_TIMEOUT, self.options.max_torque), *_STATUS)
             self._send(codec.encode(HOST, self.node, subframes, reply=True))
 
     def idle(self) -> None:

@@ -134,6 +134,10 @@ class MoteusDrive(EmulatedDrive):
 
     def _move(self, dt: float) -> None:
         aim = 0.0
+        most = self._command[Register.COMMAND_MAX_TORQUE]
+        own = self.motor.model.current_limit
+        wanted = own if math.isnan(most) else max(0.0, most) / self.motor.model.torque_constant
+        self.motor.current_limit = min(own, wanted)
         if self._mode == Mode.POSITION:
             velocity, position = self._command[Register.COMMAND_VELOCITY], self._command[Register.COMMAND_POSITION]
             aim = velocity if math.isfinite(velocity) else 0.0

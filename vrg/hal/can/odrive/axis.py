@@ -4,6 +4,7 @@ from vrg.hal.can.axis import NEVER, Axis, Send, State
 from vrg.hal.can.frame import Filter, Frame, FrameError
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.odrive.messages import AxisError, Command
+from vrg.hal.can.odrive.options import OdriveOptions
 from vrg.hal.can.odrive.results import describe_result
 from vrg.hal.can.options import ProtocolOptions
 
@@ -19,6 +20,9 @@ _REZERO = float(1 << 18)
 
 class OdriveAxis(Axis):
     """See `Axis`. All that can be wrong with the drive is in its heartbeat."""
+
+    options: OdriveOptions
+    options_type = OdriveOptions
 
     def __init__(self, node: int, send: Send, options: ProtocolOptions | None = None) -> None:
         super().__init__(node, send, options)
@@ -92,7 +96,10 @@ class OdriveAxis(Axis):
         self._send(codec.request(self.node, Command.ADDRESS))
 
     def prepare(self) -> None:
-        """Do nothing: each start sends the mode with it."""
+        """Set the limits that a person has given; each start sends the mode with it."""
+        velocity, current = self.options.velocity_limit, self.options.current_limit
+        if velocity is not None and current is not None:
+            self._send(codec.encode(self.node, messages.SetLimits(velocity, current)))
 
     def start(self) -> None:
         """Ask for closed-loop velocity control."""

@@ -74,11 +74,8 @@ class VescAxis(Axis):
         """The poles are unknown, an old firmware, no status messages, or two drives with this id."""
         if len(self._versions) > 1:
             return f"two drives have this id: serial numbers {' and '.join(self.serials)}; give one another id"
-        if self.options.pole_pairs is None:
-            return (
-                "expected to know how many pole pairs its motor has, as it counts electrical revolutions: write "
-                "pole_pairs into [backends.can.robots.<name>.options]; it is half the number of magnets"
-            )
+        if missing := self.options.missing:
+            return missing
         for version in self._versions:
             if (version.major, version.minor) < OLDEST:
                 return (

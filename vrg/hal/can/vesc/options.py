@@ -13,3 +13,13 @@ class VescOptions(ProtocolOptions):
     """
 
     pole_pairs: int | None = Field(None, ge=1, le=100)
+
+    @property
+    def missing(self) -> str | None:
+        """The pole pairs."""
+        if self.pole_pairs is not None:
+            return None
+        return (
+            "expected to know how many pole pairs its motor has, as a VESC counts electrical revolutions: write "
+            "pole_pairs into [backends.can.robots.<name>.options]; it is half the number of magnets"
+        )
