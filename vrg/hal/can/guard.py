@@ -17,7 +17,7 @@ OBEY_TIMEOUT = 0.5
 """s for which a drive may still say that it is on after it was told to be off."""
 REPEAT = 0.2
 """s from one order to be off to the next, as long as a drive says that it is on."""
-PROOF_TIMEOUT = 2.0
+PROOF_TIMEOUT = 1.0
 """s from arming within which every drive's own watchdog must have stopped its motor, when it is proved."""
 GRACE = 0.5
 """s after an explicit act in which what the drives still say of before does not latch again."""

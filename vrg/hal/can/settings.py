@@ -198,8 +198,8 @@ class CanSettings(BackendSettings):
             wiring = self.robots[name]
             if wiring.calibration is None:
                 found.append(
-                    f"{name}: nobody has measured its directions, gear ratio and track, as `vrg can calibrate` does: they "
-                    "are as the file says"
+                    f"{name}: its directions, gear ratio and track are as the file says: nobody has measured them, as "
+                    "`vrg can calibrate` does"
                 )
             if wiring.watchdog == "unsafe":
                 found.append(f'{name}: nothing stops its motors if this computer fails, as its watchdog is "unsafe"')

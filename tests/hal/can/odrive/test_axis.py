@@ -10,6 +10,7 @@ from vrg.hal.can.axis import State
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.odrive.axis import OdriveAxis
+from vrg.hal.can.odrive.inputs import InputMode
 from vrg.hal.can.odrive.messages import AxisError, AxisState, Command
 from vrg.hal.can.odrive.results import ProcedureResult
 
@@ -30,7 +31,7 @@ class TestAxis:
         wire.beat()
         wire.axis.start()
         assert wire.said() == [
-            messages.SetControllerMode(messages.ControlMode.VELOCITY, messages.PASSTHROUGH),
+            messages.SetControllerMode(messages.ControlMode.VELOCITY, InputMode.PASSTHROUGH),
             messages.SetInputVel(0.0),
             messages.SetAxisState(CLOSED),
         ]

@@ -13,6 +13,7 @@ from vrg.hal.can.emulator.faults import FaultKind, FaultRequest, decode_fault, e
 from vrg.hal.can.frame import Frame, FrameError
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.odrive.drive import OdriveDrive
+from vrg.hal.can.odrive.inputs import InputMode
 from vrg.hal.can.odrive.messages import AxisError, AxisState, Command
 
 NODE = 6
@@ -47,7 +48,7 @@ class Bench:
         return frames
 
     def close_loop(self) -> None:
-        self.tell(messages.SetControllerMode(messages.ControlMode.VELOCITY, messages.PASSTHROUGH))
+        self.tell(messages.SetControllerMode(messages.ControlMode.VELOCITY, InputMode.PASSTHROUGH))
         self.tell(messages.SetAxisState(AxisState.CLOSED_LOOP_CONTROL))
 
     @property
@@ -180,18 +181,18 @@ class TestProtocol:
         assert count(bench.run(1.0), Command.HEARTBEAT) >= 9
 
     def test_torque_position_and_ramp(self, bench: Bench) -> None:
-        bench.tell(messages.SetControllerMode(messages.ControlMode.POSITION, messages.PASSTHROUGH))
+        bench.tell(messages.SetControllerMode(messages.ControlMode.POSITION, InputMode.PASSTHROUGH))
         bench.tell(messages.SetAxisState(AxisState.CLOSED_LOOP_CONTROL))
         for _ in range(40):
             bench.tell(messages.SetInputPos(3.0))
             bench.run(0.05)
         assert bench.drive.motor.position == pytest.approx(3.0, abs=0.02)
-        bench.tell(messages.SetControllerMode(messages.ControlMode.TORQUE, messages.PASSTHROUGH))
+        bench.tell(messages.SetControllerMode(messages.ControlMode.TORQUE, InputMode.PASSTHROUGH))
         for _ in range(4):
             bench.tell(messages.SetInputTorque(0.1))
             bench.run(0.05)
         assert bench.drive.motor.velocity > 1.0
-        bench.tell(messages.SetControllerMode(messages.ControlMode.VELOCITY, messages.VEL_RAMP))
+        bench.tell(messages.SetControllerMode(messages.ControlMode.VELOCITY, InputMode.VEL_RAMP))
         bench.run(1.0, 20.0)
         assert bench.drive.motor.velocity == pytest.approx(20.0, rel=0.05)
 

@@ -2,7 +2,8 @@
 
 It is a network slave (NMT, heartbeat, EMCY), an SDO server, four RPDOs and four TPDOs, and the state machine of CiA 402
 in profile velocity mode. Its watchdog is the deadline of an RPDO (0x1400:05); when it expires the drive says so (EMCY
-0x8250), and has a fault if its motor was on. It has no remote requests, block transfers, node guarding and saving.
+0x8250), and has a fault if its motor was on. It keeps its settings if it is told to save them, remembers its errors,
+and watches its master's heartbeat if it is told to. It has no block transfers and no node guarding.
 """
 
 import math
@@ -11,12 +12,13 @@ import struct
 from collections.abc import Callable, Sequence
 
 from vrg.hal.can.cia402 import drive_objects as abort
+from vrg.hal.can.cia402.drive_errors import AbortOption, ErrorBehaviour, ErrorHistory, HeartbeatConsumer
 from vrg.hal.can.cia402.drive_objects import Objects, ObjectServer
 from vrg.hal.can.cia402.drive_pdos import DrivePdos
 from vrg.hal.can.cia402.drive_states import StateMachine
 from vrg.hal.can.cia402.errors import RPDO_TIMEOUT, STO, error_register
 from vrg.hal.can.cia402.network import SYNC, Function, Nmt, NmtCommand
-from vrg.hal.can.cia402.objects import EVENT_TIMER, PROFILE_VELOCITY, SERIAL, Object
+from vrg.hal.can.cia402.objects import EVENT_TIMER, PROFILE_VELOCITY, SAVE, SERIAL, Object
 from vrg.hal.can.cia402.options import Cia402Options
 from vrg.hal.can.cia402.states import Control, DriveState
 from vrg.hal.can.cia402.units import Units, units
@@ -28,7 +30,7 @@ _STANDSTILL = 0.05
 """turn/s below which a motor stands."""
 _REACHED = 0.2
 """turn/s from the target at which it counts as reached."""
-_OVERCURRENT, _COMMUNICATION, _PDO_TOO_SHORT = 0x2310, 0x8100, 0x8210
+_OVERCURRENT, _COMMUNICATION, _HEARTBEAT_LOST, _PDO_TOO_SHORT = 0x2310, 0x8100, 0x8130, 0x8210
 """Error codes."""
 _NMT_STATES = {
     NmtCommand.START: Nmt.OPERATIONAL,
@@ -45,6 +47,7 @@ class Cia402Drive(EmulatedDrive):
 
     def __init__(self, node: int, options: DriveOptions, now: float, rng: random.Random) -> None:
         self._said: list[Frame] = []
+        self._stored: dict[tuple[int, int], int | str] = {}
         super().__init__(node, options, now, rng)
 
     @property
@@ -65,9 +68,14 @@ class Cia402Drive(EmulatedDrive):
         self.objects[Object.IDENTITY, SERIAL] = self.options.serial & 0xFFFFFFFF
         self.objects[Object.HEARTBEAT_TIME, 0] = round(self.options.heartbeat * 1000)
         self.objects[Object.RPDO + 1, EVENT_TIMER] = round(self.options.watchdog * 1000)
+        self.objects.restore(self._stored)
+        self._history = ErrorHistory(self.objects)
+        self._consumer = HeartbeatConsumer(self.objects)
         self._measures: dict[int, Callable[[], int]] = {
             Object.POSITION: lambda: _signed(round(self._estimates()[0] * self._units.counts)),
             Object.VELOCITY: lambda: self._units.velocity_of(self._estimates()[1]),
+            Object.VELOCITY_DEMAND: lambda: self._units.velocity_of(self._speed),
+            Object.TORQUE: lambda: round(1000 * self.motor.current / self.motor.model.current_limit),
             Object.STATUSWORD: self._statusword,
             Object.ERROR_CODE: lambda: self._machine.error,
             Object.ERROR_REGISTER: lambda: error_register(self._machine.error),
@@ -107,8 +115,11 @@ class Cia402Drive(EmulatedDrive):
         return self._units.turns_per_s(self.objects[Object.TARGET_VELOCITY, 0])
 
     def _hear(self, frame: Frame, now: float) -> list[Frame]:
-        if frame.extended or frame.remote or self._nmt == Nmt.BOOTED:
+        if frame.extended or self._nmt == Nmt.BOOTED:
             return []
+        if frame.remote:
+            return self._pdos.requested(frame.id)
+        self._consumer.hear(frame, now)
         sent: list[Frame] = []
         if frame.id == Function.NMT:
             sent = self._network(frame, now)
@@ -132,6 +143,11 @@ class Cia402Drive(EmulatedDrive):
             sent.append(self._heart(self._nmt))
         return sent + self._due(now)
 
+    def _shown(self, frames: list[Frame]) -> list[Frame]:
+        # A node that was stopped says nothing but its heartbeat (CiA 301).
+        stopped = self._nmt == Nmt.STOPPED
+        return super()._shown([frame for frame in frames if not stopped or frame.id != Function.EMCY | self.node])
+
     def _heart(self, state: Nmt) -> Frame:
         return Frame(Function.HEARTBEAT | self.node, bytes([state]))
 
@@ -150,12 +166,40 @@ class Cia402Drive(EmulatedDrive):
         self._pdos.enter(state == Nmt.OPERATIONAL, now)
         self._watchdog = 0.0
         # Nobody can command a drive that is not operational.
-        return self._fail(_COMMUNICATION) if self._energised else []
+        return self._cut_off(_COMMUNICATION) if self._energised and state != Nmt.OPERATIONAL else []
+
+    def _cut_off(self, code: int) -> list[Frame]:
+        """Nobody commands the motor any more: what 0x6007 says is done."""
+        match self.objects[Object.ABORT_CONNECTION_OPTION, 0]:
+            case AbortOption.NOTHING:
+                return []
+            case AbortOption.DISABLE_VOLTAGE:
+                self._control(Control.DISABLE_VOLTAGE)
+                return []
+            case AbortOption.QUICK_STOP:
+                self._control(Control.QUICK_STOP)
+                return []
+            case _:
+                return self._fail(code)
+
+    def _lose_master(self) -> list[Frame]:
+        """The master's heartbeat has not come in time."""
+        sent = [self._emergency(_HEARTBEAT_LOST)]
+        behaviour = self.objects[Object.ERROR_BEHAVIOUR, 1]
+        if self._nmt == Nmt.OPERATIONAL and behaviour != ErrorBehaviour.NO_CHANGE:
+            self._nmt = Nmt.STOPPED if behaviour == ErrorBehaviour.STOPPED else Nmt.PRE_OPERATIONAL
+            self._pdos.enter(False, self._now)
+            self._watchdog = 0.0
+        return [*sent, *(self._cut_off(_HEARTBEAT_LOST) if self._energised else [])]
 
     def _refuse(self, index: int, sub: int, value: int) -> int:
         """The abort code of a write; 0 where it is allowed."""
         if index == Object.MODE:
             return 0 if value in (0, PROFILE_VELOCITY) else abort.BAD_VALUE
+        if index == Object.STORE:
+            return 0 if value == SAVE else abort.NOT_STORED
+        if index == Object.ERROR_HISTORY:
+            return abort.BAD_VALUE if value else 0
         return self._pdos.refused(index, sub, value)
 
     def _wrote(self, index: int, sub: int, value: int) -> None:
@@ -166,6 +210,13 @@ class Cia402Drive(EmulatedDrive):
             self._heartbeat = Cycle(value / 1000, self._now)
         elif index == Object.CONTROLWORD:
             self._control(value)
+        elif index == Object.STORE:
+            self.objects[index, sub] = 1
+            self._stored = self.objects.stored()
+        elif index == Object.CONSUMER_HEARTBEAT:
+            self._consumer.set_anew()
+        elif index == Object.MOTOR_SPEED_LIMIT:
+            self.motor.velocity_limit = value / 60
 
     def _setpoints(self, frame: Frame, now: float) -> list[Frame]:
         """A frame has come that may be an RPDO."""
@@ -183,9 +234,11 @@ class Cia402Drive(EmulatedDrive):
     def _due(self, now: float) -> list[Frame]:
         """What is said of deadlines that have passed while the motor was off, and TPDOs whose time or news has come."""
         sent = [self._emergency(RPDO_TIMEOUT) for _ in range(self._pdos.expire(now))]
+        if self._consumer.expired(now):
+            sent += self._lose_master()
         self._watch()
         sent += self._pdos.telegrams(now)
-        self._clock.next = self._pdos.next_after(now)
+        self._clock.next = min(self._pdos.next_after(now), self._consumer.due)
         return sent
 
     def _watch(self) -> None:
@@ -202,6 +255,7 @@ class Cia402Drive(EmulatedDrive):
         if brakes is None:
             brakes = self._energised and self.objects[Object.FAULT_REACTION, 0] != 0
         self._machine.fail(code, brakes=brakes)
+        self._history.add(code)
         return [self._emergency(code)]
 
     def _control(self, word: int) -> None:

@@ -16,7 +16,7 @@ from vrg.hal.can.frame import Frame
 
 NO_OBJECT, NO_SUB, WRITE_ONLY, READ_ONLY = 0x0602_0000, 0x0609_0011, 0x0601_0001, 0x0601_0002
 NOT_MAPPABLE, PDO_TOO_LONG, WRONG_LENGTH = 0x0604_0041, 0x0604_0042, 0x0607_0010
-BAD_VALUE, NOT_NOW, UNSUPPORTED = 0x0609_0030, 0x0800_0022, 0x0601_0000
+BAD_VALUE, NOT_NOW, UNSUPPORTED, NOT_STORED = 0x0609_0030, 0x0800_0022, 0x0601_0000, 0x0800_0020
 """SDO abort codes (CiA 301)."""
 
 
@@ -56,6 +56,14 @@ class Objects:
     def remove(self, index: int) -> None:
         """Be a drive that has no such object."""
         del self.object_dictionary[index]
+
+    def stored(self) -> dict[tuple[int, int], int | str]:
+        """The values that a drive keeps when it is told to save: those that can be written."""
+        return {key: value for key, value in self._values.items() if self.find(*key).writable}
+
+    def restore(self, stored: dict[tuple[int, int], int | str]) -> None:
+        """Have saved values again."""
+        self._values.update(stored)
 
     def find(self, index: int, sub: int) -> ODVariable:
         """The description of an object.

@@ -15,7 +15,7 @@ from canopen.sdo.exceptions import SdoAbortedError
 
 from vrg.hal.can.cia402 import drive_objects as abort
 from vrg.hal.can.cia402.drive_objects import Objects
-from vrg.hal.can.cia402.objects import COB_ID, EVENT_TIMER, INHIBIT, NOT_VALID, PDOS, TRANSMISSION, Object
+from vrg.hal.can.cia402.objects import COB_ID, EVENT_TIMER, INHIBIT, NO_REMOTE, NOT_VALID, PDOS, TRANSMISSION, Object
 from vrg.hal.can.frame import STANDARD_MASK, Frame
 
 _EVENTS = frozenset({Object.STATUSWORD, Object.ERROR_CODE, Object.ERROR_REGISTER, Object.MODE_DISPLAY})
@@ -170,6 +170,11 @@ class DrivePdos:
         for pdo in late:
             pdo.due = math.inf
         return len(late)
+
+    def requested(self, identifier: int) -> list[Frame]:
+        """The TPDO that somebody asks for by a remote frame, if its settings allow that."""
+        asked = [pdo for pdo in self._tpdos if self.operational and pdo.on and pdo.identifier == identifier]
+        return [self._telegram(pdo) for pdo in asked if not pdo.setting(COB_ID) & NO_REMOTE]
 
     def telegrams(self, now: float) -> list[Frame]:
         """The TPDOs whose time or news has come."""

@@ -3,6 +3,7 @@
 from vrg.hal.can.axis import NEVER, Axis, Send, State
 from vrg.hal.can.frame import Filter, Frame, FrameError
 from vrg.hal.can.odrive import codec, messages
+from vrg.hal.can.odrive.inputs import InputMode
 from vrg.hal.can.odrive.messages import AxisError, Command
 from vrg.hal.can.odrive.options import OdriveOptions
 from vrg.hal.can.odrive.results import describe_result
@@ -105,7 +106,7 @@ class OdriveAxis(Axis):
         """Ask for closed-loop velocity control."""
         if abs(self.position) > _REZERO:
             self._send(codec.encode(self.node, messages.SetAbsolutePosition(0.0)))
-        mode = messages.SetControllerMode(messages.ControlMode.VELOCITY, messages.PASSTHROUGH)
+        mode = messages.SetControllerMode(messages.ControlMode.VELOCITY, InputMode.PASSTHROUGH)
         self._send(codec.encode(self.node, mode))
         self._send(codec.encode(self.node, messages.SetInputVel(0.0)))
         self._send(codec.encode(self.node, messages.SetAxisState(messages.AxisState.CLOSED_LOOP_CONTROL)))

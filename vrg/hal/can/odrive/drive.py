@@ -1,17 +1,21 @@
 """An emulated ODrive axis that speaks CANSimple 0.6; it has no bus and no clock.
 
 It answers requests, sends its cyclic frames, latches errors, and feeds its watchdog by setpoints alone. What a
-setpoint means is the controller mode's: velocity (as it is or along a ramp), position or torque. The endpoints of its
-SDOs are its own: 1 watchdog time-out, 2 velocity limit, 3 velocity ramp, all float32.
+setpoint means is the controller mode's: velocity (as it is or along a ramp), position (as it is, filtered, or along a
+trajectory) or torque. The endpoints of its SDOs are its own: 1 watchdog time-out, 2 velocity limit, 3 velocity ramp,
+all float32. Its settings are lost when it starts again, unless they were saved.
 """
 
 import math
+import random
 import struct
 from collections.abc import Sequence
+from dataclasses import dataclass
 
-from vrg.hal.can.emulator.drive import Cycle, EmulatedDrive
+from vrg.hal.can.emulator.drive import Cycle, DriveOptions, EmulatedDrive
 from vrg.hal.can.frame import Frame, FrameError
 from vrg.hal.can.odrive import codec, messages
+from vrg.hal.can.odrive.inputs import Filter, InputMode, Trajectory
 from vrg.hal.can.odrive.messages import AxisError, AxisState, Command, ControlMode
 from vrg.hal.can.odrive.results import ProcedureResult
 
@@ -20,25 +24,62 @@ _POSITION_GAIN = 20.0
 """turn/s for each turn of position error; this is the real drive's default."""
 _RAMP = 200.0
 """The acceleration along a ramp, turn/s^2."""
+_FILTER_BANDWIDTH = 2.0
+"""1/s; this is the real drive's default."""
+_TRAJECTORY = (10.0, 20.0, 20.0)
+"""The highest velocity of a trajectory, turn/s, and its acceleration and deceleration, turn/s^2."""
+_SAVE, _ERASE = 1, 2
+_REBOOTS = (0, _SAVE, _ERASE)
+"""What can be done before it starts again."""
 _LARGEST = 1e6
 """turn/s or A; a limit beyond it is no limit, and would not fit into the numbers that a drive sends."""
 
 
+@dataclass(frozen=True)
+class _Settings:
+    """What a drive can save."""
+
+    node: int
+    watchdog: float
+    velocity_limit: float
+    current_limit: float
+    ramp: float = _RAMP
+
+
 class OdriveDrive(EmulatedDrive):
     """See the module. Node 63 is a drive without an id: it sends no heartbeat, and waits to be given one."""
+
+    def __init__(self, node: int, options: DriveOptions, now: float, rng: random.Random) -> None:
+        limits = options.motor.velocity_limit, options.motor.current_limit
+        self._saved = _Settings(node, options.watchdog, *limits)
+        self._blank = _Settings(codec.BROADCAST, 0.0, *limits)
+        super().__init__(node, options, now, rng)
 
     def _boot(self, now: float) -> None:
         self._state = AxisState.IDLE
         self._active = AxisError(0)
         self._reason = AxisError(0)
         self._result = 0
-        self._modes = messages.SetControllerMode(ControlMode.VELOCITY, messages.PASSTHROUGH)
+        self._modes = messages.SetControllerMode(ControlMode.VELOCITY, InputMode.PASSTHROUGH)
         self._aim = 0.0
         self._ramped = 0.0
-        self._ramp = _RAMP
+        self._filter = Filter(_FILTER_BANDWIDTH)
+        self._trajectory = Trajectory(*_TRAJECTORY)
+        self._recall()
         self._heartbeat = Cycle(self.options.heartbeat, now)
         self._encoder = Cycle(self.options.encoder, now)
         self._supply = Cycle(self.options.supply, now)
+
+    def _recall(self) -> None:
+        """Have the saved settings again."""
+        saved = self._saved
+        self.node, self._watchdog, self._ramp = saved.node, saved.watchdog, saved.ramp
+        self.motor.velocity_limit, self.motor.current_limit = saved.velocity_limit, saved.current_limit
+
+    def _save(self) -> None:
+        """Keep the settings."""
+        limits = self.motor.velocity_limit, self.motor.current_limit
+        self._saved = _Settings(self.node, self._watchdog, *limits, self._ramp)
 
     def _cycles(self) -> Sequence[Cycle]:
         return (self._heartbeat, self._encoder, self._supply)
@@ -77,10 +118,13 @@ class OdriveDrive(EmulatedDrive):
             address = codec.decode(frame)
         except FrameError:
             return []
-        if not isinstance(address, messages.Address) or address.serial != self.options.serial:
+        if not isinstance(address, messages.Address) or self._energised:
             return []
-        if address.node in codec.NODES and not self._energised:
+        if address.serial == self.options.serial and address.node in codec.NODES:
             self.node = address.node
+        elif address.serial != self.options.serial and address.node == self.node:
+            # Another drive has been given this one's id: it waits for a new one.
+            self.node = codec.BROADCAST
         return []
 
     def _obey(self, message: messages.Message, now: float) -> list[Frame]:
@@ -93,7 +137,11 @@ class OdriveDrive(EmulatedDrive):
                 self._setpoint(ControlMode.TORQUE, torque, now)
             case messages.SetAxisState(state):
                 self._request(state, now)
-            case messages.Reboot(0) if not self._energised:
+            case messages.Reboot(action) if not self._energised and action in _REBOOTS:
+                if action == _SAVE:
+                    self._save()
+                elif action == _ERASE:
+                    self._saved = self._blank
                 self._restart(now)
             case messages.Estop():
                 return self._press_estop()
@@ -125,6 +173,9 @@ class OdriveDrive(EmulatedDrive):
             elif not self._energised:
                 self._state = AxisState.CLOSED_LOOP_CONTROL
                 self._ramped = self.motor.velocity
+                for way in (self._filter, self._trajectory):
+                    way.position, way.velocity = self.motor.position, self.motor.velocity
+                self._aim = self._aim if self._modes.control_mode != ControlMode.POSITION else self.motor.position
                 self._feed(now)
         elif state in set(AxisState):
             self._state = AxisState.IDLE
@@ -144,13 +195,23 @@ class OdriveDrive(EmulatedDrive):
             case ControlMode.TORQUE:
                 self.motor.pull(dt, self._aim)
             case ControlMode.POSITION:
-                self.motor.turn(dt, _POSITION_GAIN * (self._aim - self.motor.position))
-            case _ if self._modes.input_mode == messages.VEL_RAMP:
+                self.motor.turn(dt, _POSITION_GAIN * (self._approached(dt) - self.motor.position))
+            case _ if self._modes.input_mode == InputMode.VEL_RAMP:
                 change = self._ramp * dt
                 self._ramped += max(-change, min(change, self._aim - self._ramped))
                 self.motor.turn(dt, self._ramped)
             case _:
                 self.motor.turn(dt, self._aim)
+
+    def _approached(self, dt: float) -> float:
+        """Where on the way to its aim the position is to be now, turns."""
+        match self._modes.input_mode:
+            case InputMode.POS_FILTER:
+                return self._filter.follow(self._aim, dt)
+            case InputMode.TRAP_TRAJ:
+                return self._trajectory.follow(self._aim, dt)
+            case _:
+                return self._aim
 
     def _tell(self, command: int) -> list[Frame]:
         position, velocity = self._estimates()
@@ -159,7 +220,7 @@ class OdriveDrive(EmulatedDrive):
         errors = self._active | self._reason
         known: dict[int, messages.Message] = {
             Command.VERSION: _VERSION,
-            Command.HEARTBEAT: messages.Heartbeat(errors, self._state, self._result, 0),
+            Command.HEARTBEAT: messages.Heartbeat(errors, self._state, self._result, int(self._trajectory.done)),
             Command.ERROR: messages.Error(self._active, self._reason),
             Command.ADDRESS: messages.Address(self.node, self.options.serial),
             Command.ENCODER_ESTIMATES: messages.EncoderEstimates(position, velocity),

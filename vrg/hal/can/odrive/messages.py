@@ -92,10 +92,6 @@ class ControlMode(enum.IntEnum):
     POSITION = 3
 
 
-PASSTHROUGH, VEL_RAMP = 1, 2
-"""Input modes: the setpoint is taken as it is, or is approached along a ramp."""
-
-
 class Version(NamedTuple):
     """The versions of protocol, hardware and firmware; `unreleased` is 0 for an official build."""
 

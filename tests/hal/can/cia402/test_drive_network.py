@@ -1,0 +1,126 @@
+"""An emulated CiA 402 drive as a node of its network: what it keeps, remembers, tells, and does when it is cut off."""
+
+import pytest
+
+from tests.hal.can.cia402.wire import NODE, Wire
+from vrg.hal.can.cia402.drive_errors import AbortOption, ErrorBehaviour
+from vrg.hal.can.cia402.network import Function, Nmt, NmtCommand
+from vrg.hal.can.cia402.objects import COB_ID, ERRORS_KEPT, NO_REMOTE, SAVE, Object
+from vrg.hal.can.cia402.states import DriveState
+from vrg.hal.can.emulator.faults import FaultKind
+from vrg.hal.can.frame import Frame
+
+MASTER = 100
+
+
+def emergencies(wire: Wire) -> list[int]:
+    return [int.from_bytes(f.data[:2], "little") for f in wire.heard if f.id == Function.EMCY | NODE]
+
+
+def nmt(wire: Wire, command: NmtCommand) -> None:
+    wire.inject(Frame(Function.NMT, bytes([command, NODE])))
+
+
+@pytest.mark.parametrize(
+    "index",
+    [0x1003, 0x1005, 0x1010, 0x1014, 0x1016, 0x1029, 0x6007, 0x605B, 0x605D, 0x606B, 0x6077, 0x6080],
+)
+def test_it_has_the_objects_of_the_standards(index: int) -> None:
+    assert Wire().meet().ask(index).unsigned is not None
+
+
+def test_it_remembers_its_errors_newest_first_until_it_is_told_to_forget() -> None:
+    wire = Wire().meet()
+    for code in range(0x2310, 0x2310 + ERRORS_KEPT + 2):
+        wire.fault(FaultKind.ERROR, value=code)
+    assert wire.ask(Object.ERROR_HISTORY).unsigned == ERRORS_KEPT
+    assert wire.ask(Object.ERROR_HISTORY, 1).unsigned == 0x2310 + ERRORS_KEPT + 1
+    assert wire.ask(Object.ERROR_HISTORY, ERRORS_KEPT).unsigned == 0x2312
+    assert wire.write(Object.ERROR_HISTORY, 0, 3, 1) != 0
+    assert wire.write(Object.ERROR_HISTORY, 0, 0, 1) == 0
+    assert wire.ask(Object.ERROR_HISTORY).unsigned == 0
+
+
+def test_a_stopped_node_sends_no_emergency() -> None:
+    wire = Wire().running()
+    wire.heard.clear()
+    nmt(wire, NmtCommand.STOP)
+    wire.fault(FaultKind.ERROR)
+    wire.advance(0.5)
+    assert emergencies(wire) == []
+    assert wire.drive.state in (DriveState.FAULT, DriveState.FAULT_REACTION_ACTIVE)
+
+
+@pytest.mark.parametrize("allowed", [True, False])
+def test_a_remote_frame_is_answered_by_a_pdo_that_allows_it(allowed: bool) -> None:
+    wire = Wire().meet()
+    cob_id = wire.ask(Object.TPDO, COB_ID).unsigned
+    assert cob_id is not None
+    wire.write(Object.TPDO, COB_ID, cob_id & ~NO_REMOTE if allowed else cob_id | NO_REMOTE, 4)
+    nmt(wire, NmtCommand.START)
+    wire.advance(0.1)
+    answers = wire.drive.receive(Frame(Function.TPDO1 | NODE, remote=True), wire.now)
+    assert [frame.id for frame in answers] == ([Function.TPDO1 | NODE] if allowed else [])
+
+
+def test_what_is_saved_is_there_after_a_start_and_nothing_else() -> None:
+    wire = Wire().meet()
+    wire.write(Object.ACCELERATION, 0, 1234, 4)
+    assert wire.write(Object.STORE, 1, 1, 4) == 0x0800_0020, "the word is missing"
+    assert wire.write(Object.STORE, 1, SAVE, 4) == 0
+    wire.write(Object.DECELERATION, 0, 4321, 4)
+    nmt(wire, NmtCommand.RESET_NODE)
+    wire.advance(1.0)
+    assert wire.ask(Object.ACCELERATION).unsigned == 1234
+    assert wire.ask(Object.DECELERATION).unsigned != 4321
+
+
+@pytest.mark.parametrize(
+    ("option", "state"),
+    [
+        (AbortOption.NOTHING, DriveState.OPERATION_ENABLED),
+        (AbortOption.FAULT, DriveState.FAULT),
+        (AbortOption.DISABLE_VOLTAGE, DriveState.SWITCH_ON_DISABLED),
+        (AbortOption.QUICK_STOP, DriveState.QUICK_STOP_ACTIVE),
+    ],
+)
+def test_what_it_does_when_the_network_leaves_it(option: AbortOption, state: DriveState) -> None:
+    wire = Wire().running()
+    wire.write(Object.ABORT_CONNECTION_OPTION, 0, option, 2)
+    nmt(wire, NmtCommand.PRE_OPERATIONAL)
+    assert wire.drive.state is state
+
+
+@pytest.mark.parametrize(
+    ("behaviour", "network"),
+    [
+        (ErrorBehaviour.PRE_OPERATIONAL, Nmt.PRE_OPERATIONAL),
+        (ErrorBehaviour.NO_CHANGE, Nmt.OPERATIONAL),
+        (ErrorBehaviour.STOPPED, Nmt.STOPPED),
+    ],
+)
+def test_a_master_that_falls_silent_is_noticed(behaviour: ErrorBehaviour, network: Nmt) -> None:
+    wire = Wire().running()
+    wire.write(Object.ERROR_BEHAVIOUR, 1, behaviour, 1)
+    wire.write(Object.CONSUMER_HEARTBEAT, 1, MASTER << 16 | 300, 4)
+    wire.drive_on(8.0, 1.0)
+    assert wire.drive._nmt == Nmt.OPERATIONAL, "it begins with the first heartbeat"
+    for _ in range(5):
+        wire.inject(Frame(Function.HEARTBEAT | MASTER, bytes([Nmt.OPERATIONAL])))
+        wire.drive_on(8.0, 0.2)
+    assert 0x8130 not in emergencies(wire)
+    wire.drive_on(8.0, 0.3)
+    assert (0x8130 in emergencies(wire)) == (network is not Nmt.STOPPED)
+    assert wire.drive._nmt == network
+    assert wire.drive.state in (DriveState.FAULT, DriveState.FAULT_REACTION_ACTIVE)
+
+
+def test_its_motor_has_a_speed_limit_and_tells_its_torque() -> None:
+    wire = Wire().running(8.0)
+    assert wire.ask(Object.VELOCITY_DEMAND).unsigned == wire.drive._units.velocity_of(8.0)
+    torque = wire.ask(Object.TORQUE).unsigned
+    assert torque is not None
+    assert 0 < torque < 1000
+    wire.write(Object.MOTOR_SPEED_LIMIT, 0, 60, 4)
+    wire.drive_on(8.0, 1.0)
+    assert wire.motor_speed == pytest.approx(1.0, rel=0.1)
