@@ -133,6 +133,15 @@ class TestGuard:
         assert pair.guard.refusal(pair.now) is None
         assert not pair.guard.wanted
 
+    def test_after_the_emergency_stop_of_the_match_nobody_pressed_it_at_a_drive(self, pair: Pair) -> None:
+        pair.arm()
+        pair.pass_time(1.0, CLOSED, CLOSED)
+        pair.guard.engage()
+        pair.beat(IDLE, IDLE, error=AxisError.ESTOP_REQUESTED)
+        pair.guard.look(pair.now)
+        assert pair.guard.estop
+        assert not pair.guard.at_drive
+
     def test_what_a_drive_still_says_after_a_release_does_not_latch_again(self, pair: Pair) -> None:
         pair.guard.engage()
         pair.guard.release(pair.now)
@@ -294,7 +303,7 @@ class TestProof:
 
     def test_a_drive_without_a_watchdog_is_refused(self, asked: Pair) -> None:
         self.expire(asked, 0)
-        end = asked.now + PROOF_TIMEOUT
+        end = asked.now + PROOF_TIMEOUT + 0.1
         off = False
         while asked.now < end:
             asked.now += 0.1
@@ -302,7 +311,7 @@ class TestProof:
             asked.wires[1].beat(CLOSED, 0, asked.now)
             off |= asked.guard.look(asked.now)
         assert off
-        assert fault_of(asked).startswith("node 1: its own watchdog has not stopped it within 2 s")
+        assert fault_of(asked).startswith("node 1: its own watchdog has not stopped it within 1 s")
         assert 'watchdog = "unsafe"' in fault_of(asked)
         assert not asked.guard.armed
 

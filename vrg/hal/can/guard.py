@@ -18,7 +18,7 @@ OBEY_TIMEOUT = 0.5
 REPEAT = 0.2
 """s from one order to be off to the next, as long as a drive says that it is on."""
 PROOF_TIMEOUT = 1.0
-"""s from arming within which every drive's own watchdog must have stopped its motor, when it is proved."""
+"""s without setpoints within which every drive's own watchdog must have stopped its motor, when it is proved."""
 GRACE = 0.5
 """s after an explicit act in which what the drives still say of before does not latch again."""
 
@@ -58,6 +58,7 @@ class Guard:
         self._told_off = -math.inf
         self._since = -math.inf
         self._armed_at = -math.inf
+        self._on_at = math.inf
         self._obeyed: set[int] = set()
 
     def begin(self, now: float) -> None:
@@ -88,7 +89,7 @@ class Guard:
     def arm(self, now: float) -> None:
         """The player arms the robot; ask `refusal` first."""
         self.wanted, self.ready = True, False
-        self._armed_at = now
+        self._armed_at, self._on_at = now, math.inf
         self._obeyed.clear()
 
     def disarm(self) -> None:
@@ -155,9 +156,11 @@ class Guard:
     def _prove(self, heard_until: float) -> None:
         """Judge whether every drive's own watchdog has stopped its motor."""
         watched = [axis for axis in self._axes if not axis.unwatched]
+        if all(axis.expired or axis.state is State.CLOSED_LOOP for axis in watched):
+            self._on_at = min(self._on_at, heard_until)
         if all(axis.expired for axis in watched):
             self.unproved, self.wanted, self.ready = False, False, True
-        elif heard_until - self._armed_at > PROOF_TIMEOUT:
+        elif heard_until - self._on_at > PROOF_TIMEOUT:
             node = next(axis.node for axis in watched if not axis.expired)
             self.latch(
                 f"node {node}: its own watchdog has not stopped it within {PROOF_TIMEOUT:g} s without setpoints: "

@@ -1,0 +1,140 @@
+"""Frames that should not be on the bus while a motor drives, each with what it causes: words, or nothing."""
+
+import math
+import struct
+from collections.abc import Callable
+
+import pytest
+
+from vrg.hal.can.axis import State
+from vrg.hal.can.cia402.network import Function, NmtCommand, nmt
+from vrg.hal.can.cia402.objects import Object
+from vrg.hal.can.cia402.requests import download, upload
+from vrg.hal.can.frame import Frame
+from vrg.hal.can.moteus import codec as moteus
+from vrg.hal.can.moteus.axis import HOST, STOP, setpoint
+from vrg.hal.can.moteus.codec import Kind, Resolution, Subframe
+from vrg.hal.can.moteus.registers import Register
+from vrg.hal.can.odrive import codec as odrive
+from vrg.hal.can.odrive import messages as m
+from vrg.hal.can.odrive.messages import AxisState, Command
+from vrg.hal.can.options import ProtocolOptions
+from vrg.hal.can.protocols import PROTOCOLS
+from vrg.hal.can.vesc import codec as vesc
+from vrg.hal.can.vesc.codec import Packet
+from vrg.hal.can.vesc.options import VescOptions
+from vrg.testing.wire import ProtocolWire
+
+NODE = 5
+OPTIONS: dict[str, ProtocolOptions] = {"vesc": VescOptions(pole_pairs=7)}
+
+
+def od(message: m.Message, node: int = NODE) -> Frame:
+    return odrive.encode(node, message)
+
+
+def raw(identifier: int, data: bytes, *, extended: bool = False, remote: bool = False) -> Frame:
+    return Frame(identifier, data, remote, extended)
+
+
+def mo(*subframes: Subframe, source: int = HOST, to: int = NODE) -> Frame:
+    return moteus.encode(source, to, subframes)
+
+
+def told(register: int, *values: float) -> Frame:
+    """What a moteus drive would say of registers."""
+    return mo(Subframe(Kind.REPLY, register, Resolution.F32, values), source=NODE, to=HOST)
+
+
+def ve(packet: Packet, data: bytes, node: int = NODE) -> Frame:
+    return raw(vesc.frame_id(packet, node), data, extended=True)
+
+
+ANOTHER = "another program commands it too"
+PLANTED: list[tuple[str, str, Frame, str | None]] = [
+    ("odrive", "a setpoint", od(m.SetInputVel(5.0)), f"{ANOTHER}: SetInputVel"),
+    ("odrive", "a position", od(m.SetInputPos(5.0)), f"{ANOTHER}: SetInputPos"),
+    ("odrive", "a torque", od(m.SetInputTorque(0.1)), f"{ANOTHER}: SetInputTorque"),
+    ("odrive", "a torque for all", od(m.SetInputTorque(0.1), odrive.BROADCAST), f"{ANOTHER}: SetInputTorque"),
+    ("odrive", "a mode", od(m.SetControllerMode(1, 1)), f"{ANOTHER}: SetControllerMode"),
+    ("odrive", "limits", od(m.SetLimits(1.0, 1.0)), f"{ANOTHER}: SetLimits"),
+    ("odrive", "limits for all", od(m.SetLimits(1.0, 1.0), odrive.BROADCAST), f"{ANOTHER}: SetLimits"),
+    ("odrive", "an axis state", od(m.SetAxisState(AxisState.IDLE)), f"{ANOTHER}: SetAxisState"),
+    ("odrive", "a state for all", od(m.SetAxisState(AxisState.IDLE), odrive.BROADCAST), f"{ANOTHER}: SetAxisState"),
+    ("odrive", "errors cleared", od(m.ClearErrors()), f"{ANOTHER}: ClearErrors"),
+    ("odrive", "a reboot", od(m.Reboot(0)), f"{ANOTHER}: Reboot"),
+    ("odrive", "an endpoint written", od(m.RxSdo(1, 2, 0)), f"{ANOTHER}: RxSdo"),
+    ("odrive", "an endpoint read", od(m.RxSdo(0, 2, 0)), None),
+    ("odrive", "a position set", od(m.SetAbsolutePosition(0.0)), f"{ANOTHER}: SetAbsolutePosition"),
+    ("odrive", "an id given", od(m.Address(9, 77), odrive.BROADCAST), "another program gives drives other ids"),
+    ("odrive", "a speed of NaN", od(m.EncoderEstimates(0.0, math.nan)), "its encoder says 0.0 turn, nan turn/s"),
+    ("odrive", "a voltage of NaN", od(m.BusVoltageCurrent(math.nan, 0.0)), "its supply says nan V"),
+    ("odrive", "a voltage of 1e30", od(m.BusVoltageCurrent(1e30, 0.0)), "its supply says 1e+30 V"),
+    ("odrive", "a short heartbeat", raw(odrive.frame_id(NODE, Command.HEARTBEAT), b"\0\0"), "a malformed frame"),
+    ("odrive", "an unknown command", raw(odrive.frame_id(NODE, 0x1F), b""), "a malformed frame: command 0x1F"),
+    ("odrive", "a question for its version", odrive.request(NODE, Command.VERSION), None),
+    ("odrive", "a setpoint for another drive", od(m.SetInputVel(5.0), NODE + 1), None),
+    ("cia402", "a setpoint", raw(Function.RPDO2 | NODE, bytes(4)), ANOTHER),
+    ("cia402", "a controlword", raw(Function.RPDO1 | NODE, b"\x0f\0"), ANOTHER),
+    ("cia402", "an object written", download(NODE, Object.CONTROLWORD, 0, 2), "another program sets it up too"),
+    ("cia402", "an object read", upload(NODE, Object.VOLTAGE), None),
+    ("cia402", "pre-operational", nmt(NODE, NmtCommand.PRE_OPERATIONAL), "another program commands its network state"),
+    ("cia402", "all stopped", nmt(0, NmtCommand.STOP), "another program commands its network state"),
+    ("cia402", "another node stopped", nmt(NODE + 1, NmtCommand.STOP), None),
+    ("cia402", "a long heartbeat", raw(Function.HEARTBEAT | NODE, bytes(2)), "a malformed frame: heartbeat"),
+    ("cia402", "an odd heartbeat", raw(Function.HEARTBEAT | NODE, b"\x22"), "a malformed frame: heartbeat"),
+    ("cia402", "a boot-up", raw(Function.HEARTBEAT | NODE, b"\0"), "it was started again"),
+    ("cia402", "a short status", raw(Function.TPDO1 | NODE, b"\0"), "a malformed frame"),
+    ("moteus", "a setpoint", mo(*setpoint(3.0, 0.2)), f"{ANOTHER}: it writes register 0x000"),
+    ("moteus", "a stop for all", mo(*STOP, to=moteus.BROADCAST), f"{ANOTHER}: it writes register 0x000"),
+    ("moteus", "a stop by a third one", mo(*STOP, source=99), f"{ANOTHER}: it writes register 0x000"),
+    ("moteus", "a question", mo(moteus.read(Register.MODE)), None),
+    ("moteus", "a speed of NaN", told(Register.POSITION, 0.0, math.nan), "its encoder says 0.0 turn, nan turn/s"),
+    ("moteus", "a voltage of -1", told(Register.VOLTAGE, -1.0), "its supply says -1 V"),
+    ("moteus", "a cut answer", raw(NODE << 8, b"\x2e\x01\0", extended=True), "a malformed frame"),
+    ("vesc", "a setpoint", vesc.setpoint(Packet.SET_RPM, NODE, 100), f"{ANOTHER}: SET_RPM"),
+    ("vesc", "a brake for all", vesc.setpoint(Packet.SET_CURRENT_BRAKE, 255, 100), f"{ANOTHER}: SET_CURRENT_BRAKE"),
+    ("vesc", "a handbrake", vesc.setpoint(Packet.SET_CURRENT_HANDBRAKE, NODE, 1), f"{ANOTHER}: SET_CURRENT_HANDBRAKE"),
+    ("vesc", "a short status", ve(Packet.STATUS, bytes(3)), "a malformed frame: STATUS"),
+    ("vesc", "a negative voltage", ve(Packet.STATUS_5, struct.pack(">ihh", 0, -10, 0)), "its supply says -1 V"),
+    ("vesc", "a damaged answer", ve(Packet.PROCESS_RX_BUFFER, bytes([NODE, 1, 0, 9, 1, 2]), vesc.HOST), "checksum"),
+    ("vesc", "a ping", ve(Packet.PING, bytes([200])), None),
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def driving() -> Callable[[str], ProtocolWire]:
+    wires: dict[str, ProtocolWire] = {}
+
+    def wire(protocol: str) -> ProtocolWire:
+        if protocol not in wires:
+            wires[protocol] = ProtocolWire(PROTOCOLS.get(protocol), NODE, options=OPTIONS.get(protocol)).running()
+        wires[protocol].axis.forget_oddities()
+        return wires[protocol]
+
+    return wire
+
+
+@pytest.mark.parametrize(
+    ("protocol", "frame", "words"),
+    [pytest.param(p, frame, words, id=f"{p}: {what}") for p, what, frame, words in PLANTED],
+)
+def test_what_a_planted_frame_causes(
+    driving: Callable[[str], ProtocolWire], protocol: str, frame: Frame, words: str | None
+) -> None:
+    axis = driving(protocol).axis
+    assert axis.state is not State.SILENT
+    axis.receive(Frame(frame.id, frame.data, frame.remote, frame.extended, axis.heard, frame.fd))
+    if words is None:
+        assert axis.odd is None
+    else:
+        assert axis.odd is not None
+        assert words in axis.odd
+
+
+@pytest.mark.parametrize("protocol", PROTOCOLS.names())
+def test_each_passes_the_filters_of_the_interface(driving: Callable[[str], ProtocolWire], protocol: str) -> None:
+    filters = driving(protocol).axis.filters
+    for spoken, what, frame, words in PLANTED:
+        if spoken == protocol and words is not None:
+            assert any(wanted.passes(frame) for wanted in filters), what
