@@ -12,7 +12,7 @@ from can_peers import ANSWER, CHANNEL, FRAME, answering, raw_socket, sent_packet
 from common import median, quantile
 
 from vrg.hal.can.bus import CanBus, frame_of, message_of
-from vrg.hal.can.frame import STANDARD_MASK, Frame
+from vrg.hal.can.frame import STANDARD_MASK, Filter, Frame
 from vrg.hal.can.link import Link
 from vrg.hal.can.odrive import codec, messages
 
@@ -163,7 +163,7 @@ class Ours(Way):
     def start(self) -> None:
         """Open, and begin to listen."""
         self._bus = CanBus(Link(channel=CHANNEL), lambda _frame: self.note())
-        self._bus.listen_to([(self.answer, STANDARD_MASK)])
+        self._bus.listen_to([Filter(self.answer, STANDARD_MASK)])
         self._bus.start()
 
     def send(self, id_: int) -> None:

@@ -14,6 +14,7 @@ import pytest
 from tests.system.harness import match_text, wait_until
 from tests.vcan import INTERFACE, VCAN
 from vrg.hal.can.bus import CanBus
+from vrg.hal.can.cia402.network import NODE_MASK, Function
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.models import robot_model
@@ -82,7 +83,7 @@ def test_scan_of_an_empty_bus_says_so() -> None:
 
 def test_monitor_shows_a_drive_that_falls_silent(node: Callable[..., object]) -> None:
     node("--id", "2")
-    command = [sys.executable, "-m", "vrg", "can", "monitor", *ON, "--for", "8"]
+    command = [sys.executable, "-m", "vrg", "can", "monitor", *ON, "--for", "8", "--ask"]
     asked: list[Frame] = []
     bus = CanBus(VCAN, asked.append)
     bus.start()
@@ -93,6 +94,42 @@ def test_monitor_shows_a_drive_that_falls_silent(node: Callable[..., object]) ->
     vrg("can", "fault", "silence", *ON, "--id", "2", "--for", "60")
     out, _ = monitor.communicate(timeout=PATIENCE)
     assert "no heartbeat for" in out
+
+
+def test_monitor_only_listens(node: Callable[..., object]) -> None:
+    node("--id", "2")
+    node("--protocol", "cia402", "--id", "9")
+    heard: list[Frame] = []
+    bus = CanBus(VCAN, heard.append)
+    bus.start()
+    done = vrg("can", "monitor", *ON, "--for", "1.5")
+    bus.stop()
+    assert "IDLE" in done.stdout
+    assert "pre-operational" in done.stdout
+    requests = (Function.SDO_REQUEST, Function.NMT)
+    assert [f for f in heard if f.remote or f.id & ~NODE_MASK in requests] == []
+
+
+def test_a_drive_is_turned_stopped_and_given_another_id(node: Callable[..., object]) -> None:
+    node("--protocol", "moteus", "--id", "5", "--id", "6", "--serial", "4660")
+    turned = vrg("can", "jog", *ON, "--protocol", "moteus", "--id", "5", "--speed", "-4", "--for", "1")
+    assert turned.returncode == 0, turned.stdout + turned.stderr
+    assert told(r"turned by ([-+\d.]+) turns", turned) == pytest.approx(-4.0, abs=2.0)
+    jog = [sys.executable, "-m", "vrg", "can", "jog", *ON, "--protocol", "moteus", "--id", "5", "--for", "60"]
+    going = subprocess.Popen(jog, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    wait_until(lambda: "position" in vrg("can", "scan", *ON).stdout, "the motor to turn")
+    stopped = vrg("can", "stop", *ON)
+    assert stopped.returncode == 0, stopped.stdout + stopped.stderr
+    assert "moteus 5, moteus 6" in " ".join(stopped.stdout.split())
+    said, _ = going.communicate(timeout=PATIENCE)
+    assert going.returncode == 1
+    assert "another program commands it too" in said
+    vrg("can", "fault", "error", *ON, "--id", "6")
+    assert "motor driver fault" in vrg("can", "scan", *ON).stdout
+    assert vrg("can", "clear", *ON, "--id", "6").returncode == 0
+    assert vrg("can", "address", "5", *ON, "--protocol", "moteus", "--id", "6").returncode == 1, "it is taken"
+    assert vrg("can", "address", "9", *ON, "--protocol", "moteus", "--serial", "1235").returncode == 0
+    assert re.search(r"moteus +9 +1235", vrg("can", "scan", *ON).stdout)
 
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
@@ -109,6 +146,12 @@ def test_a_node_stops_when_it_is_told(node: Callable[..., "subprocess.Popen[byte
         (("can", "scan", "--channel", "vcan77"), "vcan77: no such CAN interface on this machine"),
         (("can", "node", *ON, "--id", "64"), "expected 0 to 62, got 64"),
         (("can", "node", *ON, "--protocol", "cia402", "--id", "0"), "--id: "),
+        (("can", "jog", *ON, "--id", "9"), "expected a heartbeat of odrive node 9"),
+        (("can", "jog", *ON, "--id", "9", "--speed", "90"), "expected up to 20 turn/s either way"),
+        (("can", "jog", *ON, "--id", "9", "--protocol", "vesc", "--option", "poles=7"), "--option: poles"),
+        (("can", "clear", *ON, "--id", "9"), "expected drives with ids 9, heard nobody"),
+        (("can", "address", "5", *ON, "--id", "9"), "expected one drive with id 9"),
+        (("can", "scan", *ON, "--adapter", "fd"), "--adapter: expected NAME=VALUE"),
         (("can", "fault", "error", *ON, "--id", "0", "--value", "much"), "expected a whole number"),
     ],
 )

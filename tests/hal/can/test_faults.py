@@ -277,8 +277,8 @@ class TestDrives:
     @pytest.mark.parametrize(
         "order",
         [
-            messages.SetLimits(1.0, 1.0),
-            messages.RxSdo(1, 2, 0),
+            messages.SetLimits(120.0, 12.0),
+            messages.RxSdo(1, 3, 0x43480000),  # the ramp, 200 turn/s^2
             messages.SetAxisState(messages.AxisState.CLOSED_LOOP_CONTROL),
         ],
         ids=lambda order: type(order).__name__,
