@@ -16,7 +16,7 @@ START_TIMEOUT = 1.0
 OBEY_TIMEOUT = 0.5
 """s for which a drive may still say that it is on after it was told to be off."""
 REPEAT = 0.2
-"""s from one order to be off to the next, as long as a drive says that it is on."""
+"""s from one order to be off to the next, until every drive has said that it is off."""
 PROOF_TIMEOUT = 1.0
 """s without setpoints within which every drive's own watchdog must have stopped its motor, when it is proved."""
 GRACE = 0.5
@@ -148,7 +148,9 @@ class Guard:
             self.wanted = False
             self.told_off(heard_until)
             return True
-        if self._disobeyed(heard_until) and heard_until - self._told_off >= REPEAT:
+        self._find_stray(heard_until)
+        if not self.wanted and not self.off and heard_until - self._told_off >= REPEAT:
+            # The order may have been lost on the bus.
             self.told_off(heard_until)
             return True
         return False
@@ -167,13 +169,18 @@ class Guard:
                 'switch the watchdog on in the drive, or write watchdog = "unsafe" in the wiring of this robot'
             )
 
-    def _disobeyed(self, heard_until: float) -> bool:
-        """Whether a drive says that it is on though nobody wants it. An order may have been lost on the bus."""
-        # An axis believes that it is off as soon as it has been told; only a heartbeat after that proves it.
+    def _find_stray(self, heard_until: float) -> None:
+        """Find a drive that says that it is on, for too long, though nobody wants it."""
+        if self.wanted:
+            self._on_since.clear()
+            self.stray = None
+            return
+        # An axis believes that it is off as soon as it has been told; only a heartbeat after that proves it. One that
+        # says nothing at all says nothing of this either.
         on = {
             axis.node
             for axis in self._axes
-            if not self.wanted
+            if heard_until - axis.heard <= HEARTBEAT_TIMEOUT
             and (axis.state is State.CLOSED_LOOP or (axis.node in self._on_since and axis.heard <= self._told_off))
         }
         self._on_since = {node: self._on_since.get(node, heard_until) for node in on}
@@ -181,7 +188,6 @@ class Guard:
         if self.stray is not None:
             # It is worse than whatever has latched before, so it takes its place.
             self.fault = f"node {self.stray}: it is on, though it was told to be off"
-        return bool(on)
 
     def _forgiven(self, heard_until: float) -> bool:
         """Whether a drive may still say what it said before the explicit act; an armed one has nothing old to say."""
