@@ -10,7 +10,7 @@ from vrg.hal.can.frame import Frame
 from vrg.hal.can.guard import GRACE, HEARTBEAT_TIMEOUT, OBEY_TIMEOUT, PROOF_TIMEOUT, REPEAT, START_TIMEOUT, Guard
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.odrive.axis import OdriveAxis
-from vrg.hal.can.odrive.messages import AxisError, Command
+from vrg.hal.can.odrive.messages import AxisError, AxisState, Command
 
 
 class Pair:
@@ -267,6 +267,41 @@ class TestOff:
         assert "it is on, though" in fault_of(pair)
 
 
+class TestOwnWords:
+    """What proves that a motor is off is the drive's word on its motor, and nothing else."""
+
+    @pytest.mark.parametrize(
+        ("state", "error"),
+        [
+            (AxisState.LOCKIN_SPIN, 0),
+            (AxisState.MOTOR_CALIBRATION, 0),
+            (CLOSED, AxisError.MOTOR_OVER_TEMP),
+            (CLOSED, AxisError.ESTOP_REQUESTED),
+        ],
+    )
+    def test_a_fault_or_an_estop_is_not_off(self, pair: Pair, state: AxisState, error: int) -> None:
+        pair.guard.told_off(pair.now)
+        orders = 0
+        for _ in range(20):
+            pair.now += 0.1
+            pair.wires[0].beat(IDLE, 0, pair.now)
+            pair.wires[1].beat(state, error, pair.now)
+            orders += pair.guard.look(pair.now)
+        assert not pair.guard.off
+        assert orders >= 5
+        assert fault_of(pair) == "node 1: it is on, though it was told to be off"
+
+    def test_one_that_is_armed_and_says_nothing_of_its_motor_is_a_fault(self, pair: Pair) -> None:
+        pair.arm()
+        pair.pass_time(1.0, CLOSED, CLOSED)
+        for _ in range(8):
+            pair.now += 0.1
+            for wire in pair.wires:
+                wire.axis.heard = pair.now
+            pair.guard.look(pair.now)
+        assert "it has not said for 0.5 s whether its motor is on" in fault_of(pair)
+
+
 class TestProof:
     """Before a robot is armed for the first time, each drive's own watchdog must stop its motor once."""
 
@@ -314,6 +349,35 @@ class TestProof:
         assert fault_of(asked).startswith("node 1: its own watchdog has not stopped it within 1 s")
         assert 'watchdog = "unsafe"' in fault_of(asked)
         assert not asked.guard.armed
+
+    def test_an_expiry_of_before_that_is_told_once_more_is_no_proof(self, pair: Pair) -> None:
+        pair.guard.arm(pair.now)
+        for wire in pair.wires:
+            wire.axis.start()
+        for _ in range(3):
+            pair.now += 0.1
+            pair.beat(IDLE, IDLE, error=AxisError.WATCHDOG_TIMER_EXPIRED)
+            pair.guard.look(pair.now)
+        assert pair.guard.unproved
+        assert not pair.guard.ready
+
+    def test_setpoints_are_withheld_only_once_every_motor_is_on(self, pair: Pair) -> None:
+        pair.guard.arm(pair.now)
+        for wire in pair.wires:
+            wire.axis.start()
+        pair.pass_time(0.1, CLOSED, IDLE)
+        assert pair.guard.proving
+        assert not pair.guard.withholding
+        pair.pass_time(0.1, CLOSED, CLOSED)
+        assert pair.guard.withholding
+
+    def test_an_estop_at_a_drive_ends_what_was_proved(self, asked: Pair) -> None:
+        self.expire(asked, 0, 1)
+        assert asked.guard.ready
+        asked.now += 0.1
+        asked.beat(IDLE, IDLE, error=AxisError.ESTOP_REQUESTED)
+        asked.guard.look(asked.now)
+        assert not asked.guard.ready, "nobody has asked for it since"
 
     def test_what_a_drive_said_before_is_no_proof(self, pair: Pair) -> None:
         pair.beat(IDLE, IDLE, error=AxisError.WATCHDOG_TIMER_EXPIRED)

@@ -143,6 +143,7 @@ class ToyAxis(Axis):
 
     def _judge(self, status: Status, at: float) -> None:
         self.heard = at
+        self._says(status.running, at)
         self._serials.add(status.serial)
         self.serial = f"{status.serial:X}"
         self.starved = status.error == Error.STARVED

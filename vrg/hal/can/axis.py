@@ -55,6 +55,8 @@ class Axis(ABC):
     Attributes:
         options_type: the options that the protocol has.
         heard: monotonic time of the newest heartbeat, s. state: the state that it told.
+        on: by the drive's own word its motor is under control; None before the first word. told: monotonic time of the
+            newest word on that, s. What it was told to do changes neither.
         fault: errors that the drive has latched, in words; None while it has none.
         starved: the motor is off because no setpoint came in time.
         expired: the drive itself has said, since the last `start`, that its watchdog has stopped the motor.
@@ -76,6 +78,8 @@ class Axis(ABC):
         self._send = send
         self.heard = NEVER
         self.state = State.SILENT
+        self.on: bool | None = None
+        self.told = NEVER
         self.fault: str | None = None
         self.starved = False
         self.expired = False
@@ -171,6 +175,10 @@ class Axis(ABC):
     def forget_oddities(self) -> None:
         """Judge anew what is heard from now on."""
         self.odd = None
+
+    def _says(self, on: bool, at: float) -> None:
+        """Take in the drive's word on whether its motor is under control."""
+        self.on, self.told = on, at
 
     def _estimate(self, position: float, velocity: float, at: float) -> None:
         """Take in an encoder's estimate, unless it is not finite."""

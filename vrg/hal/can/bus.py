@@ -18,9 +18,9 @@ from vrg.errors import RobotError
 from vrg.hal.can.echoes import Echoes
 from vrg.hal.can.frame import Filter, Frame
 from vrg.hal.can.link import Link
-from vrg.hal.can.opening import open_bus
+from vrg.hal.can.opening import open_bus, takes_fd
 from vrg.hal.can.pacing import FRAME_TIME, Pacer
-from vrg.hal.can.troubles import describe_error, describe_error_frame, errno_of, is_full
+from vrg.hal.can.troubles import NoFdError, describe_error, describe_error_frame, errno_of, is_full
 
 log = logging.getLogger(__name__)
 # python-can tells of every socket that it makes, and logs the errors that it raises as well.
@@ -60,10 +60,11 @@ class CanBus:
         self._bus: can.BusABC | None = None
         self._thread: threading.Thread | None = None
         self._stopping = threading.Event()
-        self._filters: list[can.typechecking.CanFilter] | None = None
+        self._wanted: list[Filter] | None = None
         echoing = link.interface in _ECHOING or bool(link.adapter.get("receive_own_messages"))
         self._echoes = Echoes() if echoing else None
         self._echo_lock = threading.Lock()
+        self._fd = False
         self._pacer = Pacer()
         self._pace_lock = threading.Lock()
 
@@ -76,8 +77,8 @@ class CanBus:
         if self._bus is not None:
             return
         bus = open_bus(self.link)
-        if self._filters is not None:
-            bus.set_filters(self._filters)
+        self._filter(bus)
+        self._fd = takes_fd(self.link)
         # A new event for each thread, so that one that is late to end is not revived.
         self._stopping = threading.Event()
         self._bus = bus
@@ -86,15 +87,20 @@ class CanBus:
         self._thread.start()
 
     def listen_to(self, wanted: Iterable[Filter] | None) -> None:
-        """Let the kernel drop all frames but those that one of the filters lets through.
+        """Drop all frames but those that one of the filters lets through; the kernel does it where it can.
 
         Error frames still arrive. This holds when the bus is started again; None hears everything again.
         """
-        self._filters = None
-        if wanted is not None:
-            self._filters = [{"can_id": f.id, "can_mask": f.mask, "extended": f.extended} for f in wanted]
+        self._wanted = None if wanted is None else list(wanted)
         if self._bus is not None:
-            self._bus.set_filters(self._filters)
+            self._filter(self._bus)
+
+    def _filter(self, bus: can.BusABC) -> None:
+        # Elsewhere python-can would drop error frames too.
+        if self.link.interface == "socketcan":
+            wanted = [] if self._wanted is None else self._wanted
+            filters = [{"can_id": f.id, "can_mask": f.mask, "extended": f.extended} for f in wanted]
+            bus.set_filters(filters or None)  # type: ignore[arg-type]
 
     def send(self, frame: Frame, *, urgent: bool = False) -> None:
         """Send within SEND_PATIENCE s or never: nothing is queued here to be sent late.
@@ -105,11 +111,12 @@ class CanBus:
         Raises:
             RobotError: it could not be sent; says why.
         """
+        # On a bus without CAN FD such a frame is an error to all other nodes.
+        if frame.fd and not self._fd:
+            raise NoFdError(f"{self.link}: CAN FD is switched off on this interface")
         deadline = time.monotonic() + SEND_PATIENCE
-        with self._pace_lock:
-            if not urgent and (delay := self._pacer.delay(time.monotonic())) > 0:
-                time.sleep(delay)
-            self._pacer.sent(time.monotonic())
+        while (delay := self._reserve(urgent)) > 0:
+            time.sleep(delay)
         while True:
             bus = self._bus
             if bus is None:
@@ -117,11 +124,21 @@ class CanBus:
             try:
                 self._put(bus, frame)
                 return
-            except (can.CanError, OSError, ValueError) as error:
-                # Other programs fill the queue too. It is emptied within milliseconds, unless nobody takes the frames.
+            except Exception as error:
+                # Drivers of adapters raise what they like. Other programs fill the queue too; it is emptied within
+                # milliseconds, unless nobody takes the frames.
                 if not is_full(error) or time.monotonic() > deadline:
                     raise RobotError(f"{self.link}: {describe_error(error)}") from None
             time.sleep(FRAME_TIME)
+
+    def _reserve(self, urgent: bool) -> float:
+        """Take a place for a frame; s to wait before it is asked again, if there is none."""
+        with self._pace_lock:
+            now = time.monotonic()
+            delay = 0.0 if urgent else self._pacer.delay(now)
+            if delay <= 0:
+                self._pacer.sent(now)
+            return delay
 
     def _put(self, bus: can.BusABC, frame: Frame) -> None:
         if self._echoes is None:
@@ -160,12 +177,17 @@ class CanBus:
                     self._on_quiet()
                 elif message.is_error_frame:
                     self._error_frame(message)
-                elif not self._is_echo(frame := frame_of(message, stamped=self.link.interface in _WALL_CLOCK)):
-                    self._on_frame(frame)
+                else:
+                    self._take(frame_of(message, stamped=self.link.interface in _WALL_CLOCK))
             except Exception as error:
                 # Whoever listens has failed: the motors must stop, and somebody must see it.
                 log.exception("%s: a frame could not be handled: %s", self.link, message)
                 self._on_trouble(f"{self.link}: a frame could not be handled: {error!r}")
+
+    def _take(self, frame: Frame) -> None:
+        """Pass a frame on, unless it is one of our own, or nobody wants it."""
+        if not self._is_echo(frame) and (self._wanted is None or any(f.passes(frame) for f in self._wanted)):
+            self._on_frame(frame)
 
     def _is_echo(self, frame: Frame) -> bool:
         """Whether this is one of our own frames that comes back."""

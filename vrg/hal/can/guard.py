@@ -60,6 +60,7 @@ class Guard:
         self._armed_at = -math.inf
         self._on_at = math.inf
         self._obeyed: set[int] = set()
+        self._proved: set[int] = set()
 
     def begin(self, now: float) -> None:
         """A person has connected or recovered the robot: judge anew from here."""
@@ -91,6 +92,7 @@ class Guard:
         self.wanted, self.ready = True, False
         self._armed_at, self._on_at = now, math.inf
         self._obeyed.clear()
+        self._proved.clear()
 
     def disarm(self) -> None:
         """The player disarms the robot."""
@@ -122,10 +124,7 @@ class Guard:
     @property
     def off(self) -> bool:
         """Whether every drive itself has said that its motor is off since it was told so."""
-        return not self.wanted and all(
-            axis.state not in (State.CLOSED_LOOP, State.STARTING, State.SILENT) and axis.heard > self._told_off
-            for axis in self._axes
-        )
+        return not self.wanted and all(axis.on is False and axis.told > self._told_off for axis in self._axes)
 
     def told_off(self, heard_until: float) -> None:
         """Every drive has been told to switch its motor off."""
@@ -141,9 +140,12 @@ class Guard:
         problem = self._problem(heard_until)
         if problem is not None:
             self.latch(problem)
-        if self.wanted and self.unproved and not (self.fault or self.estop):
+        if self.fault or self.estop or any(axis.state is State.ESTOP for axis in self._axes):
+            self.ready = False
+        elif self.wanted and self.unproved:
             self._prove(heard_until)
-        starved = any(axis.starved for axis in self._axes) and heard_until - self._armed_at > GRACE and not self.proving
+        starved = any(axis.starved and axis.node not in self._proved for axis in self._axes)
+        starved &= heard_until - self._armed_at > GRACE and not self.ready
         if self.wanted and (self.fault or self.estop or starved):
             self.wanted = False
             self.told_off(heard_until)
@@ -158,31 +160,29 @@ class Guard:
     def _prove(self, heard_until: float) -> None:
         """Judge whether every drive's own watchdog has stopped its motor."""
         watched = [axis for axis in self._axes if not axis.unwatched]
-        if all(axis.expired or axis.state is State.CLOSED_LOOP for axis in watched):
+        if self.withholding:
             self._on_at = min(self._on_at, heard_until)
-        if all(axis.expired for axis in watched):
+        # What a drive says of an earlier time, when it was not on, is no proof.
+        self._proved |= {axis.node for axis in watched if axis.expired and axis.node in self._obeyed}
+        if self._proved.issuperset(axis.node for axis in watched):
             self.unproved, self.wanted, self.ready = False, False, True
         elif heard_until - self._on_at > PROOF_TIMEOUT:
-            node = next(axis.node for axis in watched if not axis.expired)
+            node = next(axis.node for axis in watched if axis.node not in self._proved)
             self.latch(
                 f"node {node}: its own watchdog has not stopped it within {PROOF_TIMEOUT:g} s without setpoints: "
                 'switch the watchdog on in the drive, or write watchdog = "unsafe" in the wiring of this robot'
             )
 
+    @property
+    def withholding(self) -> bool:
+        """Whether every motor has been on since it was armed, and now gets no setpoints, to prove its watchdog."""
+        return self.wanted and self.unproved and self._obeyed.issuperset(axis.node for axis in self._axes)
+
     def _find_stray(self, heard_until: float) -> None:
         """Find a drive that says that it is on, for too long, though nobody wants it."""
-        if self.wanted:
-            self._on_since.clear()
-            self.stray = None
-            return
-        # An axis believes that it is off as soon as it has been told; only a heartbeat after that proves it. One that
-        # says nothing at all says nothing of this either.
-        on = {
-            axis.node
-            for axis in self._axes
-            if heard_until - axis.heard <= HEARTBEAT_TIMEOUT
-            and (axis.state is State.CLOSED_LOOP or (axis.node in self._on_since and axis.heard <= self._told_off))
-        }
+        # One that says nothing at all says nothing of this either.
+        recent = heard_until - HEARTBEAT_TIMEOUT
+        on = {axis.node for axis in self._axes if not self.wanted and axis.on and axis.told >= recent}
         self._on_since = {node: self._on_since.get(node, heard_until) for node in on}
         self.stray = next((n for n, at in self._on_since.items() if heard_until - at > OBEY_TIMEOUT), None)
         if self.stray is not None:
@@ -201,6 +201,8 @@ class Guard:
                 return f"{name}: {axis.odd}"
             if heard_until - max(axis.heard, self._since) > HEARTBEAT_TIMEOUT:
                 return f"{name}: no heartbeat for {HEARTBEAT_TIMEOUT:g} s"
+            if self.wanted and heard_until - max(axis.told, self._armed_at) > HEARTBEAT_TIMEOUT:
+                return f"{name}: it has not said for {HEARTBEAT_TIMEOUT:g} s whether its motor is on"
             if axis.fault and not forgiven:
                 return f"{name}: {axis.fault}"
             due = axis.node in self._obeyed or heard_until - self._armed_at > START_TIMEOUT

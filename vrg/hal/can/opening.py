@@ -4,6 +4,7 @@ import errno
 import fcntl
 import os
 import socket
+import struct
 import sys
 import termios
 from collections.abc import Mapping
@@ -22,6 +23,10 @@ _PACKAGES = {
     "canalystii": "canalystii", "seeedstudio": "pyserial", "neovi": "python-ics",
 }  # fmt: skip
 """The Python package that an interface of python-can needs."""
+_ALWAYS_FD = frozenset({"udp_multicast", "virtual"})
+"""Interfaces that carry CAN FD frames without being told so."""
+_SIOCGIFMTU, _IFREQ, _FD_MTU = 0x8921, struct.Struct("16si20x"), 72
+"""How the kernel is asked for the size of an interface's frames, and that of a CAN FD frame (linux/can.h)."""
 _NEEDS = {"socketcand": "host and port", "pcan": "timing, for CAN FD"}
 """The options of an adapter that an interface cannot do without."""
 
@@ -50,6 +55,19 @@ def open_bus(link: Link) -> can.BusABC:
         except OSError:
             raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)
     return bus
+
+
+def takes_fd(link: Link) -> bool:
+    """Whether CAN FD frames may be sent on a bus."""
+    if link.interface != "socketcan":
+        return bool(link.adapter.get("fd", link.interface in _ALWAYS_FD))
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
+        try:
+            answer = fcntl.ioctl(any_socket, _SIOCGIFMTU, _IFREQ.pack(link.channel.encode(), 0))
+        except OSError:
+            return False
+    mtu: int = _IFREQ.unpack(answer)[1]
+    return mtu >= _FD_MTU
 
 
 def _arguments(link: Link) -> dict[str, Any]:

@@ -1,13 +1,14 @@
 """Who speaks on a bus, by what is heard there: every protocol listens, and the one that is surest of a frame has it."""
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 
-from vrg.errors import ConfigError
+from vrg.errors import ConfigError, RobotError
 from vrg.hal.can.axis import Send
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.listener import Claim, Found, Listener
 from vrg.hal.can.protocols import PROTOCOLS
+from vrg.hal.can.troubles import NoFdError
 
 log = logging.getLogger(__name__)
 
@@ -53,10 +54,9 @@ class Survey:
         """Ask everybody on the bus who they are.
 
         Raises:
-            RobotError: a question could not be sent.
+            RobotError: a question could not be sent; the other protocols have asked theirs.
         """
-        for listener in self._listeners:
-            listener.greet()
+        _each(listener.greet for listener in self._listeners)
 
     def ask(self, node: Found) -> None:
         """Ask a node for all that is told of it; see `Listener.ask`.
@@ -72,10 +72,9 @@ class Survey:
         """Switch every motor on the bus off, whatever its protocol.
 
         Raises:
-            RobotError: it could not be sent.
+            RobotError: it could not be sent; the other protocols have sent theirs.
         """
-        for listener in self._listeners:
-            listener.stop()
+        _each(listener.stop for listener in self._listeners)
 
     def listener_of(self, node: Found) -> Listener:
         """The protocol that a node speaks."""
@@ -109,3 +108,21 @@ class Survey:
                 owner = self._owner(node.known_by)
                 if owner is not None and owner is not listener:
                     listener.forget(node.node)
+
+
+def _each(actions: Iterable[Callable[[], None]]) -> None:
+    """Do everything, whatever becomes of the rest.
+
+    Raises:
+        RobotError: the first that went wrong. A bus without CAN FD has no drives that need it, so that is none.
+    """
+    wrong: list[RobotError] = []
+    for act in actions:
+        try:
+            act()
+        except NoFdError:
+            continue
+        except RobotError as error:
+            wrong.append(error)
+    if wrong:
+        raise wrong[0]

@@ -2,6 +2,8 @@
 
 import errno
 
+from vrg.errors import RobotError
+
 _FATAL_CLASSES = {
     0x00000001: "transmit time-out",
     0x00000010: "transceiver error",
@@ -17,6 +19,10 @@ _CONTROLLER = {
     0x20: "error-passive: too many transmit errors",
 }
 """What the second byte of a controller's error frame may say, by its bits."""
+
+
+class NoFdError(RobotError):
+    """A CAN FD frame cannot be sent, because the bus has none."""
 
 
 def describe_error(error: Exception) -> str:

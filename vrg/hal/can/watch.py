@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from vrg.errors import RobotError
 from vrg.hal.can.axis import Axis, State
-from vrg.hal.can.guard import Guard
+from vrg.hal.can.guard import REPEAT, Guard
 from vrg.hal.can.plausibility import Bounds, Plausibility
 
 log = logging.getLogger(__name__)
@@ -47,7 +47,7 @@ class Watch:
         self._told: str | None = None
         self._proved = False
         self._complained = ""
-        self._polled = -math.inf
+        self._polled = self._ordered = -math.inf
         self.begin(axes, {})
 
     def begin(self, axes: Sequence[Axis], bounds: Mapping[int, Bounds]) -> None:
@@ -67,7 +67,9 @@ class Watch:
 
     def look(self) -> None:
         """Judge, switch off if need be, and say once what is wrong and when the drives have said that they are off."""
-        if self.guard.look(self.heard_until):
+        # Where the bus is not heard any more, the order is repeated all the same.
+        again = self.deaf > REPEAT and time.monotonic() - self._ordered >= REPEAT
+        if self.guard.look(self.heard_until) or (again and not self.guard.wanted and not self.guard.off):
             self.idle()
         if self.guard.fault != self._told:
             self._told = self.guard.fault
@@ -126,8 +128,11 @@ class Watch:
         Raises:
             RobotError: one could not go out; this has latched.
         """
-        if self.guard.proving:
+        if self.guard.withholding or self.guard.ready:
             return
+        if self.guard.proving:
+            # The motors are brought up at zero speed, and then left alone.
+            setpoints = [(node, 0.0) for node, _ in setpoints]
         try:
             for node, velocity in setpoints:
                 self.axes[node].command(velocity)
@@ -139,6 +144,7 @@ class Watch:
 
     def idle(self) -> None:
         """Switch every motor off. The match's emergency stop has a shorter way to do so than the others."""
+        self._ordered = time.monotonic()
         self.guard.told_off(self.heard_until)
         stopped = self.guard.estop and not self.guard.at_drive
         self.each("switch off", [axis.stop_now if stopped else axis.idle for axis in self.axes.values()])

@@ -115,6 +115,27 @@ def test_a_master_that_falls_silent_is_noticed(behaviour: ErrorBehaviour, networ
     assert wire.drive.state in (DriveState.FAULT, DriveState.FAULT_REACTION_ACTIVE)
 
 
+@pytest.mark.parametrize("state", [NmtCommand.PRE_OPERATIONAL])
+def test_a_drive_that_goes_on_when_it_is_cut_off_is_switched_off_all_the_same(state: NmtCommand) -> None:
+    wire = Wire().running()
+    wire.write(Object.ABORT_CONNECTION_OPTION, 0, AbortOption.NOTHING, 2)
+    nmt(wire, state)
+    wire.advance(0.3)
+    assert wire.motor_speed > 5.0
+    assert wire.axis.on
+    wire.axis.idle()
+    wire.advance(0.5)
+    assert abs(wire.motor_speed) < 0.1
+    assert wire.axis.on is False
+
+
+def test_the_set_up_lets_no_drive_go_on_without_a_network() -> None:
+    wire = Wire().meet()
+    wire.write(Object.ABORT_CONNECTION_OPTION, 0, AbortOption.NOTHING, 2)
+    wire.axis.prepare()
+    assert wire.ask(Object.ABORT_CONNECTION_OPTION).unsigned == AbortOption.FAULT
+
+
 def test_its_motor_has_a_speed_limit_and_tells_its_torque() -> None:
     wire = Wire().running(8.0)
     assert wire.ask(Object.VELOCITY_DEMAND).unsigned == wire.drive._units.velocity_of(8.0)

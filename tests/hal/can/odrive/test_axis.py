@@ -149,6 +149,12 @@ class TestAxis:
         assert wire.axis.problem is not None
         assert "AAA and BBB" in wire.axis.problem
 
+    def test_a_drive_without_an_id_disturbs_nobody(self, wire: Wire) -> None:
+        wire.hear(messages.Address(codec.BROADCAST, 77), node=codec.BROADCAST)
+        assert wire.axis.odd is None
+        wire.hear(messages.Address(9, 77), node=codec.BROADCAST)
+        assert wire.axis.odd == "another program gives drives other ids"
+
     def test_why_it_does_not_start_is_told(self, wire: Wire) -> None:
         wire.beat()
         wire.hear(messages.Heartbeat(0, IDLE, ProcedureResult.NOT_CALIBRATED))

@@ -18,7 +18,7 @@ from vrg.hal.can.cia402.network import NMT_WORDS, NODE_MASK, NODES, Function, Nm
 from vrg.hal.can.cia402.objects import Object
 from vrg.hal.can.cia402.options import Cia402Options
 from vrg.hal.can.cia402.pdos import CONTROL_PDO, MOTION_PDO, SETPOINT_PDO, STATUS_PDO, SUPPLY_PDO
-from vrg.hal.can.cia402.requests import concerns, upload, uploaded
+from vrg.hal.can.cia402.requests import concerns, download, upload, uploaded
 from vrg.hal.can.cia402.sdo import SdoClient
 from vrg.hal.can.cia402.set_up import DEADLINE, HEARTBEAT, SetUp
 from vrg.hal.can.cia402.states import POWERED, Control, DriveState, drive_state
@@ -33,6 +33,8 @@ _NEXT = {
     DriveState.QUICK_STOP_ACTIVE: Control.DISABLE_VOLTAGE,
 }
 """The controlword that brings a drive in this state nearer to operation."""
+_STATUS_PERIOD = 0.1
+"""s from one question for the statusword to the next."""
 _SUPPLY_PERIOD = 1.5
 """s from one question for the supply's voltage to the next."""
 _COMMANDS = (Function.RPDO1, Function.RPDO2, Function.RPDO3, Function.RPDO4)
@@ -51,7 +53,7 @@ class Cia402Axis(Axis):
         self._units = Units(1.0, 1.0)
         self._prepared = False
         self._asks_supply = False
-        self._asked_supply = NEVER
+        self._asked_supply = self._asked_status = NEVER
         self._nmt: int | None = None
         self._status: DriveState | None = None
         self._word = int(Control.DISABLE_VOLTAGE)
@@ -80,7 +82,7 @@ class Cia402Axis(Axis):
 
     def receive(self, frame: Frame) -> None:
         """Hear a frame."""
-        if frame.extended or frame.remote:
+        if frame.extended or frame.fd or frame.remote:
             return
         if frame.id == Function.NMT:
             if len(frame.data) == 2 and frame.data[1] in (0, self.node):
@@ -127,7 +129,10 @@ class Cia402Axis(Axis):
         set_up.wait_for_mode()
 
     def poll(self, now: float) -> None:
-        """Ask for the supply's voltage where no PDO can carry it."""
+        """Ask for the supply's voltage where no PDO can carry it, and how a drive is whose PDOs are off."""
+        if self._cut_off and not self._sdo.asking and now - self._asked_status > _STATUS_PERIOD:
+            self._asked_status = now
+            self._send(upload(self.node, Object.STATUSWORD))
         if self._asks_supply and not self._sdo.asking and now - self._asked_supply > _SUPPLY_PERIOD:
             self._asked_supply = now
             self._send(upload(self.node, Object.VOLTAGE))
@@ -152,6 +157,14 @@ class Cia402Axis(Axis):
         if self.state in (State.STARTING, State.CLOSED_LOOP):
             self.state = State.IDLE
         self._control(Control.DISABLE_VOLTAGE)
+        if self._cut_off and not self._sdo.asking:
+            # It hears no PDO, and its watchdog is one of a PDO.
+            self._send(download(self.node, Object.CONTROLWORD, Control.DISABLE_VOLTAGE, 2), urgent=True)
+
+    @property
+    def _cut_off(self) -> bool:
+        """Whether the drive was set up, and is in a network state in which its PDOs are off."""
+        return self._prepared and self._nmt not in (None, Nmt.OPERATIONAL, Nmt.BOOTED)
 
     def stop_now(self) -> None:
         """Disable voltage. That works in every state, and needs nothing but the drive's output stage.
@@ -173,6 +186,8 @@ class Cia402Axis(Axis):
         elif function == Function.SDO_ANSWER:
             if not self._sdo.asking and concerns(frame.data, Object.VOLTAGE):
                 self._take_supply(frame)
+            elif not self._sdo.asking and concerns(frame.data, Object.STATUSWORD):
+                self._take_status(uploaded(frame.data) or 0, frame.at)
             self._sdo.hear(frame.data)
         elif function in _COMMANDS:
             # Frames that this master sends are not heard by it, so these are somebody else's.
@@ -192,6 +207,7 @@ class Cia402Axis(Axis):
                 self.state, self._wanted = State.ESTOP, False
         elif function == Function.TPDO1:
             status, error, _mode = STATUS_PDO.values(frame.data)
+            self._take_status(status, frame.at)
             self._judge(status, error)
         elif function == Function.TPDO2:
             position, velocity = MOTION_PDO.values(frame.data)
@@ -199,6 +215,11 @@ class Cia402Axis(Axis):
         elif function == Function.TPDO3:
             (millivolts,) = SUPPLY_PDO.values(frame.data)
             self._supply(millivolts / 1000, frame.at)
+
+    def _take_status(self, statusword: int, at: float) -> None:
+        """What a statusword says of the motor."""
+        self._status = drive_state(statusword)
+        self._says(self._status in POWERED or self._status is DriveState.FAULT_REACTION_ACTIVE, at)
 
     def _take_supply(self, frame: Frame) -> None:
         """The answer to the question for the supply's voltage."""
@@ -226,7 +247,7 @@ class Cia402Axis(Axis):
 
     def _judge(self, statusword: int, error: int) -> None:
         """What a statusword means here, and the next step of a start."""
-        state = self._status = drive_state(statusword)
+        state = self._status
         faulty = state in (DriveState.FAULT, DriveState.FAULT_REACTION_ACTIVE)
         # Some drives take the end of the setpoints for an error even when they hold still; it is no fault there either.
         timed_out = faulty and error == RPDO_TIMEOUT
@@ -242,6 +263,8 @@ class Cia402Axis(Axis):
             if enabled and self._word == Control.ENABLE_OPERATION:
                 # A drive that leaves this state by itself later on is not brought back: nobody has asked for that.
                 self._starting = False
+            if enabled:
+                self.state = State.CLOSED_LOOP
             if not faulty:
                 self._step()
             starting = self._wanted and self._starting and not (timed_out or self._late)

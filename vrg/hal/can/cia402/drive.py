@@ -115,7 +115,7 @@ class Cia402Drive(EmulatedDrive):
         return self._units.turns_per_s(self.objects[Object.TARGET_VELOCITY, 0])
 
     def _hear(self, frame: Frame, now: float) -> list[Frame]:
-        if frame.extended or self._nmt == Nmt.BOOTED:
+        if frame.extended or frame.fd or self._nmt == Nmt.BOOTED:
             return []
         if frame.remote:
             return self._pdos.requested(frame.id)

@@ -50,7 +50,7 @@ class CanopenListener(Listener):
     def claim(self, frame: Frame) -> Claim:
         """A heartbeat is certainly one, and so is every frame of a node that has sent one."""
         number = frame.id & NODE_MASK
-        if frame.extended or frame.remote or not number:
+        if frame.extended or frame.fd or frame.remote or not number:
             return Claim.NONE
         function = frame.id & ~NODE_MASK
         heartbeat = function == Function.HEARTBEAT and len(frame.data) == 1 and frame.data[0] & 0x7F in NMT_WORDS
@@ -87,7 +87,11 @@ class CanopenListener(Listener):
         self._tell(node)
 
     def stop(self) -> None:
-        """Disable the voltage of every drive that is known, and let all nodes leave the state in which PDOs count."""
+        """Disable the voltage of every drive that is known, and let all nodes leave the state in which PDOs count.
+
+        What a drive that has not been heard does then is what its 0x6007 says. It is heard by its next heartbeat, and
+        the next call then reaches it too.
+        """
         for number in list(self.found):
             self._send(download(number, Object.CONTROLWORD, Control.DISABLE_VOLTAGE, 2), urgent=True)
         self._send(nmt(0, NmtCommand.PRE_OPERATIONAL), urgent=True)

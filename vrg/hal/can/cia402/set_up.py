@@ -25,6 +25,8 @@ _MODE_TRIES, _MODE_PAUSE = 50, 0.01
 """How often the drive is asked whether it has taken the mode of operation, and s between."""
 _MISSING = range(0x0602_0000, 0x060A_0000)
 """SDO abort codes which mean that a drive does not have an object."""
+_GO_ON, _HAVE_A_FAULT = 0, 1
+"""What a drive may do when it is cut off from the network (0x6007)."""
 _COMMANDS = (Function.RPDO1, Function.RPDO2)
 
 
@@ -73,7 +75,18 @@ class SetUp:
             except canopen.SdoAbortedError as error:
                 if error.code not in _MISSING:
                     raise
+            self._react_when_cut_off()
             drive.sdo[Object.MODE].raw = PROFILE_VELOCITY
+
+    def _react_when_cut_off(self) -> None:
+        """Let a drive that would go on without a network have a fault; one without this object has it anyway."""
+        option = self._sdo.remote.sdo[Object.ABORT_CONNECTION_OPTION]
+        try:
+            if option.raw == _GO_ON:
+                option.raw = _HAVE_A_FAULT
+        except canopen.SdoAbortedError as error:
+            if error.code not in _MISSING:
+                raise
 
     def _map_setpoints(self, pdo: canopen.pdo.PdoMap) -> None:
         """Map the PDO of the setpoints, with the deadline that is the drive's watchdog.

@@ -65,7 +65,7 @@ class MoteusAxis(Axis):
 
     Attributes:
         options: what a person has said of the drive.
-        mode: what the drive is doing, in words; empty before it is known. on: its motor is under control.
+        mode: what the drive is doing, in words; empty before it is known.
     """
 
     options: MoteusOptions
@@ -76,7 +76,6 @@ class MoteusAxis(Axis):
         self._serials: set[str] = set()
         self._map: int | None = None
         self.mode = ""
-        self.on: bool | None = None
         self._wanted = False
         self._polled = NEVER
         self._uptime = 0
@@ -199,7 +198,10 @@ class MoteusAxis(Axis):
             self._watch_uptime(int(told[Register.MILLISECONDS]))
         if Register.MODE in told:
             self.heard = at
-            self._judge(int(told[Register.MODE]), int(told.get(Register.FAULT, 0)))
+            mode = int(told[Register.MODE])
+            # A drive whose watchdog has expired still holds its motor.
+            self._says(mode not in (Mode.STOPPED, Mode.FAULT), at)
+            self._judge(mode, int(told.get(Register.FAULT, 0)))
 
     def _watch_uptime(self, milliseconds: int) -> None:
         """Notice a drive that was started again: the next setpoint alone would let it drive on."""
@@ -210,7 +212,7 @@ class MoteusAxis(Axis):
 
     def _judge(self, mode: int, fault: int) -> None:
         """What a mode means here."""
-        self.mode, self.on = describe_mode(mode), mode not in (Mode.STOPPED, Mode.FAULT)
+        self.mode = describe_mode(mode)
         self.fault = None
         self.starved = mode == Mode.TIMEOUT
         self.expired |= self.starved

@@ -60,7 +60,7 @@ class OdriveAxis(Axis):
 
     def receive(self, frame: Frame) -> None:
         """Hear a frame."""
-        if frame.extended or frame.remote or codec.node_of(frame.id) not in (self.node, codec.BROADCAST):
+        if frame.extended or frame.fd or frame.remote or codec.node_of(frame.id) not in (self.node, codec.BROADCAST):
             return
         try:
             message = codec.decode(frame)
@@ -76,8 +76,9 @@ class OdriveAxis(Axis):
                 self._supply(message.voltage, frame.at)
             case messages.Version():
                 self._version, self.firmware = message, message.firmware
-            case messages.Address() if codec.node_of(frame.id) == codec.BROADCAST:
-                self._complain("another program gives drives other ids")
+            case messages.Address(node=node) if codec.node_of(frame.id) == codec.BROADCAST:
+                if node != codec.BROADCAST:  # that would be a drive without an id, which says who it is
+                    self._complain("another program gives drives other ids")
             case messages.Address(node=node, serial=serial):
                 if node == self.node:
                     self._serials.add(serial)
@@ -145,6 +146,7 @@ class OdriveAxis(Axis):
 
     def _heartbeat(self, heartbeat: messages.Heartbeat, at: float) -> None:
         self.heard = at
+        self._says(heartbeat.state not in (messages.AxisState.IDLE, messages.AxisState.UNDEFINED), at)
         errors = heartbeat.error
         self.starved = bool(errors & AxisError.WATCHDOG_TIMER_EXPIRED)
         self.expired |= self.starved

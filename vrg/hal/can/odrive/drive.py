@@ -96,7 +96,7 @@ class OdriveDrive(EmulatedDrive):
         return self._state == AxisState.CLOSED_LOOP_CONTROL
 
     def _hear(self, frame: Frame, now: float) -> list[Frame]:
-        if frame.extended:
+        if frame.extended or frame.fd:
             return []
         node, command = codec.node_of(frame.id), codec.command_of(frame.id)
         if node == codec.BROADCAST and command == Command.ADDRESS:

@@ -17,7 +17,7 @@ class OdriveListener(Listener):
 
     def claim(self, frame: Frame) -> Claim:
         """A heartbeat is likely one, and so is every frame of a node that has sent one."""
-        if frame.extended or frame.remote:
+        if frame.extended or frame.fd or frame.remote:
             return Claim.NONE
         if codec.node_of(frame.id) == codec.BROADCAST:
             return Claim.LIKELY if _is_nameless(frame) else Claim.NONE

@@ -16,8 +16,8 @@ from vrg.hal.can.vesc.options import VescOptions
 
 OLDEST = (5, 3)
 """The first firmware that tells of its time-out."""
-_ON_CURRENT, _ON_DUTY = 0.3, 0.02
-"""A or duty cycle beyond which a motor is driven."""
+_ON_CURRENT = 0.3
+"""A beyond which a motor is driven."""
 _RESTART_GAP = 0.2
 """s without a tachometer after which one that begins at zero belongs to a drive that was started again."""
 _PAUSE = 0.005
@@ -27,11 +27,7 @@ _PATIENCE = 2
 
 
 class VescAxis(Axis):
-    """See `Axis` and the module.
-
-    Attributes:
-        on: the motor is driven; None before that is known.
-    """
+    """See `Axis` and the module."""
 
     options: VescOptions
     options_type = VescOptions
@@ -45,7 +41,6 @@ class VescAxis(Axis):
         self._asked = 0
         self._flags: int | None = None
         self._poll_flags = True
-        self.on: bool | None = None
         self._wanted = self._confirmed = False
         self._erpm = 0
 
@@ -156,7 +151,8 @@ class VescAxis(Axis):
         if packet == Packet.STATUS:
             status = codec.decode_status(frame.data)
             self.heard, self._erpm = frame.at, status.erpm
-            self.on = abs(status.current) > _ON_CURRENT or abs(status.duty) > _ON_DUTY
+            # The duty cycle tells nothing: a motor that is pushed has one too.
+            self._says(abs(status.current) > _ON_CURRENT, frame.at)
             self._settle()
         elif packet == Packet.STATUS_5:
             told = codec.decode_status_5(frame.data)

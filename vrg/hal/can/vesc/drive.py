@@ -76,7 +76,8 @@ class VescDrive(EmulatedDrive):
             return []
         position, velocity = self._estimates()
         steps = round(position * self._pairs * codec.TACHO_STEPS)
-        duty = velocity / self.motor.model.velocity_limit if self._energised else 0.0
+        # Where nothing drives it, the back-EMF of a motor that turns has the same duty cycle.
+        duty = velocity / self.motor.model.velocity_limit
         return [
             codec.status_frame(self.node, Status(round(velocity * 60 * self._pairs), self.motor.current, duty)),
             codec.status_5_frame(self.node, Status5((steps + 2**31) % 2**32 - 2**31, self.options.voltage)),
