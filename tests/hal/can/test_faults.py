@@ -107,7 +107,11 @@ def assert_latched(bench: DeviceBench, drives: Drives, words: str) -> None:
     for _ in range(8):
         drive_on(bench)
     assert at_rest(drives)
-    assert bench.device.read().fault == fault
+    # A drive that sends rubbish may say that it is on, which is told in place of whatever has latched before.
+    assert bench.device.read().fault in (
+        fault,
+        f"{fault.partition(': ')[0]}: node 0: it is on, though it was told to be off",
+    )
     with pytest.raises(RobotError):
         bench.device.drive(AHEAD)
 

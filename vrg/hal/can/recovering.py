@@ -42,10 +42,11 @@ class Recovery:
             self.under_way = True
             watch.guard.disarm()
             watch.idle()
+            watch.reopening = True
             axes = list(watch.axes.values())
         problem = self._open_anew(axes)
         with watch.lock:
-            self.under_way = False
+            self.under_way = watch.reopening = False
             # What a person needs to know from now on is this, and no longer what was wrong before.
             watch.guard.begin(time.monotonic())
             self._rebase()

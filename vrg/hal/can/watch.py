@@ -34,7 +34,7 @@ class Watch:
     Attributes:
         lock: guards all that both threads touch; one thread may take it several times.
         axes: by node. guard: judges them.
-        connected: every drive has been met.
+        connected: every drive has been met. reopening: the bus is being opened anew, and nothing can be sent meanwhile.
         heard_until: monotonic time up to which all that was on the bus has been heard, s: what waits unread is not
             missing.
     """
@@ -42,7 +42,7 @@ class Watch:
     def __init__(self, name: str, axes: Sequence[Axis]) -> None:
         self.name = name
         self.lock = threading.RLock()
-        self.connected = False
+        self.connected = self.reopening = False
         self.heard_until = -math.inf
         self._told: str | None = None
         self._proved = False
@@ -68,7 +68,7 @@ class Watch:
     def look(self) -> None:
         """Judge, switch off if need be, and say once what is wrong and when the drives have said that they are off."""
         # Where the bus is not heard any more, the order is repeated all the same.
-        again = self.deaf > REPEAT and time.monotonic() - self._ordered >= REPEAT
+        again = self.deaf > REPEAT and time.monotonic() - self._ordered >= REPEAT and not self.reopening
         if self.guard.look(self.heard_until) or (again and not self.guard.wanted and not self.guard.off):
             self.idle()
         if self.guard.fault != self._told:
