@@ -31,6 +31,7 @@ from vrg.launch.serving import child_process
 app = typer.Typer(no_args_is_help=True, help="Motor controllers on a CAN bus, real and emulated.")
 for command in (
     can_tools.scan, can_tools.monitor, can_control.stop, can_control.clear, can_control.jog, can_control.address,
+    can_control.configure,
     can_calibrate.calibrate,
 ):  # fmt: skip
     app.command()(command)

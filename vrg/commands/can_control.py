@@ -1,9 +1,10 @@
-"""`vrg can stop | clear | jog | address`: what one does to single drives, with no match, router or file."""
+"""`vrg can stop | clear | jog | address | configure`: what one does to single drives, with no match, router or file."""
 
 import logging
 import time
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -25,6 +26,8 @@ from vrg.commands.can_options import (
 from vrg.commands.options import stoppable
 from vrg.errors import ConfigError, RobotError
 from vrg.hal.can.listener import Found
+from vrg.hal.can.odrive.endpoints import read_endpoints
+from vrg.hal.can.odrive.listener import OdriveListener
 from vrg.hal.models import robot_model
 
 IdsOption = Annotated[list[int] | None, typer.Option("--id", help="A drive's id; all drives if missing.")]
@@ -131,6 +134,55 @@ def address(
     if not any(f.node == to and f.protocol == found.protocol for f in heard.nodes):
         raise RobotError(f"{link}: expected the drive to have id {to} now, nobody has")
     console.print(f"It has id {to} until it is switched off. Save it in the drive to keep it.")
+
+
+def configure(
+    settings: Annotated[
+        list[str],
+        typer.Argument(
+            help="NAME to read a setting, NAME=VALUE to change it: a path of ODrive's endpoints, or 0x6083."
+        ),
+    ],
+    id_: Annotated[int, typer.Option("--id", help="The drive's id.")],
+    channel: AnyChannelOption = None,
+    interface: InterfaceOption = "socketcan",
+    bitrate: BitrateOption = None,
+    adapter: AdapterOption = None,
+    endpoints: Annotated[
+        Path | None, typer.Option(help="flat_endpoints.json of an ODrive's firmware, as its maker publishes it.")
+    ] = None,
+    save: Annotated[bool, typer.Option("--save", help="Let the drive keep all its settings for good.")] = False,
+) -> None:
+    """Read and change settings of an ODrive or a CiA 402 drive whose motor is off, and read back what it then says."""
+    link = link_of(interface, channel, bitrate, adapter)
+    known = None if endpoints is None else read_endpoints(endpoints)
+    console = Console(highlight=False)
+    with stoppable() as interrupted, listening(link) as bus:
+        with console.status(f"looking for drive {id_} on {link}"):
+            heard = bus.look_for(_FIND, interrupted, ask=True)
+        (found,) = _wanted(heard, [id_], str(link))
+        listener = bus.survey.listener_of(found)
+        if isinstance(listener, OdriveListener):
+            listener.endpoints = known
+        changes = any("=" in setting for setting in settings) or save
+        if changes and found.on is not False:
+            raise RobotError(
+                f"{found.protocol} {id_}: expected a motor that is off, so that nothing moves: `vrg can stop`"
+            )
+        try:
+            for setting in settings:
+                name, change, value = setting.partition("=")
+                before = listener.read(found, name)
+                if change:
+                    listener.write(found, name, value)
+                    console.print(f"{name}: {before} -> {listener.read(found, name)}")
+                else:
+                    console.print(f"{name}: {before}")
+            if save:
+                listener.save(found)
+        except ValueError as error:
+            raise ConfigError([str(error)]) from None
+    console.print("Saved." if save else "It has this until it is switched off; --save keeps it." if changes else "")
 
 
 def jog(

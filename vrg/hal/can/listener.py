@@ -116,6 +116,33 @@ class Listener(ABC):
         """
         raise RobotError(f"{self.title} drives get their id by their maker's own tool, not over the bus")
 
+    def read(self, node: Found, setting: str) -> str:
+        """What a node says of one of its settings, in words. It may wait ANSWER_PATIENCE s.
+
+        Args:
+            setting: as people write it; see the protocol's own listener.
+
+        Raises:
+            RobotError: there is no answer, or this protocol cannot do it. ValueError: there is no such setting.
+        """
+        raise RobotError(f"{self.title} drives are configured by their maker's own tool, not over the bus")
+
+    def write(self, node: Found, setting: str, value: str) -> None:
+        """Change one of a node's settings, until it is switched off.
+
+        Raises:
+            RobotError, ValueError: as for `read`, or the value is none that it can have.
+        """
+        raise RobotError(f"{self.title} drives are configured by their maker's own tool, not over the bus")
+
+    def save(self, node: Found) -> None:
+        """Let a node keep all its settings for good.
+
+        Raises:
+            RobotError: it could not be sent, or this protocol cannot do it.
+        """
+        raise RobotError(f"{self.title} drives save their settings by their maker's own tool, not over the bus")
+
     def forget(self, node: int) -> None:
         """This node was none: its frames turned out to belong to another protocol."""
         del self.found[node]

@@ -2,10 +2,11 @@
 
 from typing import TYPE_CHECKING
 
+from vrg.errors import RobotError
 from vrg.hal.can.axis import Send
 from vrg.hal.can.cia402.errors import describe_error
 from vrg.hal.can.cia402.network import NMT_WORDS, NODE_MASK, Function, Nmt, NmtCommand, nmt
-from vrg.hal.can.cia402.objects import SERIAL, Object
+from vrg.hal.can.cia402.objects import SAVE, SERIAL, Object
 from vrg.hal.can.cia402.requests import download
 from vrg.hal.can.cia402.states import POWERED, Control, drive_state
 from vrg.hal.can.cia402.units import units
@@ -15,6 +16,8 @@ from vrg.hal.can.listener import ANSWER_PATIENCE, Claim, Found, Listener
 if TYPE_CHECKING:
     from vrg.hal.can.cia402.sdo import SdoClient
 
+_WRITE_PATIENCE = 2.0
+"""s for a drive to save its settings."""
 _FUNCTIONS = frozenset(Function) - {Function.NMT, Function.HEARTBEAT}
 _LASTING = (
     (Object.ENCODER_RESOLUTION, 1),
@@ -69,14 +72,11 @@ class CanopenListener(Listener):
 
     def ask(self, node: Found) -> None:
         """Ask a node for its values by SDO. One that does not answer a question is not asked the next one."""
-        # canopen takes a while to load, and who only listens does without.
-        from vrg.hal.can.cia402.sdo import NoAnswerError, SdoClient  # noqa: PLC0415
+        from vrg.hal.can.cia402.sdo import NoAnswerError  # noqa: PLC0415
 
         if self._network[node.node] == Nmt.STOPPED:
             return  # it answers no SDO
-        client = self._clients.get(node.node)
-        if client is None:
-            client = self._clients[node.node] = SdoClient(node.node, self._send)
+        client = self._client(node)
         answers = self._answers.setdefault(node.node, {})
         try:
             for question in (*_CHANGING, *_LASTING):
@@ -100,6 +100,53 @@ class CanopenListener(Listener):
         """Send a fault reset, which is the rising edge of bit 7."""
         for word in (Control.DISABLE_VOLTAGE, Control.FAULT_RESET, Control.DISABLE_VOLTAGE):
             self._send(download(node.node, Object.CONTROLWORD, word, 2))
+
+    def read(self, node: Found, setting: str) -> str:
+        """What a drive says of an object, such as 0x6083 or 0x1401:05, as an unsigned number.
+
+        Raises:
+            RobotError: there is no answer, or it refuses. ValueError: that is no object.
+        """
+        return str(int.from_bytes(self._object(node, setting), "little"))
+
+    def write(self, node: Found, setting: str, value: str) -> None:
+        """Change an object to a whole number.
+
+        Raises:
+            RobotError: there is no answer, or it refuses. ValueError: that is no object, or no value of it.
+        """
+        size = len(self._object(node, setting))
+        number = int(value, 0)
+        if not -(1 << 8 * size - 1) <= number < 1 << 8 * size:
+            raise ValueError(f"{setting}: expected a number of {size} bytes, got {value}")
+        data = (number % (1 << 8 * size)).to_bytes(size, "little")
+        self._write(node, *_object_of(setting), data)
+
+    def save(self, node: Found) -> None:
+        """Let a drive keep all its settings (0x1010:01).
+
+        Raises:
+            RobotError: there is no answer, or it refuses.
+        """
+        self._write(node, Object.STORE, 1, SAVE.to_bytes(4, "little"))
+
+    def _object(self, node: Found, setting: str) -> bytes:
+        data = self._client(node).read(*_object_of(setting), ANSWER_PATIENCE)
+        if data is None:
+            raise RobotError(f"canopen {node.node}: it has no object {setting}, or does not tell it")
+        return data
+
+    def _write(self, node: Found, index: int, sub: int, data: bytes) -> None:
+        if not self._client(node).write(index, sub, data, _WRITE_PATIENCE):
+            raise RobotError(f"canopen {node.node}: it refuses 0x{index:04X}:{sub:02X}")
+
+    def _client(self, node: Found) -> "SdoClient":
+        # canopen takes a while to load, and who only listens does without.
+        from vrg.hal.can.cia402.sdo import SdoClient  # noqa: PLC0415
+
+        if node.node not in self._clients:
+            self._clients[node.node] = SdoClient(node.node, self._send)
+        return self._clients[node.node]
 
     def _tell(self, node: Found) -> None:
         """Put what a node has answered into words and units."""
@@ -129,3 +176,19 @@ class CanopenListener(Listener):
             node.position = position * turns / counts
         if velocity is not None and found is not None:
             node.velocity = found.turns_per_s(velocity)
+
+
+def _object_of(text: str) -> tuple[int, int]:
+    """The index and sub-index that people write as 0x6083 or 0x1401:05.
+
+    Raises:
+        ValueError: it is neither.
+    """
+    index, _, sub = text.partition(":")
+    try:
+        found = int(index, 16), int(sub or "0", 16)
+    except ValueError:
+        found = -1, -1
+    if not (0 < found[0] <= 0xFFFF and 0 <= found[1] <= 0xFF):
+        raise ValueError(f"expected an object such as 0x6083 or 0x1401:05, got {text!r}")
+    return found

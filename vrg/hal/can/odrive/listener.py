@@ -1,19 +1,37 @@
 """ODrives on a bus: how they are recognised, and what they tell."""
 
+import time
+
+from vrg.errors import RobotError
+from vrg.hal.can.axis import Send
 from vrg.hal.can.frame import Frame, FrameError
-from vrg.hal.can.listener import Claim, Found, Listener
+from vrg.hal.can.listener import ANSWER_PATIENCE, Claim, Found, Listener
 from vrg.hal.can.odrive import codec, messages
+from vrg.hal.can.odrive.endpoints import Endpoint, Endpoints
 from vrg.hal.can.odrive.messages import Command
 
 _HEARTBEAT_BYTES = 8
+_READ, _WRITE, _SAVE = 0, 1, 1
+"""The operations of an RxSdo, and the action of a Reboot that saves first."""
+_PAUSE = 0.005
+"""s between looks at whether an answer has come."""
 _VALUES = (Command.VERSION, Command.ADDRESS, Command.ENCODER_ESTIMATES, Command.BUS_VOLTAGE_CURRENT)
 
 
 class OdriveListener(Listener):
-    """See `Listener`. A drive is recognised by its heartbeat, which some telegrams of CANopen look like."""
+    """See `Listener`. A drive is recognised by its heartbeat, which some telegrams of CANopen look like.
+
+    Attributes:
+        endpoints: those of the drives' firmware; None as long as nobody has given them. Settings are named by them.
+    """
 
     word = "odrive"
     title = "ODrive"
+
+    def __init__(self, send: Send) -> None:
+        super().__init__(send)
+        self.endpoints: Endpoints | None = None
+        self._told: dict[tuple[int, int], int] = {}
 
     def claim(self, frame: Frame) -> Claim:
         """A heartbeat is likely one, and so is every frame of a node that has sent one."""
@@ -46,6 +64,8 @@ class OdriveListener(Listener):
                 node.position, node.velocity = position, velocity
             case messages.BusVoltageCurrent(voltage):
                 node.voltage = voltage
+            case messages.TxSdo(endpoint=endpoint, value=value):
+                self._told[node.node, endpoint] = value
 
     def greet(self) -> None:
         """Ask every drive for its serial number."""
@@ -67,6 +87,52 @@ class OdriveListener(Listener):
             RobotError: it could not be sent.
         """
         self._send(codec.encode(codec.BROADCAST, messages.Address(to, int(serial, 16))))
+
+    def read(self, node: Found, setting: str) -> str:
+        """What a drive says of an endpoint, which is named by its path.
+
+        Raises:
+            RobotError: there is no answer. ValueError: there is no such endpoint, or its firmware has other numbers.
+        """
+        endpoint = self._endpoint(node, setting)
+        self._told.pop((node.node, endpoint.number), None)
+        self._send(codec.encode(node.node, messages.RxSdo(_READ, endpoint.number)))
+        deadline = time.monotonic() + ANSWER_PATIENCE
+        while (raw := self._told.get((node.node, endpoint.number))) is None:
+            if time.monotonic() > deadline:
+                raise RobotError(f"odrive {node.node}: expected an answer to {setting}, got none")
+            time.sleep(_PAUSE)
+        return endpoint.words(raw)
+
+    def write(self, node: Found, setting: str, value: str) -> None:
+        """Change an endpoint.
+
+        Raises:
+            RobotError: it could not be sent. ValueError: as for `read`, or the value is none that it can have.
+        """
+        endpoint = self._endpoint(node, setting)
+        self._send(codec.encode(node.node, messages.RxSdo(_WRITE, endpoint.number, endpoint.raw(value))))
+
+    def save(self, node: Found) -> None:
+        """Let a drive keep all its settings; it starts again.
+
+        Raises:
+            RobotError: it could not be sent.
+        """
+        self._send(codec.encode(node.node, messages.Reboot(_SAVE)))
+
+    def _endpoint(self, node: Found, setting: str) -> Endpoint:
+        if self.endpoints is None:
+            raise ValueError(
+                "expected --endpoints with the file flat_endpoints.json of the drive's firmware: each firmware numbers "
+                "its settings anew, and a wrong number would change another one"
+            )
+        if node.firmware != self.endpoints.firmware:
+            raise ValueError(
+                f"odrive {node.node}: expected firmware {self.endpoints.firmware}, as in the file of the endpoints, "
+                f"got {node.firmware or 'no answer'}"
+            )
+        return self.endpoints.find(setting)
 
     def ask(self, node: Found) -> None:
         """Ask a drive for its values; the answers come to `hear`, so that this waits for nothing."""
