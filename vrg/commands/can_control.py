@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 
 from vrg.bus.stopping import Stop
 from vrg.commands.can_listening import Heard, listening, table_of
@@ -60,9 +61,13 @@ def stop(
     console = Console(highlight=False)
     with stoppable() as interrupted, listening(link) as bus:
         end = time.monotonic() + seconds
+        unsent: dict[str, None] = {}
         while True:
-            # At first and again and again: an order may be lost, and a program that drives them may go on.
-            bus.survey.stop()
+            # Again and again, whatever goes wrong: an order may be lost, and a program that drives them may go on.
+            try:
+                bus.survey.stop()
+            except RobotError as error:
+                unsent.setdefault(str(error))
             if interrupted.wait(_REPEAT) or time.monotonic() >= end:
                 break
         bus.look(interrupted, ask=True)
@@ -72,7 +77,9 @@ def stop(
     still = [found for found in heard.nodes if found.on]
     for found in still:
         console.print(f"[red]{found.protocol} {found.node} is still on: does another program drive it?[/red]")
-    if still or heard.troubles:
+    for words in unsent:
+        console.print(f"[red]an order could not be sent: {escape(words)}[/red]")
+    if still or unsent or heard.troubles:
         raise typer.Exit(1)
     off = ", ".join(f"{found.protocol} {found.node}" for found in heard.nodes if found.on is False)
     console.print(f"{link}: every motor was told to be off. Off by their own word: {off or 'none'}.")
