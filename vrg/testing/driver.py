@@ -127,6 +127,15 @@ class DriverContract:
         bench.advance(0.3)
         assert abs(bench.speed) < STOPPED
 
+    def test_arming_one_that_is_armed_changes_nothing(self, bench: DriverBench) -> None:
+        armed(bench)
+        bench.run(AHEAD, 1.0)
+        before = bench.speed
+        assert before > 0.1
+        bench.driver.arm()
+        bench.advance(0.05)
+        assert bench.speed == pytest.approx(before, rel=0.3)
+
     def test_stop_stops_and_stays_armed(self, bench: DriverBench) -> None:
         armed(bench)
         bench.run(AHEAD, 1.0)

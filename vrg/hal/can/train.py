@@ -133,8 +133,9 @@ class DriveTrain:
             if refusal:
                 raise RobotError(f"{self.name}: {refusal}")
             if guard.wanted:
-                # A drive that takes long to start is not left without setpoints meanwhile.
-                self.stand()
+                if not guard.armed:
+                    # A drive that takes long to start is not left without setpoints meanwhile.
+                    self.stand()
                 return
             self._base.rebase()
             guard.arm(now)
