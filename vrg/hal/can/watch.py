@@ -97,7 +97,7 @@ class Watch:
     def poll(self) -> None:
         """Ask the drives for what they do not send by themselves, if it is time. What cannot be asked latches."""
         now = time.monotonic()
-        if now - self._polled < POLL_PERIOD:
+        if self.reopening or now - self._polled < POLL_PERIOD:
             return
         self._polled = now
         try:

@@ -51,7 +51,7 @@ class Cia402Axis(Axis):
         self._sdo = SdoClient(node, send)
         self._interview = Interview(self._sdo, round(HEARTBEAT * 1000), self.options)
         self._units = Units(1.0, 1.0)
-        self._prepared = False
+        self._prepared = self._settled = False
         self._asks_supply = False
         self._asked_supply = self._asked_status = NEVER
         self._nmt: int | None = None
@@ -116,7 +116,7 @@ class Cia402Axis(Axis):
         self._units = self._interview.units or self._units
         self.serial = self._interview.serial
         self.wrap = self._units.wrap
-        self._prepared, self._wanted = False, False
+        self._prepared = self._settled = self._wanted = False
         self._word = int(Control.DISABLE_VOLTAGE)
         set_up = SetUp(self.node, self._sdo, self._send, unwatched=self.unwatched)
         set_up.configure()
@@ -127,6 +127,7 @@ class Cia402Axis(Axis):
         set_up.begin()
         self._nmt = Nmt.OPERATIONAL
         set_up.wait_for_mode()
+        self._settled = True
 
     def poll(self, now: float) -> None:
         """Ask for the supply's voltage where no PDO can carry it, and how a drive is whose PDOs are off."""
@@ -163,8 +164,11 @@ class Cia402Axis(Axis):
 
     @property
     def _cut_off(self) -> bool:
-        """Whether the drive was set up, and is in a network state in which its PDOs are off."""
-        return self._prepared and self._nmt not in (None, Nmt.OPERATIONAL, Nmt.BOOTED)
+        """Whether the drive was set up wholly, and is in a network state in which its PDOs are off.
+
+        While it is set up its PDOs are off too, and a question of this axis would meet the answers to those of the set-up.
+        """
+        return self._settled and self._nmt not in (None, Nmt.OPERATIONAL, Nmt.BOOTED)
 
     def stop_now(self) -> None:
         """Disable voltage. That works in every state, and needs nothing but the drive's output stage.
