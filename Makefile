@@ -21,7 +21,7 @@ lint: setup
 	$(VENV)/mypy
 
 unit: setup
-	$(VENV)/python -m pytest -q -n 2 -m "not system and not vcan"
+	$(VENV)/python -m pytest -q -n 4 --dist worksteal -m "not system and not vcan"
 
 # One at a time: each starts a dozen processes. In a network of their own, so that what they send stays here.
 system: setup

@@ -4,12 +4,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.hal.can.bench import LINK, NODES, CanBench, Drives
-from vrg.hal.can.link import Link
+from tests.hal.can.bench import HERE, LINK, NODES, CanBench, Drives
 from vrg.testing.driver import DriverContract
-
-HERE = Link(interface="virtual", channel="contract")
-"""A bus within this process."""
 
 
 class OverProtocol(DriverContract):

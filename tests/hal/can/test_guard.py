@@ -301,6 +301,16 @@ class TestOwnWords:
             pair.guard.look(pair.now)
         assert "it has not said for 0.5 s whether its motor is on" in fault_of(pair)
 
+    def test_one_that_falls_silent_altogether_is_told_by_its_heartbeat(self, pair: Pair) -> None:
+        pair.arm()
+        pair.pass_time(1.0, CLOSED, CLOSED)
+        for wire in pair.wires:
+            wire.axis.heard = pair.now + 0.09  # a last heartbeat, after its last word on its motor
+        for _ in range(70):
+            pair.now += 0.01
+            pair.guard.look(pair.now)
+        assert "no heartbeat for 0.5 s" in fault_of(pair)
+
 
 class TestProof:
     """Before a robot is armed for the first time, each drive's own watchdog must stop its motor once."""

@@ -201,7 +201,9 @@ class Guard:
                 return f"{name}: {axis.odd}"
             if heard_until - max(axis.heard, self._since) > HEARTBEAT_TIMEOUT:
                 return f"{name}: no heartbeat for {HEARTBEAT_TIMEOUT:g} s"
-            if self.wanted and heard_until - max(axis.told, self._armed_at) > HEARTBEAT_TIMEOUT:
+            told = max(axis.told, self._armed_at)
+            # One that has fallen silent altogether is left to the judgement above.
+            if self.wanted and heard_until - told > HEARTBEAT_TIMEOUT and axis.heard - told > HEARTBEAT_TIMEOUT / 2:
                 return f"{name}: it has not said for {HEARTBEAT_TIMEOUT:g} s whether its motor is on"
             if axis.fault and not forgiven:
                 return f"{name}: {axis.fault}"

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from tests.hal.can.cia402.wire import NODE, Wire, download_request, upload_request
 from vrg.hal.can.axis import State
-from vrg.hal.can.cia402.network import Function, NmtCommand, nmt
+from vrg.hal.can.cia402.network import Function, Nmt, NmtCommand, nmt
 from vrg.hal.can.cia402.objects import Object
 from vrg.hal.can.cia402.pdos import CONTROL_PDO, SETPOINT_PDO
 from vrg.hal.can.cia402.states import Control
@@ -80,6 +80,20 @@ class TestFaults:
         wire.axis.start()
         wire.gets_going()
         assert wire.axis.odd is None
+
+    def test_a_heartbeat_that_was_under_way_as_the_set_up_ended_is_no_fault(self) -> None:
+        faults: list[str | None] = []
+
+        class Late(Wire):
+            def send(self, frame: Frame, *, urgent: bool = False) -> None:
+                super().send(frame, urgent=urgent)
+                if frame == nmt(NODE, NmtCommand.START):
+                    self.axis.receive(Frame(Function.HEARTBEAT | NODE, bytes([Nmt.PRE_OPERATIONAL]), at=self.now))
+                    faults.append(self.axis.fault)
+
+        wire = Late().running()
+        assert faults == [None]
+        assert wire.axis.state is State.CLOSED_LOOP
 
     @pytest.mark.parametrize("command", [NmtCommand.STOP, NmtCommand.PRE_OPERATIONAL])
     def test_a_drive_that_is_taken_off_the_network_stops_and_is_a_fault(self, command: NmtCommand) -> None:

@@ -166,7 +166,8 @@ class Cia402Axis(Axis):
     def _cut_off(self) -> bool:
         """Whether the drive was set up wholly, and is in a network state in which its PDOs are off.
 
-        While it is set up its PDOs are off too, and a question of this axis would meet the answers to those of the set-up.
+        While it is set up its PDOs are off too, and a question of this axis would meet the answers to those of the
+        set-up.
         """
         return self._settled and self._nmt not in (None, Nmt.OPERATIONAL, Nmt.BOOTED)
 
@@ -241,8 +242,9 @@ class Cia402Axis(Axis):
         self.heard, self._nmt = frame.at, frame.data[0]
         if self._nmt == Nmt.BOOTED and self._prepared:
             self._complain("it was started again")
-        if self._prepared and self._nmt != Nmt.OPERATIONAL:
-            # It hears no setpoint now, and after a start it has forgotten its set-up.
+        if self._settled and self._nmt != Nmt.OPERATIONAL:
+            # It hears no setpoint now, and after a start it has forgotten its set-up. At the end of the set-up a
+            # heartbeat of before may still be under way.
             self.state, self._wanted = State.FAULT, False
             words = NMT_WORDS[self._nmt]
             self.fault = f"expected the network state operational, it is {words}: it must be set up anew"

@@ -1,0 +1,98 @@
+"""How tests handle a robot with CAN drives: arm it, drive it, see that a fault stops it, let it recover."""
+
+import time
+from collections.abc import Callable
+from contextlib import suppress
+
+import pytest
+
+from tests.hal.can.bench import PATIENCE, DeviceBench, Drives
+from vrg.errors import RobotError
+from vrg.testing.driver import STOPPED
+from vrg.types import Twist
+
+AHEAD = Twist(0.33, 0.0)
+
+
+def wait(bench: DeviceBench, condition: Callable[[], object], what: str) -> None:
+    """Let time pass until the condition holds."""
+    deadline = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < deadline, f"waited {PATIENCE:g} s for {what}"
+        bench.advance(0.05)
+
+
+def armed(bench: DeviceBench) -> None:
+    """Connected and armed, as a player does it."""
+    bench.device.start()
+    bench.advance(0.1)
+    bench.device.arm()
+    wait(bench, lambda: bench.device.read().armed, "an armed robot")
+
+
+def driving(bench: DeviceBench) -> None:
+    """Connected, armed and under way."""
+    armed(bench)
+    gets_going(bench)
+
+
+def gets_going(bench: DeviceBench) -> None:
+    """Drive as a player does until it is under way."""
+    deadline = time.monotonic() + PATIENCE
+    while not bench.speed > 0.3:
+        assert time.monotonic() < deadline, f"it does not drive: {bench.device.read()}"
+        drive_on(bench)
+
+
+def drive_on(bench: DeviceBench) -> None:
+    """What a player goes on doing: drive, or arm where it is not armed."""
+    with suppress(RobotError):
+        if bench.device.read().armed:
+            bench.device.drive(AHEAD)
+        else:
+            bench.device.arm()
+    bench.advance(0.1)
+
+
+def notices(bench: DeviceBench) -> None:
+    """Drive on as a player does until there is a fault."""
+    deadline = time.monotonic() + PATIENCE
+    while bench.device.read().fault is None:
+        assert time.monotonic() < deadline, "nobody notices"
+        drive_on(bench)
+
+
+def assert_latched(bench: DeviceBench, drives: Drives, words: str) -> None:
+    """The fault is told, every motor stands, and it stays so although the player goes on."""
+    wait(bench, lambda: bench.device.read().fault, "a fault")
+    fault = bench.device.read().fault
+    assert fault is not None
+    assert words in fault
+    assert bench.device.read().latched
+    wait(bench, lambda: at_rest(drives), "the motors to stand")
+    for _ in range(8):
+        drive_on(bench)
+    assert at_rest(drives)
+    # A drive that sends rubbish may say that it is on, which is told in place of whatever has latched before.
+    assert bench.device.read().fault in (
+        fault,
+        f"{fault.partition(': ')[0]}: node 0: it is on, though it was told to be off",
+    )
+    with pytest.raises(RobotError):
+        bench.device.drive(AHEAD)
+
+
+def at_rest(drives: Drives) -> bool:
+    """Whether every emulated motor stands."""
+    return all(abs(drive.motor.velocity) < 0.5 for drive in drives.drives)
+
+
+def recovers(bench: DeviceBench) -> None:
+    """An official's word clears it, and the robot drives again once it is armed."""
+    bench.recover()
+    wait(bench, lambda: bench.device.read().fault is None, "the fault to be cleared")
+    bench.advance(0.6)
+    assert not bench.device.read().armed, "recovering does not arm"
+    assert abs(bench.speed) < STOPPED
+    gets_going(bench)
+    assert bench.device.read().fault is None
