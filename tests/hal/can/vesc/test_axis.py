@@ -6,6 +6,7 @@ from vrg.hal.can.axis import State
 from vrg.hal.can.emulator.faults import FaultKind
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.vesc.codec import Packet, setpoint
+from vrg.hal.can.vesc.drive import MIN_ERPM
 from vrg.hal.can.vesc.options import VescOptions
 from vrg.testing.wire import ProtocolWire
 
@@ -40,6 +41,16 @@ def test_no_setpoint_is_sent_to_one_that_is_off(wire: ProtocolWire) -> None:
     wire.sent.clear()
     wire.axis.command(5.0)
     assert wire.sent == [], "a VESC would obey it"
+
+
+def test_it_stands_where_it_is_asked_for_less_than_it_regulates(wire: ProtocolWire) -> None:
+    slowest = MIN_ERPM / 60 / 7
+    wire.running()
+    wire.drive_on(1.05 * slowest, 1.0)
+    assert wire.motor_speed == pytest.approx(1.05 * slowest, rel=0.1)
+    wire.drive_on(0.95 * slowest, 1.0)
+    assert abs(wire.motor_speed) < 0.01
+    assert wire.axis.state is State.CLOSED_LOOP
 
 
 def test_a_fault_that_the_drive_forgets_is_kept_here(wire: ProtocolWire) -> None:

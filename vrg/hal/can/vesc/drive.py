@@ -20,6 +20,8 @@ from vrg.hal.can.vesc.options import VescOptions
 
 POLE_PAIRS = 7
 """Pole pairs of the emulated motor, where nobody says another number."""
+MIN_ERPM = 900
+"""The slowest speed that it regulates: asked for less, it brakes (the firmware's `s_pid_min_erpm`, its default)."""
 _FAULT_STOP = 0.5
 """s after which a fault is forgotten."""
 
@@ -126,10 +128,12 @@ class VescDrive(EmulatedDrive):
 
     def _move(self, dt: float) -> None:
         match self._control:
-            case _Control.SPEED:
+            case _Control.SPEED if abs(self._aim) >= MIN_ERPM:
                 self.motor.turn(dt, self._aim / 60 / self._pairs)
             case _Control.CURRENT:
                 self.motor.pull(dt, self._aim * self.motor.model.torque_constant)
+            case _Control.SPEED:
+                self.motor.coast(dt)
             case _:
                 self.motor.turn(dt, 0.0)
 
