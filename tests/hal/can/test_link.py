@@ -1,5 +1,6 @@
 """How a bus is reached: what people type, and what python-can is told."""
 
+from dataclasses import replace
 from typing import Any
 
 import can
@@ -7,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.vcan import UDP, require_loopback
 from vrg.errors import RobotError
 from vrg.hal.can.frame import fd_size
 from vrg.hal.can.link import Link, read_adapter
@@ -87,6 +89,18 @@ def test_an_adapter_that_cannot_be_opened_is_said_in_words(link: Link, words: st
     with pytest.raises(RobotError) as error:
         open_bus(link)
     assert words in str(error.value)
+
+
+@pytest.mark.system
+def test_a_multicast_group_is_a_bus_of_its_own() -> None:
+    require_loopback()
+    ours, others = UDP, replace(UDP, channel="239.74.163.8")
+    with open_bus(ours) as sender, open_bus(ours) as listener, open_bus(others) as stranger:
+        sender.send(can.Message(arbitration_id=0x123))
+        heard = listener.recv(20.0)
+        assert heard is not None
+        assert heard.arbitration_id == 0x123
+        assert stranger.recv(0.2) is None
 
 
 @pytest.mark.parametrize(("size", "room"), [(0, 0), (8, 8), (9, 12), (13, 16), (21, 24), (33, 48), (64, 64)])

@@ -27,6 +27,8 @@ _ALWAYS_FD = frozenset({"udp_multicast", "virtual"})
 """Interfaces that carry CAN FD frames without being told so."""
 _SIOCGIFMTU, _IFREQ, _FD_MTU = 0x8921, struct.Struct("16si20x"), 72
 """How the kernel is asked for the size of an interface's frames, and that of a CAN FD frame (linux/can.h)."""
+_IP_MULTICAST_ALL, _IPV6_MULTICAST_ALL = 49, 29
+"""Options of sockets that Python has no names for (linux/in.h, linux/in6.h)."""
 _NEEDS = {"socketcand": "host and port", "pcan": "timing, for CAN FD"}
 """The options of an adapter that an interface cannot do without."""
 
@@ -47,6 +49,8 @@ def open_bus(link: Link) -> can.BusABC:
         raise RobotError(f"{link}: {_explain(link, error)}") from None
     if claim is not None:
         _keep(bus, claim)
+    if link.interface == "udp_multicast":
+        _keep_to_group(bus)
     raw = getattr(bus, "socket", None)
     if isinstance(raw, socket.socket):
         # Root may exceed net.core.rmem_max; who may not gets as much as there is.
@@ -135,6 +139,17 @@ def _keep(bus: can.BusABC, port: int) -> None:
             bus.shutdown = shutdown  # type: ignore[method-assign]
 
     bus.shutdown = release  # type: ignore[method-assign]
+
+
+def _keep_to_group(bus: can.BusABC) -> None:
+    """Let a bus hear its own group only: Linux gives a socket what comes for all groups that anybody here has joined."""
+    if sys.platform != "linux":
+        return
+    with socket.socket(fileno=os.dup(bus.fileno())) as own:
+        if own.family == socket.AF_INET6:
+            own.setsockopt(socket.IPPROTO_IPV6, _IPV6_MULTICAST_ALL, 0)
+        else:
+            own.setsockopt(socket.IPPROTO_IP, _IP_MULTICAST_ALL, 0)
 
 
 def _explain(link: Link, error: Exception) -> str:
