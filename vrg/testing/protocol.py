@@ -175,6 +175,17 @@ class ProtocolContract:
         wire.get_going()
         assert not wire.axis.starved
 
+    def test_a_drive_to_which_nobody_speaks_any_more_stops_by_itself(self, wire: ProtocolWire) -> None:
+        wire.running()
+        drive, now = wire.drive, wire.now
+        for _ in range(1000):
+            if now > wire.now + WATCHDOG + 0.5:
+                break
+            now = drive.due
+            drive.step(now)
+        assert wire.now + WATCHDOG < now < math.inf, "its own `due` says when it must be let go on"
+        assert abs(wire.motor_speed) < STILL
+
     def test_a_fault_is_told_in_words_and_stays_until_it_is_cleared(self, wire: ProtocolWire) -> None:
         wire.running()
         wire.fault(FaultKind.ERROR)

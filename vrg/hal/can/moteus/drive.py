@@ -15,6 +15,8 @@ from vrg.hal.can.moteus.codec import Kind, Resolution, Subframe
 from vrg.hal.can.moteus.registers import MAP_VERSION, Mode, Register, scale_of
 
 _MODEL, _FIRMWARE = 9, 0x0001_0001
+_TICK = 0.01
+"""s from one look at its watchdog to the next, where nobody speaks to it."""
 _POSITION_GAIN = 20.0
 """turn/s for each turn of position error."""
 _DRIVER_FAULT = 33
@@ -44,7 +46,7 @@ class MoteusDrive(EmulatedDrive):
         self._mode = Mode.STOPPED
         self._fault = 0
         self._command: dict[int, float] = dict(_RESET)
-        self._never = Cycle(0.0, now)
+        self._tick = Cycle(_TICK, now)
         self._watchdog = 0.0
         self._measures: dict[int, Callable[[], float]] = {
             Register.MODE: lambda: self._mode,
@@ -66,10 +68,11 @@ class MoteusDrive(EmulatedDrive):
         }
 
     def _cycles(self) -> Sequence[Cycle]:
-        return (self._never,)
+        return (self._tick,)
 
     def _cyclic(self, now: float) -> list[Frame]:
-        return []
+        self._tick.due(now)
+        return []  # it speaks only when it is asked
 
     @property
     def _energised(self) -> bool:
