@@ -142,7 +142,7 @@ def _keep(bus: can.BusABC, port: int) -> None:
 
 
 def _keep_to_group(bus: can.BusABC) -> None:
-    """Let a bus hear its own group only: Linux gives a socket what comes for any group that somebody here has joined."""
+    """Let a bus hear its own group only: Linux gives a socket what comes for every group that is joined on it."""
     if sys.platform != "linux":
         return
     with socket.socket(fileno=os.dup(bus.fileno())) as own:
