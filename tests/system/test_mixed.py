@@ -28,6 +28,8 @@ from vrg.types import Pose
 pytestmark = pytest.mark.system
 
 WIRING = {"ann": (0, 1), "bob": (2, 3)}
+OTHER_GROUP = "239.74.163.9"
+"""The bus of robots that speak another protocol: two protocols cannot share one."""
 
 
 def mixed_match(name: str) -> str:
@@ -271,10 +273,10 @@ def test_a_robot_that_was_carried_goes_on_where_an_official_says_that_it_stands(
         assert drifted < 0.1 + robot_model("P2AT").v_max * (poses.stamp - placed), "it drives on from its place"
 
 
-def test_a_mixed_match_is_played_to_its_end(start: Callable[..., Match]) -> None:
+def test_a_match_of_robots_of_two_protocols_and_virtual_ones_is_played_to_its_end(start: Callable[..., Match]) -> None:
     text = match_text(
         "mixed-short", length=13.0, width=9.0, zone=2.5, rules="pass_limit = 25.0", rate=2.0, wiring=WIRING
-    )
+    ).replace("[backends.can.robots.bob]", f'[backends.can.robots.bob]\nprotocol = "moteus"\nchannel = "{OTHER_GROUP}"')
     match = start(text)
     observer = match.observer
     assert "rate 1, not 2: ann, bob cannot be hurried" in match.said()
