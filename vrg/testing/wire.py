@@ -4,8 +4,9 @@ import math
 import random
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import Self
+
+from msgspec.structs import replace
 
 from vrg.hal.can.axis import State
 from vrg.hal.can.emulator.drive import DriveOptions, EmulatedDrive

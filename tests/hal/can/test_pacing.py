@@ -8,10 +8,13 @@ import pytest
 
 from vrg.errors import RobotError
 from vrg.hal.can.bus import CanBus
+from vrg.hal.can.controller import frame_time
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
-from vrg.hal.can.pacing import FRAME_TIME, ROOM, Pacer
+from vrg.hal.can.pacing import ROOM, Pacer
 
+FRAME_TIME = 0.6e-3
+"""s of a frame at 250 kbit/s."""
 QUEUE = 10
 """The places in the queue of an interface, as Linux and our manual have it."""
 
@@ -20,7 +23,7 @@ class Wire:
     """A queue that is emptied one frame after the other at 250 kbit/s."""
 
     def __init__(self) -> None:
-        self.pacer = Pacer()
+        self.pacer = Pacer(FRAME_TIME)
         self.now = 5.0
         self.leaves: list[float] = []
         self.fullest = 0
@@ -61,6 +64,38 @@ def test_setpoints_in_their_rhythm_never_wait() -> None:
         for _ in range(4):
             assert wire.pacer.delay(wire.now) == 0.0
             wire.send()
+
+
+def test_where_frames_take_no_time_none_waits() -> None:
+    pacer = Pacer(0.0)
+    for _ in range(1000):
+        assert pacer.delay(5.0) == 0.0
+        pacer.sent(5.0)
+
+
+BITTIMING = '[{"linkinfo": {"info_kind": "can", "info_data": {"state": "STOPPED", "bittiming": {"bitrate": 500000}}}}]'
+
+
+@pytest.mark.parametrize(
+    ("link", "said", "time_of_a_frame"),
+    [
+        (Link(interface="slcan", bitrate=1_000_000), None, 0.15e-3),
+        (Link(interface="slcan"), None, 0.6e-3),
+        (Link(interface="virtual"), None, 0.0),
+        (Link(interface="udp_multicast"), None, 0.0),
+        (Link(channel="can0"), BITTIMING, 0.3e-3),
+        (Link(channel="can0", bitrate=250_000), BITTIMING, 0.6e-3),
+        (Link(channel="vcan0"), '[{"linkinfo": {"info_kind": "vcan"}}]', 0.0),
+        (Link(channel="vcan0", bitrate=250_000), '[{"linkinfo": {"info_kind": "vcan"}}]', 0.6e-3),
+        (Link(channel="slcan0"), "[{}]", 0.6e-3),
+        (Link(channel="slcan0"), None, 0.6e-3),
+    ],
+)
+def test_a_frame_takes_as_long_as_the_bit_rate_says(
+    link: Link, said: str | None, time_of_a_frame: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("vrg.hal.can.controller._run", lambda _: said)
+    assert frame_time(link) == pytest.approx(time_of_a_frame)
 
 
 def full(times: int) -> tuple[CanBus, list[can.Message]]:

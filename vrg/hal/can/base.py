@@ -4,6 +4,8 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from msgspec import Struct
+
 from vrg.geometry import wrap
 from vrg.hal.can.plausibility import SLUGGISH, Bounds
 from vrg.hal.models import RobotModel
@@ -33,8 +35,7 @@ class WheelAxis:
     ratio: float = 1.0
 
 
-@dataclass(frozen=True, slots=True)
-class Estimate:
+class Estimate(Struct, frozen=True):
     """What an encoder said: position and velocity of the motor, in turns and turn/s, at monotonic time `at`, s."""
 
     position: float
@@ -58,6 +59,7 @@ class DriveBase:
         self.axes = tuple(axes)
         self._model = model
         self._axis_of = {axis.node: axis for axis in axes}
+        self._bounds_of = {axis.node: self.bounds(axis) for axis in axes}
         self._last: dict[int, Estimate] = {}
         self._moved: dict[int, float] = {}
         self.pose = Pose(0.0, 0.0, 0.0)
@@ -108,7 +110,7 @@ class DriveBase:
         way = estimate.position - last.position
         if turns:
             way = math.remainder(way, turns)
-        bounds = self.bounds(axis)
+        bounds = self._bounds_of[node]
         fastest = min(max(abs(last.velocity), abs(estimate.velocity)), _OVERSPEED * bounds.speed)
         if abs(way) > bounds.slip + fastest * (max(0.0, estimate.at - last.at) + _JUMP_SLACK):
             return None

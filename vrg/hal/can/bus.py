@@ -15,11 +15,12 @@ from collections.abc import Callable, Iterable
 import can
 
 from vrg.errors import RobotError
+from vrg.hal.can.controller import frame_time
 from vrg.hal.can.echoes import Echoes
 from vrg.hal.can.frame import Filter, Frame
 from vrg.hal.can.link import Link
 from vrg.hal.can.opening import open_bus, takes_fd
-from vrg.hal.can.pacing import FRAME_TIME, Pacer
+from vrg.hal.can.pacing import Pacer
 from vrg.hal.can.troubles import NoFdError, describe_error, describe_error_frame, errno_of, is_full
 
 log = logging.getLogger(__name__)
@@ -28,6 +29,8 @@ logging.getLogger("can").setLevel(logging.CRITICAL)
 
 SEND_PATIENCE = 0.02
 """s for which a frame is tried to be sent. A queue of ten frames is emptied in half that time."""
+_RETRY = 0.6e-3
+"""s until a frame is tried again that found the queue full."""
 _POLL = 0.05
 """s between looks at the bus when nothing arrives."""
 _WALL_CLOCK = frozenset({"socketcan", "udp_multicast"})
@@ -65,7 +68,7 @@ class CanBus:
         self._echoes = Echoes() if echoing else None
         self._echo_lock = threading.Lock()
         self._fd = False
-        self._pacer = Pacer()
+        self._pacer = Pacer(0.0)
         self._pace_lock = threading.Lock()
 
     def start(self) -> None:
@@ -79,6 +82,7 @@ class CanBus:
         bus = open_bus(self.link)
         self._filter(bus)
         self._fd = takes_fd(self.link)
+        self._pacer = Pacer(frame_time(self.link))
         # A new event for each thread, so that one that is late to end is not revived.
         self._stopping = threading.Event()
         self._bus = bus
@@ -115,7 +119,7 @@ class CanBus:
         if frame.fd and not self._fd:
             raise NoFdError(f"{self.link}: CAN FD is switched off on this interface")
         deadline = time.monotonic() + SEND_PATIENCE
-        while (delay := self._reserve(urgent)) > 0:
+        while self._pacer.frame_time and (delay := self._reserve(urgent)) > 0:
             time.sleep(delay)
         while True:
             bus = self._bus
@@ -129,7 +133,7 @@ class CanBus:
                 # milliseconds, unless nobody takes the frames.
                 if not is_full(error) or time.monotonic() > deadline:
                     raise RobotError(f"{self.link}: {describe_error(error)}") from None
-            time.sleep(FRAME_TIME)
+            time.sleep(_RETRY)
 
     def _reserve(self, urgent: bool) -> float:
         """Take a place for a frame; s to wait before it is asked again, if there is none."""

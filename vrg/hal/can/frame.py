@@ -1,7 +1,8 @@
 """A CAN frame as plain data: what codecs make and take."""
 
-from dataclasses import dataclass
 from typing import NamedTuple
+
+from msgspec import Struct
 
 STANDARD_MASK = 0x7FF
 """The bits of an 11-bit identifier."""
@@ -16,8 +17,7 @@ class FrameError(Exception):
     """A frame whose content is not what its identifier promises."""
 
 
-@dataclass(frozen=True, slots=True)
-class Frame:
+class Frame(Struct, frozen=True):
     """One frame.
 
     Args:

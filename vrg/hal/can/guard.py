@@ -132,7 +132,8 @@ class Guard:
 
     def look(self, heard_until: float) -> bool:
         """Judge what the axes have heard until then; True if the motors must be switched off, once more if need be."""
-        if not (self.estop or self._forgiven(heard_until)) and any(axis.state is State.ESTOP for axis in self._axes):
+        stopped = State.ESTOP in [axis.state for axis in self._axes]
+        if stopped and not (self.estop or self._forgiven(heard_until)):
             # After the emergency stop of the match the drives say so too: nobody pressed anything there.
             self.estop = self.at_drive = True
         if self.wanted and heard_until > self._armed_at:
@@ -140,13 +141,11 @@ class Guard:
         problem = self._problem(heard_until)
         if problem is not None:
             self.latch(problem)
-        if self.fault or self.estop or any(axis.state is State.ESTOP for axis in self._axes):
+        if self.fault or self.estop or stopped:
             self.ready = False
         elif self.wanted and self.unproved:
             self._prove(heard_until)
-        starved = any(axis.starved and axis.node not in self._proved for axis in self._axes)
-        starved &= heard_until - self._armed_at > GRACE and not self.ready
-        if self.wanted and (self.fault or self.estop or starved):
+        if self.wanted and (self.fault or self.estop or self._starved(heard_until)):
             self.wanted = False
             self.told_off(heard_until)
             return True
@@ -156,6 +155,11 @@ class Guard:
             self.told_off(heard_until)
             return True
         return False
+
+    def _starved(self, heard_until: float) -> bool:
+        """Whether a drive's watchdog has met a commander that was late."""
+        starved = [axis for axis in self._axes if axis.starved and axis.node not in self._proved]
+        return bool(starved) and heard_until - self._armed_at > GRACE and not self.ready
 
     def _prove(self, heard_until: float) -> None:
         """Judge whether every drive's own watchdog has stopped its motor."""
@@ -180,9 +184,13 @@ class Guard:
 
     def _find_stray(self, heard_until: float) -> None:
         """Find a drive that says that it is on, for too long, though nobody wants it."""
+        if self.wanted:
+            self.stray = None
+            self._on_since.clear()
+            return
         # One that says nothing at all says nothing of this either.
         recent = heard_until - HEARTBEAT_TIMEOUT
-        on = {axis.node for axis in self._axes if not self.wanted and axis.on and axis.told >= recent}
+        on = {axis.node for axis in self._axes if axis.on and axis.told >= recent}
         self._on_since = {node: self._on_since.get(node, heard_until) for node in on}
         self.stray = next((n for n, at in self._on_since.items() if heard_until - at > OBEY_TIMEOUT), None)
         if self.stray is not None:

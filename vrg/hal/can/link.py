@@ -19,7 +19,8 @@ class Link:
     Args:
         interface: python-can's name of it, such as `socketcan`, `udp_multicast`, `slcan` or `pcan`.
         channel: the bus, such as `can0`.
-        bitrate: bit/s, where the interface sets it itself; None leaves it as it is.
+        bitrate: bit/s, where the interface sets it itself; None leaves it as it is. Where it does not, as `socketcan`,
+            frames follow one another as slowly as on a bus that has it.
         adapter: further options of python-can's interface, such as `host` and `port`, `fd`, or `timing`, a table that
             describes a `can.BitTiming` or a `can.BitTimingFd`.
     """

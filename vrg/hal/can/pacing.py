@@ -7,21 +7,27 @@ off, which never wait here.
 
 ROOM = 6
 """Ordinary frames that may be under way at once. Four places are left for frames that stop the motors of a robot."""
-FRAME_TIME = 0.6e-3
-"""s that a frame takes at most at 250 kbit/s (135 bits with the worst stuffing and the space between frames). Buses are
-rarely slower, and on a faster one nothing is lost but a few milliseconds at a start."""
+FRAME_BITS = 150
+"""Bits of a frame at most, and some to spare: 135 with the worst stuffing and the space between two (ISO 11898-1)."""
+SLOWEST = 250_000
+"""bit/s of a bus of which nobody knows the bit rate. Slower ones are rare, and on a faster one little is lost."""
 
 
 class Pacer:
-    """A bucket of ROOM tokens, one for each frame, which comes back as the frame is through. Times are monotonic, s."""
+    """A bucket of ROOM tokens, one for each frame, which comes back as the frame is through. Times are monotonic, s.
 
-    def __init__(self) -> None:
+    Args:
+        frame_time: s that a frame takes; 0 on a bus that has no bit rate, where nothing ever waits.
+    """
+
+    def __init__(self, frame_time: float) -> None:
+        self.frame_time = frame_time
         self._busy_until = 0.0
 
     def delay(self, now: float) -> float:
         """s to wait before an ordinary frame may be sent."""
-        return max(0.0, self._busy_until - now - (ROOM - 1) * FRAME_TIME)
+        return max(0.0, self._busy_until - now - (ROOM - 1) * self.frame_time)
 
     def sent(self, now: float) -> None:
         """A frame, of whatever kind, has been sent."""
-        self._busy_until = max(self._busy_until, now) + FRAME_TIME
+        self._busy_until = max(self._busy_until, now) + self.frame_time

@@ -7,8 +7,10 @@ import math
 import random
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import ClassVar
+
+from msgspec.structs import replace
 
 from vrg.hal.can.emulator.faults import FaultKind, FaultRequest, decode_fault, is_fault_request
 from vrg.hal.can.emulator.motor import Motor, MotorModel

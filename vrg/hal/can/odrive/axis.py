@@ -153,7 +153,7 @@ class OdriveAxis(Axis):
         if self._wanted and heartbeat.state == messages.AxisState.IDLE and heartbeat.result:
             self.refusal = describe_result(heartbeat.result)
         serious = errors & ~(AxisError.WATCHDOG_TIMER_EXPIRED | AxisError.ESTOP_REQUESTED)
-        self.fault = messages.describe_errors(serious) or None
+        self.fault = messages.describe_errors(serious) or None if serious else None
         if errors & AxisError.ESTOP_REQUESTED:
             self.state = State.ESTOP
         elif serious:
