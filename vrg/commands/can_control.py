@@ -79,7 +79,12 @@ def stop(
         console.print(f"[red]{found.protocol} {found.node} is still on: does another program drive it?[/red]")
     for words in unsent:
         console.print(f"[red]an order could not be sent: {escape(words)}[/red]")
-    if still or unsent or heard.troubles:
+    if not heard.nodes:
+        console.print(
+            f"[red]{link}: nobody has said that its motor is off: is it the right bus, wired and powered, and is the "
+            "bit rate right?[/red]"
+        )
+    if still or unsent or heard.troubles or not heard.nodes:
         raise typer.Exit(1)
     off = ", ".join(f"{found.protocol} {found.node}" for found in heard.nodes if found.on is False)
     console.print(f"{link}: every motor was told to be off. Off by their own word: {off or 'none'}.")
@@ -130,6 +135,8 @@ def address(
         if any(found.node == to for found in mine):
             raise ConfigError([f"{link}: there is a drive with id {to} already"])
         found, number = _which(mine, id_, serial, str(link))
+        if found.on:
+            raise RobotError(f"{found.protocol} {found.node}: expected a motor that is off: `vrg can stop`")
         bus.survey.listener_of(found).rename(found, number, to)
     with (
         stoppable() as interrupted,

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 import pytest
 
 from vrg.hal.can.axis import State
-from vrg.hal.can.emulator.faults import FaultKind
+from vrg.hal.can.emulator.faults import FaultKind, FaultRequest, encode_fault
 from vrg.hal.can.frame import CLASSIC_BYTES, FD_BYTES, STANDARD_MASK, Frame, fd_size
 from vrg.hal.can.listener import Found
 from vrg.hal.can.options import ProtocolOptions
@@ -174,6 +174,13 @@ class ProtocolContract:
         wire.axis.clear()
         wire.get_going()
         assert not wire.axis.starved
+
+    def test_a_fault_that_is_planted_is_no_order_of_another_master(self, wire: ProtocolWire) -> None:
+        wire.prepare()
+        for kind in FaultKind:
+            for value in (0, 5, 0x2000):
+                wire.axis.receive(encode_fault(wire.node, FaultRequest(kind, 0.0, value)))
+        assert wire.axis.odd is None
 
     def test_a_drive_to_which_nobody_speaks_any_more_stops_by_itself(self, wire: ProtocolWire) -> None:
         wire.running()

@@ -113,9 +113,11 @@ class MoteusAxis(Axis):
 
     def receive(self, frame: Frame) -> None:
         """Hear a frame."""
+        if not codec.is_plain(frame):
+            return
         source, destination, _ = codec.address_of(frame.id)
         mine = destination in (self.node, codec.BROADCAST)
-        if frame.remote or (not mine and source != self.node):
+        if not mine and source != self.node:
             return
         try:
             subframes = codec.decode(frame)

@@ -17,6 +17,7 @@ NODES = range(1, 0x7F)
 """The ids that a drive can have."""
 BROADCAST = 0x7F
 """The destination that means every drive."""
+_LARGEST = 0xFFFF
 _REPLY = 0x8000
 _NOP = 0x50
 _ERRORS = (0x30, 0x31)
@@ -78,8 +79,16 @@ def frame_id(source: int, destination: int, *, reply: bool = False) -> int:
     return (_REPLY if reply else 0) | source << 8 | destination
 
 
+def is_plain(frame: Frame) -> bool:
+    """Whether a frame may be of this protocol: moteus hears no frame whose identifier has more than 16 bits.
+
+    Those are its "CAN prefix", which is 0 unless somebody has set it.
+    """
+    return not frame.remote and frame.id <= _LARGEST
+
+
 def address_of(identifier: int) -> Address:
-    """The meaning of an identifier. A prefix above 16 bits, which some networks have, is left out."""
+    """The meaning of an identifier that `is_plain`."""
     return Address(identifier >> 8 & 0x7F, identifier & 0x7F, bool(identifier & _REPLY))
 
 

@@ -80,7 +80,7 @@ class MoteusDrive(EmulatedDrive):
 
     def _hear(self, frame: Frame, now: float) -> list[Frame]:
         source, destination, reply = codec.address_of(frame.id)
-        if frame.remote or destination not in (self.node, codec.BROADCAST):
+        if not codec.is_plain(frame) or destination not in (self.node, codec.BROADCAST):
             return []
         try:
             subframes = codec.decode(frame)

@@ -24,7 +24,7 @@ class MoteusListener(Listener):
     def claim(self, frame: Frame) -> Claim:
         """An answer of a drive is certainly one: no other protocol here has CAN FD frames."""
         source, destination, _ = codec.address_of(frame.id)
-        if frame.remote or not frame.fd or source not in codec.NODES or destination in codec.NODES:
+        if not codec.is_plain(frame) or not frame.fd or source not in codec.NODES or destination in codec.NODES:
             return Claim.NONE
         try:
             told = any(subframe.kind is Kind.REPLY for subframe in codec.decode(frame))

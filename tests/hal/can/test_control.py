@@ -1,0 +1,50 @@
+"""`vrg can stop` and `vrg can address` on a bus within this process, where something is not as it should be."""
+
+import time
+
+from click.testing import Result
+from typer.testing import CliRunner
+
+from tests.hal.can.bench import PATIENCE, CanBench, Drives
+from vrg.commands.can import app
+from vrg.errors import RobotError
+from vrg.hal.can.link import Link
+from vrg.testing.driver import arm
+
+LINK = Link(interface="virtual", channel="control")
+
+
+def run(command: str, *arguments: str) -> Result:
+    """Run a command of `vrg can`."""
+    return CliRunner().invoke(app, [command, *arguments, "--interface", LINK.interface, "--channel", LINK.channel])
+
+
+def test_nobody_who_says_that_his_motor_is_off_is_no_success() -> None:
+    done = run("stop")
+    assert done.exit_code == 1
+    assert "nobody has said that its motor is off: is it the right bus" in " ".join(done.output.split())
+
+
+def test_all_who_say_it_are_named() -> None:
+    with Drives("odrive", [3], link=LINK), Drives("vesc", [4], link=LINK):
+        done = run("stop")
+    assert done.exit_code == 0, done.output
+    assert "Off by their own word: odrive 3, vesc 4." in " ".join(done.output.split())
+
+
+def test_a_drive_whose_motor_is_on_keeps_its_id() -> None:
+    with Drives("odrive", [0, 1], watchdog=PATIENCE, link=LINK) as drives:
+        bench = CanBench("odrive", [0], [1], link=LINK, watchdog="unsafe")
+        try:
+            bench.driver.connect()
+            arm(bench)
+            done = run("address", "--id", "1", "44")
+        finally:
+            bench.close()
+        assert isinstance(done.exception, RobotError)
+        assert "odrive 1: expected a motor that is off: `vrg can stop`" in str(done.exception)
+        assert [drive.node for drive in drives.drives] == [0, 1]
+        deadline = time.monotonic() + PATIENCE
+        while any(drive._energised for drive in drives.drives):
+            assert time.monotonic() < deadline, "closing the robot switches it off"
+            time.sleep(0.01)
