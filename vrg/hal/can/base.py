@@ -51,6 +51,7 @@ class DriveBase:
         model: its wheel radius, effective track and top speed are used.
 
     Attributes:
+        bounds: what the motor of each node can do.
         pose: the pose by odometry, which is (0, 0, 0) where the robot was when `restart` was called.
         angles: the angles that the left and the right wheels have turned since then, rad.
     """
@@ -59,7 +60,7 @@ class DriveBase:
         self.axes = tuple(axes)
         self._model = model
         self._axis_of = {axis.node: axis for axis in axes}
-        self._bounds_of = {axis.node: self.bounds(axis) for axis in axes}
+        self.bounds = {axis.node: _bounds(axis, model) for axis in axes}
         self._last: dict[int, Estimate] = {}
         self._moved: dict[int, float] = {}
         self.pose = Pose(0.0, 0.0, 0.0)
@@ -110,7 +111,7 @@ class DriveBase:
         way = estimate.position - last.position
         if turns:
             way = math.remainder(way, turns)
-        bounds = self._bounds_of[node]
+        bounds = self.bounds[node]
         fastest = min(max(abs(last.velocity), abs(estimate.velocity)), _OVERSPEED * bounds.speed)
         if abs(way) > bounds.slip + fastest * (max(0.0, estimate.at - last.at) + _JUMP_SLACK):
             return None
@@ -118,12 +119,6 @@ class DriveBase:
         if len(self._moved) == len(self.axes):
             self._advance()
         return way
-
-    def bounds(self, axis: WheelAxis) -> Bounds:
-        """What the motor of an axis can do."""
-        per_metre = abs(axis.ratio) / self._model.wheel_radius / TURN
-        change = SLUGGISH * min(self._model.a_max, self._model.brake)
-        return Bounds(self._model.v_max * per_metre, change * per_metre)
 
     def _advance(self) -> None:
         left = _mean([self._moved[a.node] for a in self.axes if a.left])
@@ -139,6 +134,13 @@ class DriveBase:
             self.pose.y + way * math.sin(middle),
             wrap(self.pose.theta + turn),
         )
+
+
+def _bounds(axis: WheelAxis, model: RobotModel) -> Bounds:
+    """What the motor of an axis can do."""
+    per_metre = abs(axis.ratio) / model.wheel_radius / TURN
+    change = SLUGGISH * min(model.a_max, model.brake)
+    return Bounds(model.v_max * per_metre, change * per_metre)
 
 
 def _mean(values: Sequence[float]) -> float:

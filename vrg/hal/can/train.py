@@ -16,7 +16,6 @@ from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
 from vrg.hal.can.meeting import meet
 from vrg.hal.can.options import ProtocolOptions
-from vrg.hal.can.plausibility import Bounds
 from vrg.hal.can.protocols import Protocol
 from vrg.hal.can.recovering import Recovery
 from vrg.hal.can.survey import Survey, all_listeners
@@ -248,7 +247,7 @@ class DriveTrain:
         with self._watch.lock:
             changed = [replace(a, direction=axes[a.node][0], ratio=axes[a.node][1]) for a in self._base.axes]
             self._base = DriveBase(changed, self._model)
-            self._watch.bind(self._bounds)
+            self._watch.bind(self._base.bounds)
 
     def restart_odometry(self) -> None:
         """Let the odometry begin anew where the robot stands."""
@@ -260,12 +259,7 @@ class DriveTrain:
         axes = [self._axis_type(axis.node, self._bus.send, self._options) for axis in self._base.axes]
         for axis in axes:
             axis.unwatched = self._unwatched
-        self._watch.begin(axes, self._bounds)
-
-    @property
-    def _bounds(self) -> dict[int, Bounds]:
-        """What the motor of each node can do."""
-        return {axis.node: self._base.bounds(axis) for axis in self._base.axes}
+        self._watch.begin(axes, self._base.bounds)
 
     def _rebase(self) -> None:
         """Take whatever the encoders say next as where the wheels are now."""
