@@ -76,7 +76,7 @@ class MoteusAxis(Axis):
         self._serials: set[str] = set()
         self._map: int | None = None
         self.mode = ""
-        self._wanted = False
+        self._wanted = self._stopping = False
         self._polled = NEVER
         self._uptime = 0
 
@@ -150,14 +150,16 @@ class MoteusAxis(Axis):
     def start(self) -> None:
         """Ask for position mode at velocity zero."""
         self._wanted, self.expired = True, False
-        if self.state is State.IDLE:
+        if self.state in (State.IDLE, State.CLOSED_LOOP):
             self.state = State.STARTING
         self.command(0.0)
 
     def command(self, velocity: float) -> None:
         """Send a setpoint in turn/s, and ask how the drive is."""
         # A setpoint would start a drive that is stopped, and a drive that has a fault takes none.
-        if self._wanted:
+        if self._stopping:
+            self._order_stop(urgent=False)
+        elif self._wanted:
             subframes = (*setpoint(velocity, COMMAND_TIMEOUT, self.options.max_torque), *_STATUS)
             self._send(codec.encode(HOST, self.node, subframes, reply=True))
 
@@ -166,7 +168,7 @@ class MoteusAxis(Axis):
         self._wanted = False
         if self.state in (State.STARTING, State.CLOSED_LOOP):
             self.state = State.IDLE
-        self._send(codec.encode(HOST, self.node, (*STOP, *_STATUS), reply=True), urgent=True)
+        self._order_stop(urgent=True)
 
     def stop_now(self) -> None:
         """Switch the motor off: this protocol has no shorter way."""
@@ -174,7 +176,11 @@ class MoteusAxis(Axis):
 
     def clear(self) -> None:
         """Forget a fault or an expired watchdog, which a stop does."""
-        self._send(codec.encode(HOST, self.node, (*STOP, *_STATUS), reply=True))
+        self._order_stop(urgent=False)
+
+    def _order_stop(self, *, urgent: bool) -> None:
+        self._stopping = True
+        self._send(codec.encode(HOST, self.node, (*STOP, *_STATUS), reply=True), urgent=urgent)
 
     def _answer(self, subframes: list[Subframe], at: float) -> None:
         """Take in the registers that the drive has told."""
@@ -215,6 +221,10 @@ class MoteusAxis(Axis):
     def _judge(self, mode: int, fault: int) -> None:
         """What a mode means here."""
         self.mode = describe_mode(mode)
+        if mode in (Mode.STOPPED, Mode.FAULT):
+            self._stopping = False
+        elif self._stopping:
+            return
         self.fault = None
         self.starved = mode == Mode.TIMEOUT
         self.expired |= self.starved
