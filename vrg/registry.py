@@ -8,7 +8,7 @@ when it is asked for. Any other package adds a name by an entry point of the reg
 """
 
 import importlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -74,13 +74,7 @@ class Registry(Generic[T]):
 
     def expected(self, name: str) -> str:
         """Which names were expected in place of this one, with a guess at the one that was meant."""
-        import difflib  # noqa: PLC0415 - only a mistake needs it
-
-        names = self.names()
-        by_folded = {known.casefold(): known for known in reversed(names)}
-        close = difflib.get_close_matches(name.casefold(), by_folded, n=1)
-        guess = f", did you mean {by_folded[close[0]]!r}?" if close else ""
-        return f"expected one of {', '.join(names)}, got {name!r}{guess}"
+        return expected_one_of(self.names(), name)
 
     def _load(self, name: str) -> T:
         target = self._built_in.get(name)
@@ -105,6 +99,16 @@ class Registry(Generic[T]):
 
     def _plugins(self) -> "dict[str, EntryPoint]":
         return plugins(self.group)
+
+
+def expected_one_of(names: Sequence[str], name: str) -> str:
+    """Which names were expected in place of `name`, with a guess at the one that was meant."""
+    import difflib  # noqa: PLC0415 - only a mistake needs it
+
+    by_folded = {known.casefold(): known for known in reversed(names)}
+    close = difflib.get_close_matches(name.casefold(), by_folded, n=1)
+    guess = f", did you mean {by_folded[close[0]]!r}?" if close else ""
+    return f"expected one of {', '.join(names)}, got {name!r}{guess}"
 
 
 @cache

@@ -315,6 +315,15 @@ def test_a_halt_says_how_it_is_left_and_what_is_in_the_way() -> None:
     assert way_out.endswith("as soon as this is over: b does not report and 1 more")
 
 
+def test_how_a_halt_is_left_does_not_repeat_its_reason() -> None:
+    match = playing()
+    match.halt("b does not report")
+    match.step(0.1, at(1), ["b does not report", "c does not report"])
+    way_out = match.state(at(1), estop=False).way_out
+    assert way_out is not None
+    assert way_out.endswith("goes on as soon as this and 1 more is over")
+
+
 def test_an_official_has_a_virtual_robot_put_on_its_mark_or_anywhere() -> None:
     match = playing()
     outcome = decide(match, official(OfficialAction.PLACE, "a"), at(1), [])

@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -31,6 +31,9 @@ from vrg.hal.can.odrive.endpoints import read_endpoints
 from vrg.hal.can.odrive.listener import OdriveListener
 from vrg.hal.models import robot_model
 
+if TYPE_CHECKING:
+    from vrg.hal.can.train import DriveTrain
+
 IdsOption = Annotated[list[int] | None, typer.Option("--id", help="A drive's id; all drives if missing.")]
 
 _FIND = 1.0
@@ -43,6 +46,8 @@ _JOG_REST = 6
 """Setpoints of zero at the end, until the motor stands."""
 _JOG_START = 10.0
 """s within which a motor must be ready to turn."""
+_JOG_JUDGED = 0.5
+"""s of a jog from which on the motor must have turned: before that it may still gain speed."""
 _JOG_FASTEST = 20.0
 """turn/s of a motor."""
 _HEADROOM = 2.0
@@ -213,6 +218,7 @@ def jog(
 ) -> None:
     """Turn one motor slowly, to see which it is and which way it turns. Everything that can stop a robot stops it."""
     from vrg.hal.can.base import TURN, WheelAxis  # python-can is for who uses a bus
+    from vrg.hal.can.plausibility import STANDS
     from vrg.hal.can.train import DriveTrain
 
     if not 0 < abs(speed) <= _JOG_FASTEST:
@@ -232,7 +238,7 @@ def jog(
         interrupted = stack.enter_context(stoppable())
         train.connect()
         stack.callback(train.close)
-        if _ready(train.arm, lambda: train.state().armed, interrupted):
+        if _ready(train, interrupted):
             train.restart_odometry()
             _turn(lambda: train.spin(id_, speed), interrupted, seconds)
         for _ in range(_JOG_REST):
@@ -243,19 +249,27 @@ def jog(
         raise RobotError(f"{protocol}: {state.fault}")
     turned = state.angles[0] / TURN * ratio
     typer.echo(f"It has turned by {turned:+.2f} turns.")
+    whole = seconds >= _JOG_JUDGED and not interrupted.is_set()
+    if whole and abs(turned) < STANDS * abs(speed) * seconds:
+        raise RobotError(
+            f"{protocol} {id_}: it was asked for {speed:g} turn/s for {seconds:g} s and has hardly turned: is it "
+            "blocked, or does its drive not turn so slowly? Try a higher --speed"
+        )
 
 
-def _ready(arm: Callable[[], None], armed: Callable[[], bool], interrupted: Stop) -> bool:
+def _ready(train: "DriveTrain", interrupted: Stop) -> bool:
     """Arm the motor; False where it was interrupted before.
 
     Raises:
         RobotError: it cannot be armed.
     """
-    arm()
+    train.arm()
     deadline = time.monotonic() + _JOG_START
-    while not armed():
+    while not (state := train.state()).armed:
+        if state.fault:
+            raise RobotError(f"{train.name}: {state.fault}")
         if time.monotonic() > deadline:
-            arm()  # it says why it cannot be armed
+            train.arm()  # it says why it cannot be armed
             raise RobotError(f"the motor was not ready within {_JOG_START:g} s")
         if interrupted.wait(_JOG_PERIOD):
             return False

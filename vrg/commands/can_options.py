@@ -7,7 +7,7 @@ import typer
 from pydantic import ValidationError
 
 from vrg.errors import ConfigError
-from vrg.hal.can.link import Link, read_adapter
+from vrg.hal.can.link import Link, known_interface, read_adapter
 from vrg.hal.can.options import ProtocolOptions
 from vrg.hal.can.protocols import PROTOCOLS, Protocol
 from vrg.tables import problems_of
@@ -36,8 +36,12 @@ def link_of(interface: str, channel: str | None, bitrate: int | None, adapter: l
     """The bus that a command's options mean.
 
     Raises:
-        ConfigError: an option of the adapter makes no sense.
+        ConfigError: there is no such interface, or an option of the adapter makes no sense.
     """
+    try:
+        known_interface(interface)
+    except ValueError as error:
+        raise ConfigError([f"--interface: {error}"]) from None
     try:
         told = read_adapter(adapter or [])
     except ValueError as error:

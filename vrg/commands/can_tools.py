@@ -52,6 +52,10 @@ def monitor(
     console = Console(highlight=False)
     end = math.inf if seconds is None else time.monotonic() + seconds
     with stoppable() as interrupted, listening(link) as bus, Live(console=console, refresh_per_second=5) as live:
+        live.update(f"listening on {link}")
         while not interrupted.is_set() and time.monotonic() < end:
             heard = bus.look_for(min(ASK_PERIOD, max(0.05, end - time.monotonic())), interrupted, ask=ask)
-            live.update(table_of(heard, time.monotonic()))
+            if heard.nodes or heard.troubles:
+                live.update(table_of(heard, time.monotonic()))
+            else:
+                live.update(f"{link}: nobody yet{'' if ask else '; drives that speak only when asked need --ask'}")

@@ -185,6 +185,8 @@ class Match:
         if not self.waiting:
             return how
         more = f" and {len(self.waiting) - 1} more" if len(self.waiting) > 1 else ""
+        if self.waiting[0] in self._reasons:  # it is told as the reason of the halt already
+            return f"{how} as soon as this{more} is over"
         return shortened(f"{how} as soon as this is over: {self.waiting[0]}{more}", LONGEST)
 
     def _enter(self, stage: Stage) -> Stage:

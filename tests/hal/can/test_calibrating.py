@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import pytest
 
@@ -100,6 +100,16 @@ def test_a_wheel_that_is_blocked_ends_it(train: DriveTrain, drives: Drives) -> N
     with pytest.raises(RobotError, match="r: node 0: it stands, though it was asked for"):
         run(train, Clerk([True, True, True, True], [None, None]))
     assert turns(drives) < RATIO
+
+
+def test_a_wheel_that_is_too_slow_to_be_missed_is_told_before_the_person_is_asked(
+    train: DriveTrain, drives: Drives
+) -> None:
+    drives.drives[0].receive(encode_fault(0, FaultRequest(FaultKind.BLOCK)), time.monotonic())
+    clerk = Clerk([], [])
+    with pytest.raises(RobotError, match=r"motor 0 was asked for 2.* turn/s and has hardly turned its wheel"):
+        calibrate(train, P2AT, clerk, replace(QUICK, speed=0.03))
+    assert not any("did its wheel turn" in words for words in clerk.heard)
 
 
 class Circling:

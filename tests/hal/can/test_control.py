@@ -2,10 +2,12 @@
 
 import time
 
+import pytest
 from click.testing import Result
 from typer.testing import CliRunner
 
 from tests.hal.can.bench import PATIENCE, CanBench, Drives
+from vrg.commands import can_control
 from vrg.commands.can import app
 from vrg.errors import RobotError
 from vrg.hal.can.link import Link
@@ -48,3 +50,18 @@ def test_a_drive_whose_motor_is_on_keeps_its_id() -> None:
         while any(drive._energised for drive in drives.drives):
             assert time.monotonic() < deadline, "closing the robot switches it off"
             time.sleep(0.01)
+
+
+def test_a_motor_that_hardly_turns_is_told() -> None:
+    with Drives("vesc", [4], watchdog=PATIENCE, link=LINK):
+        done = run("jog", "--protocol", "vesc", "--option", "pole_pairs=7", "--unsafe", "--id", "4", "--for", "0.6")
+    assert isinstance(done.exception, RobotError), done.output
+    assert "asked for 1 turn/s for 0.6 s and has hardly turned" in str(done.exception)
+
+
+def test_a_missing_watchdog_is_told_as_soon_as_it_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(can_control, "_JOG_START", 3600.0)
+    with Drives("odrive", [3], watchdog=0.0, link=LINK):
+        done = run("jog", "--id", "3")
+    assert isinstance(done.exception, RobotError), done.output
+    assert "its own watchdog has not stopped it" in str(done.exception)

@@ -111,3 +111,10 @@ def test_a_frame_has_room(size: int, room: int) -> None:
 def test_no_frame_has_more_room() -> None:
     with pytest.raises(ValueError, match="at most 64"):
         fd_size(65)
+
+
+def test_an_option_that_an_adapter_does_not_have_is_told(caplog: pytest.LogCaptureFixture) -> None:
+    adapter = {"rx_queue_sise": 10, "fd": True}
+    open_bus(Link(interface="virtual", channel="options", adapter=adapter)).shutdown()
+    assert "got 'rx_queue_sise', did you mean 'rx_queue_size'?" in caplog.text
+    assert "'fd'" not in caplog.text

@@ -20,7 +20,7 @@ from vrg.hal.can.calibration import (
     load_calibration,
 )
 from vrg.hal.can.link import Link
-from vrg.hal.can.settings import CanSettings
+from vrg.hal.can.settings import CanSettings, can_settings
 
 SUE = {"left": [0], "right": [1], "ratio": 50.0}
 BOB = {"left": [2, 3], "right": [4, 5]}
@@ -72,7 +72,9 @@ def test_a_robot_may_be_on_a_bus_of_its_own() -> None:
         ({"robots": {"sue": {**SUE, "bitrate": 125_000}, "bob": SUE}}, "robots.bob: node 0 on can0 is sue's already"),
         ({"robots": {"sue": SUE, "bob": {**BOB, "protocol": "cia402"}}}, "cia402 on can0, where others speak odrive"),
         ({"robots": {"sue": {**SUE, "ratio": 0}}}, "greater than 0"),
-        ({"robots": {"sue": {**SUE, "supply": [25.0, 20.0]}}}, "supply: expected the voltage of an empty"),
+        ({"robots": {"sue": {**SUE, "supply": [25.0, 20.0]}}}, r"supply\n.*, expected the voltage of an empty"),
+        ({"interface": "sockecan"}, "expected one of .*, got 'sockecan', did you mean 'socketcan'"),
+        ({"robots": {"sue": {**SUE, "interface": "slcam"}}}, "got 'slcam', did you mean 'slcan'"),
         ({"robots": {"sue": {**SUE, "speed": 3}}}, "Extra inputs are not permitted"),
         ({"emulated": True}, "Extra inputs are not permitted"),
     ],
@@ -80,6 +82,14 @@ def test_a_robot_may_be_on_a_bus_of_its_own() -> None:
 def test_mistakes_are_said(changes: dict[str, Any], words: str) -> None:
     with pytest.raises(ValidationError, match=words):
         CanSettings.model_validate(table(**changes))
+
+
+def test_all_mistakes_of_a_robot_are_said_at_once() -> None:
+    sue = {"left": [0], "right": [1], "ratio": -1.0, "reversed": [7], "supply": [25.0, 20.0], "interface": "slcam"}
+    with pytest.raises(ConfigError) as caught:
+        can_settings(table(robots={"sue": sue}))
+    assert [problem.path[-1] for problem in caught.value.problems] == ["ratio", "reversed", "supply", "interface"]
+    assert "expected ids of [0, 1], got [7]" in str(caught.value)
 
 
 def test_a_robot_without_wiring_and_a_missing_calibration_are_problems(tmp_path: Path) -> None:

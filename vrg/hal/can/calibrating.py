@@ -9,6 +9,7 @@ from typing import Protocol
 from vrg.errors import RobotError
 from vrg.hal.can.base import WheelAxis
 from vrg.hal.can.calibration import AxisCalibration, Calibration, corrected_ratio, corrected_track
+from vrg.hal.can.plausibility import STANDS
 from vrg.hal.can.train import DriveTrain, TrainState
 from vrg.hal.models import RobotModel
 
@@ -182,7 +183,13 @@ class _Runner:
         while time.monotonic() < end and max(map(abs, self._state().angles)) < limit:
             self._command(lambda: self._train.spin(axis.node, velocity))
             time.sleep(_PERIOD)
-        self._rest()
+        turned = max(map(abs, self._rest().angles))
+        asked = min(limit, 2 * math.pi * abs(velocity / axis.ratio) * seconds * 2 / len(self._train.wheel_axes))
+        if turned < STANDS * asked:
+            raise RobotError(
+                f"{self._train.name}: motor {axis.node} was asked for {velocity:.3g} turn/s and has hardly turned its "
+                "wheel: is it blocked, or does its drive not turn so slowly? Try a higher --speed"
+            )
 
     def drive_until(
         self, left: float, right: float, speed: float, wheels: float, done: Callable[[TrainState], bool]

@@ -5,8 +5,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from vrg.registry import expected_one_of
+
 SERIAL = frozenset({"slcan", "serial", "robotell"})
 """Interfaces on a serial port, which two processes cannot share: each would set it up anew and take frames away."""
+
+_OFTEN = frozenset({"socketcan", "udp_multicast", "virtual"})
+"""Interfaces that are known without asking python-can, which takes time to load."""
 
 AdapterValue = bool | int | float | str | Mapping[str, int | float]
 """What an option of an adapter may be; a table is a bit timing."""
@@ -45,6 +50,20 @@ class Link:
         for name, value in _flat(self.adapter):
             words += ["--adapter", f"{name}={str(value).lower() if isinstance(value, bool) else value}"]
         return words
+
+
+def known_interface(name: str) -> str:
+    """The name of an interface, if python-can has it, itself or by an entry point of another package.
+
+    Raises:
+        ValueError: it has not; says which it has.
+    """
+    if name not in _OFTEN:
+        from can.interfaces import VALID_INTERFACES  # noqa: PLC0415 - slow to load
+
+        if name not in VALID_INTERFACES:
+            raise ValueError(expected_one_of(sorted(VALID_INTERFACES), name))
+    return name
 
 
 def read_adapter(texts: Iterable[str]) -> dict[str, AdapterValue]:

@@ -2,6 +2,8 @@
 
 import errno
 import fcntl
+import inspect
+import logging
 import os
 import socket
 import struct
@@ -15,6 +17,9 @@ import can
 from vrg.errors import RobotError
 from vrg.hal.can.link import SERIAL, Link
 from vrg.hal.can.troubles import errno_of
+from vrg.registry import expected_one_of
+
+log = logging.getLogger(__name__)
 
 RECEIVE_BUFFER = 1 << 20
 """The size of the receive buffer in bytes: it holds some 4000 frames, where the default holds 278."""
@@ -29,6 +34,8 @@ _SIOCGIFMTU, _IFREQ, _FD_MTU = 0x8921, struct.Struct("16si20x"), 72
 """How the kernel is asked for the size of an interface's frames, and that of a CAN FD frame (linux/can.h)."""
 _IP_MULTICAST_ALL, _IPV6_MULTICAST_ALL = 49, 29
 """Options of sockets that Python has no names for (linux/in.h, linux/in6.h)."""
+_EVERYWHERE = frozenset({"fd", "receive_own_messages"})
+"""Options that python-can or VRG understand for every interface."""
 _NEEDS = {"socketcand": "host and port", "pcan": "timing, for CAN FD"}
 """The options of an adapter that an interface cannot do without."""
 
@@ -47,6 +54,8 @@ def open_bus(link: Link) -> can.BusABC:
         if claim is not None:
             os.close(claim)
         raise RobotError(f"{link}: {_explain(link, error)}") from None
+    for words in _unknown_options(bus, link):
+        log.warning("%s: the adapter's options: %s", link, words)
     if claim is not None:
         _keep(bus, claim)
     if link.interface == "udp_multicast":
@@ -59,6 +68,14 @@ def open_bus(link: Link) -> can.BusABC:
         except OSError:
             raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)
     return bus
+
+
+def _unknown_options(bus: can.BusABC, link: Link) -> list[str]:
+    """The adapter's options that its interface does not name, in words: most interfaces ignore them silently."""
+    parameters = inspect.signature(type(bus).__init__).parameters.values()
+    named = {own.name for own in parameters if own.kind is not own.VAR_KEYWORD} - {"self", "channel", "bitrate"}
+    known = sorted(named | _EVERYWHERE)
+    return [expected_one_of(known, name) for name in link.adapter if name not in known]
 
 
 def takes_fd(link: Link) -> bool:

@@ -18,6 +18,8 @@ STALL_PATIENCE = 1.0
 """s for which a motor may stand although it was asked to turn: a robot may push something for a moment."""
 SLUGGISH = 1 / 3
 """A motor may be this much slower to change its speed than the model says, for drives that have gentle ramps."""
+STANDS = 0.25
+"""A motor that has turned by less than this part of what it was asked has not really turned."""
 _SPEED_SLACK, _SPEED_SHARE = 0.05, 0.2
 """How far a speed may be off: this part of the top speed, and this part of the speed itself."""
 _WAY_SLACK, _WAY_SHARE = 0.05, 0.05

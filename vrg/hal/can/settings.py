@@ -2,14 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationError, field_validator, model_validator
+from pydantic import AfterValidator, Field, ValidationError, ValidationInfo, field_validator, model_validator
 
 from vrg.errors import ConfigError
 from vrg.hal.can.base import WheelAxis
 from vrg.hal.can.calibration import Calibration, load_calibration
-from vrg.hal.can.link import SERIAL, AdapterValue, Link
+from vrg.hal.can.link import SERIAL, AdapterValue, Link, known_interface
 from vrg.hal.can.options import ProtocolOptions
 from vrg.hal.can.protocols import PROTOCOLS, Protocol
 from vrg.hal.companions import Companion
@@ -18,6 +18,9 @@ from vrg.tables import Table, known_in, problems_of
 
 EMULATING = "emulating"
 """The first word of what `vrg can node` says once it is on the bus."""
+
+
+InterfaceName = Annotated[str, AfterValidator(known_interface)]
 
 
 class RobotWiring(Table):
@@ -44,7 +47,7 @@ class RobotWiring(Table):
     calibration: str | None = None
     watchdog: Literal["proved", "unsafe"] = "proved"
     supply: tuple[float, float] = (20.0, 25.2)
-    interface: str | None = None
+    interface: InterfaceName | None = None
     channel: str | None = None
     bitrate: int | None = Field(None, ge=10_000, le=1_000_000)
     adapter: dict[str, AdapterValue] | None = None
@@ -56,17 +59,33 @@ class RobotWiring(Table):
     def _protocol(cls, value: str | None) -> str | None:
         return value if value is None else known_in(value, PROTOCOLS)
 
-    @model_validator(mode="after")
-    def _sides(self) -> "RobotWiring":
-        if len(self.left) != len(self.right):
-            raise ValueError(f"expected as many motors left as right, got {len(self.left)} and {len(self.right)}")
-        if len(set(self.nodes)) != len(self.nodes):
-            raise ValueError(f"expected an id of its own for every motor, got {self.nodes}")
-        if strangers := set(self.reversed) - set(self.nodes):
-            raise ValueError(f"reversed: expected ids of {self.nodes}, got {sorted(strangers)}")
-        if not self.supply[0] < self.supply[1]:
-            raise ValueError(f"supply: expected the voltage of an empty and of a full battery, got {self.supply}")
-        return self
+    # One validator for each field, so that all mistakes are told at once; what is wrong itself is not in `info.data`.
+    @field_validator("right")
+    @classmethod
+    def _sides(cls, right: list[int], info: ValidationInfo) -> list[int]:
+        left: list[int] = info.data.get("left", right)
+        if len(left) != len(right):
+            raise ValueError(f"expected as many motors left as right, got {len(left)} and {len(right)}")
+        nodes = [*info.data.get("left", []), *right]
+        if len(set(nodes)) != len(nodes):
+            raise ValueError(f"expected an id of its own for every motor, got {nodes}")
+        return right
+
+    @field_validator("reversed")
+    @classmethod
+    def _reversed(cls, value: list[int], info: ValidationInfo) -> list[int]:
+        if "left" in info.data and "right" in info.data:
+            nodes = [*info.data["left"], *info.data["right"]]
+            if strangers := set(value) - set(nodes):
+                raise ValueError(f"expected ids of {nodes}, got {sorted(strangers)}")
+        return value
+
+    @field_validator("supply")
+    @classmethod
+    def _supply(cls, value: tuple[float, float]) -> tuple[float, float]:
+        if not value[0] < value[1]:
+            raise ValueError(f"expected the voltage of an empty and of a full battery, got {value}")
+        return value
 
     @property
     def nodes(self) -> list[int]:
@@ -95,7 +114,7 @@ class CanSettings(BackendSettings):
         robots: the wiring by the robot's name. Robots whose backend is another one are left alone.
     """
 
-    interface: str = "socketcan"
+    interface: InterfaceName = "socketcan"
     channel: str = "can0"
     bitrate: int | None = Field(None, ge=10_000, le=1_000_000)
     adapter: dict[str, AdapterValue] = Field(default_factory=dict)
