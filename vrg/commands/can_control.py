@@ -271,6 +271,7 @@ def _ready(train: "DriveTrain", interrupted: Stop) -> bool:
         if time.monotonic() > deadline:
             train.arm()  # it says why it cannot be armed
             raise RobotError(f"the motor was not ready within {_JOG_START:g} s")
+        train.stand()  # a start may take several commands
         if interrupted.wait(_JOG_PERIOD):
             return False
     return True
