@@ -11,7 +11,8 @@ from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
 from vrg.bus.topics import Keys, Topic
-from vrg.coordinator.coordinator import PATIENCE, STALL_TICKS, Coordinator
+from vrg.coordinator.attendance import PATIENCE
+from vrg.coordinator.coordinator import STALL_TICKS, Coordinator
 from vrg.coordinator.journal import Header, Journal, read_journal
 from vrg.coordinator.rulebook import Contestant
 from vrg.errors import JournalError
@@ -26,11 +27,13 @@ HEADER = Header(match="m", game="sharks-and-minnows", seed=3)
 class Table:
     """A coordinator with the world and the players played by the test."""
 
-    def __init__(self, folder: Path, players: Sequence[Contestant] | None = None) -> None:
+    def __init__(
+        self, folder: Path, players: Sequence[Contestant] | None = None, *, disqualify: bool = True
+    ) -> None:
         self.journal = Journal(folder / "journal.jsonl", HEADER)
         self.mailbox = Mailbox()
         self.book = SharksAndMinnows(SETTINGS, players or contestants())
-        self.node = Coordinator(self.mailbox, KEYS, self.book, self.journal, seed=3)
+        self.node = Coordinator(self.mailbox, KEYS, self.book, self.journal, seed=3, disqualify=disqualify)
         self.places = {c.name: c.start for c in self.book.contestants.values()}
         self.silent: set[str] = set()
         self.stopped: set[str] = set()
@@ -108,9 +111,16 @@ def table(tmp_path: Path) -> Table:
 
 def test_the_round_begins_when_all_report_and_stand_still(table: Table) -> None:
     table.silent = {"m1"}
-    assert table.ticks(3).waiting == ["m1 does not report"]
+    assert table.ticks(3).waiting == ["starting: 4 of 5 players are ready"]
     table.silent = set()
     assert table.tick().stage is m.Stage.PLAY_ROUND
+
+
+def test_who_has_reported_and_falls_silent_before_the_round_is_waited_for(table: Table) -> None:
+    table.places["m1"] = Pose(5.0, 10.0, 0.0)
+    table.ticks(3)
+    table.silent = {"m1"}
+    assert "m1 does not report" in table.ticks(15).waiting
 
 
 def test_each_robot_is_told_its_own_limit_and_nobody_else(table: Table) -> None:
@@ -177,11 +187,51 @@ def test_a_stop_that_the_world_latched_before_is_taken_over(table: Table) -> Non
     assert state.halted == "emergency stop, latched in the world"
 
 
-def test_a_player_that_is_gone_for_long_halts_the_match(table: Table) -> None:
+def test_a_player_that_is_gone_for_long_halts_the_match_if_it_is_to(tmp_path: Path) -> None:
+    table = Table(tmp_path, disqualify=False)
     table.ticks(2)
     table.silent = {"m1"}
     assert table.ticks(int(PATIENCE / 0.1) - 2).halted is None
     assert table.ticks(5).halted == "m1 has not reported for 5 s"
+
+
+def test_a_player_that_is_gone_for_long_is_out_until_the_next_round_in_which_it_reports(table: Table) -> None:
+    table.ticks(2)
+    table.silent = {"m1"}
+    assert "m1 is disqualified: it has not reported for 5 s" not in [c.text for c in table.calls]
+    state = table.ticks(int(PATIENCE / 0.1) + 3)
+    assert state.halted is None
+    assert [c.text for c in table.calls][-1] == "m1 is disqualified: it has not reported for 5 s"
+    out = state.player("m1")
+    assert out is not None
+    assert (out.state, out.may_move) == (m.DISQUALIFIED, False)
+    table.silent = set()
+    table.ticks(10)
+    assert table.calls[-1].text == "m1 plays again from the next pass"
+    assert table.rules().count("reinstated") == 1
+
+
+def test_whom_a_person_has_disqualified_does_not_come_back_by_reporting(table: Table) -> None:
+    table.ticks(2)
+    table.decide(m.OfficialAction.DISQUALIFY, "m1")
+    assert table.calls[-1].text == "m1 is disqualified: by ann"
+    table.ticks(30)
+    assert table.calls[-1].rule == "disqualified"
+    table.decide(m.OfficialAction.DISQUALIFY, "m1")
+    assert table.calls[-1].rule == "refused"
+    table.decide(m.OfficialAction.REINSTATE, "m1")
+    assert table.calls[-1].text == "m1 plays again from the next pass"
+    table.decide(m.OfficialAction.REINSTATE, "m1")
+    assert table.calls[-1].rule == "refused"
+
+
+def test_a_match_in_which_everybody_is_disqualified_ends(table: Table) -> None:
+    table.ticks(2)
+    for name in table.places:
+        table.hear(KEYS.official, m.Official(action=m.OfficialAction.DISQUALIFY, by="ann", subject=name))
+    state = table.ticks(2)
+    assert state.stage is m.Stage.GAME_OVER
+    assert table.calls[-1].text == "game over: everybody is disqualified"
 
 
 def test_a_player_with_a_fault_keeps_a_halt_from_ending(table: Table) -> None:

@@ -7,7 +7,6 @@ from typing import Any
 
 from msgspec import structs
 
-from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import (
     Body,
@@ -16,16 +15,16 @@ from vrg.bus.messages import (
     Placed,
     Recover,
     RefereeState,
-    Report,
     SpeedLimit,
     Stage,
     shortened,
 )
-from vrg.bus.node import Node, Tick, is_fresh
+from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys
+from vrg.coordinator.attendance import POSE_TIMEOUT, Attendance
 from vrg.coordinator.decisions import decide
 from vrg.coordinator.journal import Journal
-from vrg.coordinator.match import LONGEST, Match, standing_still
+from vrg.coordinator.match import Match, standing_still
 from vrg.coordinator.outcome import Outcome
 from vrg.coordinator.placing import Placing
 from vrg.coordinator.rulebook import Field, RuleBook
@@ -36,12 +35,6 @@ log = logging.getLogger(__name__)
 
 PERIOD = 0.1
 """The match time in s between two looks at the field."""
-SILENCE = 1.0
-"""The match time in s without a report after which a player counts as absent."""
-PATIENCE = 5.0
-"""The match time in s without a report after which a match in play is halted."""
-POSE_TIMEOUT = 0.5
-"""The age in s of a physical robot's pose above which a match in play is halted."""
 ADOPTING = 1.0
 """The match time in s after a release in which others may still report the emergency stop that was released."""
 STALL_TICKS = 20
@@ -58,6 +51,7 @@ class Coordinator(Node):
         book: the rule book.
         journal: the open journal. If it has a standing, the match goes on from there, in HALT.
         seed: the seed of the match.
+        disqualify: True disqualifies a player that falls silent in play; False halts the match.
         period: the match time between ticks, s.
     """
 
@@ -71,6 +65,7 @@ class Coordinator(Node):
         journal: Journal,
         *,
         seed: int,
+        disqualify: bool = True,
         period: float = PERIOD,
     ) -> None:
         super().__init__("referee", mailbox, period)
@@ -81,8 +76,8 @@ class Coordinator(Node):
         self._names = self.match.names
         self._poses = mailbox.subscribe(keys.poses)
         self._clock = mailbox.subscribe(keys.clock)
-        self._reports = mailbox.subscribe(keys.report())
-        self._report_keys = {name: keys.report(name).key for name in self._names}
+        self._disqualify = disqualify
+        self._attendance = Attendance(mailbox, keys, self._names)
         self._placing = Placing(mailbox, keys)
         self._officials = mailbox.subscribe(keys.official)
         self._estops = mailbox.subscribe(keys.estop)
@@ -92,8 +87,6 @@ class Coordinator(Node):
         self._world: tuple[int, int] | None = None
         self._last_time: float | None = None
         self._field = Field({})
-        self._lost: list[str] = []
-        """The physical robots whose poses are too old."""
         self._unsaved: list[Outcome] = []
         self._announced_limits = False
         self._state = self.match.state(self._field, estop=False)
@@ -105,9 +98,11 @@ class Coordinator(Node):
             for name, v_max in self._limits.items():
                 self.mailbox.publish(self._keys.speed_limit(name), SpeedLimit(v_max=v_max))
         self._look()
-        alarms = [self._hear_estops(tick.time), self._hear_world(), self._adopt_estop(tick), *self._guard(tick)]
+        alarms = [self._hear_estops(tick.time), self._hear_world(), self._adopt_estop(tick)]
+        present, halts = self._call_the_roll(tick)
+        alarms += halts
         absent = self._absent(tick)
-        outcomes = [*alarms, *self._placing.hear(), *self._hear_officials(tick, absent, alarmed=any(alarms))]
+        outcomes = [*alarms, *present, *self._placing.hear(), *self._hear_officials(tick, absent, alarmed=any(alarms))]
         dt = 0.0 if self._last_time is None or not tick.live else max(0.0, tick.time - self._last_time)
         self._last_time = tick.time
         outcomes.append(self.match.step(dt, self._field, absent))
@@ -124,7 +119,7 @@ class Coordinator(Node):
             moving = frozenset(name for name, body in bodies.items() if _moves(body))
             physical = frozenset(name for name, body in bodies.items() if body.physical)
             self._field = Field({name: body.pose for name, body in bodies.items()}, moving, physical)
-            self._lost = [name for name, body in bodies.items() if body.physical and body.age > POSE_TIMEOUT]
+            self._attendance.lost = [name for name, body in bodies.items() if body.physical and body.age > POSE_TIMEOUT]
 
     def _hear_estops(self, now: float) -> Outcome:
         estop = decisive(self._estops.take())
@@ -151,15 +146,7 @@ class Coordinator(Node):
             return Outcome()
         clock = self._clock.latest
         holders = ["the world"] if clock is not None and clock.body.estop else []
-        for name in self._names:
-            report = self._report(name)
-            # Without a clock, after a restart, nobody can tell how old a report is: it may be true.
-            if (
-                report is not None
-                and report.body.estop
-                and (is_fresh(report.stamp, tick.time, SILENCE) or not tick.live)
-            ):
-                holders.append(name)
+        holders += self._attendance.estop_holders(tick)
         if not holders:
             return Outcome()
         self._estop = True
@@ -174,7 +161,7 @@ class Coordinator(Node):
         if not officials:
             return []
         halts = [o for o in officials if o.action is OfficialAction.HALT]
-        silent = [name for name in self._names if not self._reports_now(name, tick)]
+        silent = [name for name in self._names if not self._attendance.reports_now(name, tick)]
         outcomes = [decide(self.match, o, self._field, absent, silent) for o in halts]
         if alarmed or halts:
             absent = [*absent, "play was halted at the same moment: ask again"]
@@ -185,46 +172,30 @@ class Coordinator(Node):
         reasons = [] if tick.live else ["the world's clock has stopped"]
         if self._estop:
             reasons.append("the emergency stop is engaged: release it with the key U or `vrg estop --release`")
-        passing = []
-        for name in self._names:
-            report = self._report(name)
-            if report is None or not self._reports_now(name, tick):
-                passing.append(f"{name} does not report")
-            elif fault := _fault(name, report.body):
-                if report.body.latched and not _by_button(fault):
-                    reasons.append(f"{fault} (`vrg official recover {name}` or the key R clears it)")
-                else:
-                    passing.append(fault)
+        needed, passing = self._attendance.absent(tick, self.match.disqualified)
         # What somebody must do something about comes first, because short messages name the first reason only.
-        return [*reasons, *passing, *map(_lost, self._lost)]
+        return [*reasons, *needed, *passing]
 
-    def _report(self, name: str) -> Received[Report] | None:
-        """The newest report of a player."""
-        return self._reports.by_key.get(self._report_keys[name])
-
-    def _reports_now(self, name: str, tick: Tick) -> bool:
-        report = self._report(name)
-        return report is not None and is_fresh(report.stamp, tick.time, SILENCE)
-
-    def _guard(self, tick: Tick) -> list[Outcome]:
-        """Halt for reasons outside the rules: a stopped clock, a silent player, a latched fault, a lost pose."""
+    def _call_the_roll(self, tick: Tick) -> tuple[list[Outcome], list[Outcome]]:
+        """Who is out or back again; and halts for reasons outside the rules: no clock, a faulty robot, a lost pose."""
         if tick.live:
             self._stalled = 0
         elif self._clock.latest is not None:
             # In a world that stalls for a moment time stands still for everybody; only physical robots go on.
             self._stalled += 1
             halts = self._stalled > STALL_TICKS or bool(self._field.physical)
-            return [self.match.halt("the world's clock has stopped")] if halts else []
-        if self.match.stage not in (Stage.PLAY_ROUND, Stage.FOUL) or self.match.halted is not None:
-            return []
-        reasons = []
-        for name in self._names:
-            report = self._report(name)
-            if report is not None and not is_fresh(report.stamp, tick.time, PATIENCE):
-                reasons.append(f"{name} has not reported for {PATIENCE:g} s")
-            elif report is not None and report.body.latched and (fault := _fault(name, report.body)):
-                reasons.append(fault)
-        return [self.match.halt(reason) for reason in (*reasons, *map(_lost, self._lost))]
+            return [], [self.match.halt("the world's clock has stopped")] if halts else []
+        match, now = self.match, self._field
+        may_return = [name for name, d in match.disqualified.items() if not (d.by_official or d.returns)]
+        changes = [match.reinstate(name, now) for name in self._attendance.back(tick, may_return)]
+        if match.stage not in (Stage.PLAY_ROUND, Stage.FOUL) or match.halted is not None:
+            return changes, []
+        silent, reasons = self._attendance.failing(tick, match.disqualified)
+        if self._disqualify:
+            changes += [match.disqualify(name, f"it {why}", now) for name, why in silent.items()]
+        else:
+            reasons += [f"{name} {why}" for name, why in silent.items()]
+        return changes, [match.halt(reason) for reason in reasons]
 
     def _record(self, time: float, outcomes: list[Outcome]) -> bool:
         """Write the outcomes to the journal, then announce them; return whether the journal is up to date.
@@ -284,22 +255,5 @@ def _held(state: RefereeState, halted: str | None) -> RefereeState:
     )
 
 
-def _lost(name: str) -> str:
-    return f"{name}: its pose is older than {POSE_TIMEOUT:g} s"
-
-
-def _fault(name: str, report: Report) -> str | None:
-    """What a player reports as its fault, with its name, cut so that it fits into a call; None if there is none."""
-    fault = report.fault or ("its robot has latched a fault" if report.latched else None)
-    if fault is None:
-        return None
-    return (fault if fault.startswith(name) else f"{name}: {fault}")[:LONGEST]
-
-
 def _moves(body: Body) -> bool:
     return abs(body.v) > AT_REST or abs(body.w) > AT_REST
-
-
-def _by_button(fault: str) -> bool:
-    """Whether a fault is an emergency stop, which must be released, because `recover` does not clear it."""
-    return "emergency stop" in fault

@@ -7,7 +7,7 @@ import math
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 
-from vrg.bus.messages import Official, OfficialAction
+from vrg.bus.messages import FAILED, Official, OfficialAction
 from vrg.coordinator.match import NOBODY, Match
 from vrg.coordinator.outcome import Outcome, announce
 from vrg.coordinator.rulebook import Field
@@ -51,6 +51,8 @@ def _done(match: Match, official: Official, now: Field, silent: Collection[str])
             outcome = Outcome(announce("ended", f"ended by {who}", number).calls, [stage])
         case OfficialAction.RECOVER:
             outcome = _recover(match, official, who)
+        case OfficialAction.DISQUALIFY | OfficialAction.REINSTATE:
+            outcome = _take_out(match, official, now, who)
         case OfficialAction.PLACE:
             outcome = _place(match, official, now, who, silent)
         case _:
@@ -81,6 +83,25 @@ def _recover(match: Match, official: Official, who: str) -> Outcome:
     names = match.names if subject is None else [_player(match, subject)]
     asked = announce("recover", f"recover {subject or 'all robots'}: asked by {who}", official.id)
     return replace(asked, recover=names, by=official.by)
+
+
+def _take_out(match: Match, official: Official, now: Field, who: str) -> Outcome:
+    """Disqualify a player, or let it play again.
+
+    Raises:
+        ConfigError: there is no such player, or it is out already, or is not.
+    """
+    name = _player(match, official.subject or "")
+    if official.action is OfficialAction.REINSTATE:
+        outcome, wrong = match.reinstate(name, now), f"{name} is not disqualified, or will play again already"
+    elif official.value == FAILED:
+        outcome, wrong = match.disqualify(name, official.reason, now), f"{name} is disqualified already"
+    else:
+        outcome = match.disqualify(name, f"by {who}", now, by_official=True)
+        wrong = f"{name} is disqualified already"
+    if not outcome:
+        raise ConfigError([wrong])
+    return replace(outcome, calls=[replace(call, answers=official.id) for call in outcome.calls])
 
 
 def _place(match: Match, official: Official, now: Field, who: str, silent: Collection[str]) -> Outcome:

@@ -5,15 +5,17 @@
 HALT is possible in every stage but the last: the clock is stopped and robots stand still until an official ends it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import msgspec
 from msgspec import Struct, structs
 
 from vrg.bus.messages import OfficialAction, PlayerStatus, RefereeState, Stage, shortened
+from vrg.coordinator import disqualifying
+from vrg.coordinator.disqualifying import kept_out, readmitted
 from vrg.coordinator.outcome import Outcome, announce
-from vrg.coordinator.rulebook import Field, RuleBook
+from vrg.coordinator.rulebook import Disqualification, Field, RuleBook
 from vrg.types import Pose
 
 ROUND_PAUSE = 2.0
@@ -56,6 +58,9 @@ class Match:
     Args:
         book: the rule book.
         standing: the standing to go on from; None for a new match. A match that goes on begins in HALT.
+
+    Attributes:
+        names: the names of the players.
     """
 
     def __init__(self, book: RuleBook[Any], standing: Standing | None = None) -> None:
@@ -69,6 +74,7 @@ class Match:
         self.game = book.initial()
         self._before: Field | None = None
         self._place_at = book.lineup_limit
+        self.names = [player.name for player in book.statuses(self.game, self.stage, Field({}))]
         if standing is not None:
             self.stage, self.winner = standing.stage, standing.winner
             self.clock, self.total, self.in_stage = standing.clock, standing.total, standing.in_stage
@@ -102,7 +108,7 @@ class Match:
 
     def state(self, now: Field, estop: bool) -> RefereeState:
         """The state of the match, for the bus."""
-        players = self._book.statuses(self.game, self.stage, now)
+        players = kept_out(self.game, self._book.statuses(self.game, self.stage, now))
         if estop or self._reasons:
             players = standing_still(players)
         return RefereeState(
@@ -132,6 +138,8 @@ class Match:
             self._before = None
             self.waiting = list(absent)
             return Outcome()
+        if all(name in self.disqualified for name in self.names):
+            return Outcome(announce("game_over", "game over: everybody is disqualified").calls, [self.end(DRAW)])
         self.in_stage += dt
         if self.stage is Stage.INITIALIZE:
             return self._initialize(now, absent)
@@ -158,6 +166,27 @@ class Match:
         self.winner = winner
         return self._enter(Stage.GAME_OVER)
 
+    def disqualify(self, name: str, why: str, now: Field, *, by_official: bool = False) -> Outcome:
+        """Take a player out: its robot stops and stays where it is as an obstacle, and play goes on."""
+        if self.over:
+            return Outcome()
+        self.game, outcome = disqualifying.disqualify(self.game, name, why, now, by_official=by_official)
+        return outcome
+
+    def reinstate(self, name: str, now: Field) -> Outcome:
+        """Let a player that is out play again: at once before a round begins, else from the next round."""
+        if self.over:
+            return Outcome()
+        later = "" if self.stage is Stage.INITIALIZE else f"the next {self._book.round_word}"
+        self.game, outcome = disqualifying.reinstate(self.game, name, now, later=later)
+        return outcome
+
+    @property
+    def disqualified(self) -> Mapping[str, Disqualification]:
+        """The players that are out, whatever the game."""
+        disqualified: Mapping[str, Disqualification] = self.game.disqualified
+        return disqualified
+
     def overrule(self, action: OfficialAction, subject: str, value: str) -> None:
         """Apply an official's decision on a score, a role or a state.
 
@@ -166,14 +195,9 @@ class Match:
         """
         self.game = self._book.overrule(self.game, action, subject, value)
 
-    @property
-    def names(self) -> list[str]:
-        """The names of the players."""
-        return [player.name for player in self._book.statuses(self.game, self.stage, Field({}))]
-
     def mark(self, name: str, now: Field) -> Pose | None:
         """The pose at which a player is asked to line up; None if it is not asked to."""
-        players = self._book.statuses(self.game, self.stage, now)
+        players = kept_out(self.game, self._book.statuses(self.game, self.stage, now))
         return next((player.mark for player in players if player.name == name), None)
 
     @property
@@ -198,7 +222,8 @@ class Match:
         return stage
 
     def _initialize(self, now: Field, absent: Sequence[str]) -> Outcome:
-        obstacles = self._book.obstacles_to_start(self.game, now)
+        every = self._book.obstacles_to_start(self.game, now)
+        obstacles = {name: why for name, why in every.items() if name not in self.disqualified}
         self.waiting = [*absent, *(f"{name} {why}" for name, why in obstacles.items())]
         if not self.waiting:
             self.clock = 0.0
@@ -251,7 +276,7 @@ class Match:
         """Begin the next round or end the game, after a pause in which an official may still overrule the last call."""
         if self.in_stage < ROUND_PAUSE:
             return Outcome()
-        verdict = self._book.next_round(self.game, now)
+        verdict = self._book.next_round(readmitted(self.game), now)
         self.game, self.winner = verdict.state, verdict.winner
         if self.winner is None:
             return Outcome(verdict.calls, [self._enter(Stage.INITIALIZE)])

@@ -14,14 +14,31 @@ from vrg.bus.messages import OfficialAction, PlayerStatus, Stage, Zone
 from vrg.types import Pose
 
 
+class Disqualification(Struct, frozen=True, kw_only=True):
+    """Why a player is out, whatever the game.
+
+    Args:
+        why: the reason, in words.
+        by_official: a person has decided it, so only a person ends it. Otherwise the player comes back once it reports.
+        returns: it plays again from the next round.
+    """
+
+    why: str
+    by_official: bool = False
+    returns: bool = False
+
+
 class GameState(Struct, frozen=True, kw_only=True):
     """The base class of the states of all games.
 
     Args:
         round: the number of the round, from 1.
+        disqualified: the players that are out because they have failed. A rule book treats them as obstacles: they
+            neither score nor are scored on, and no round waits for them. `Match` keeps them from moving.
     """
 
     round: int = 1
+    disqualified: dict[str, Disqualification] = {}
 
 
 S = TypeVar("S", bound=GameState)

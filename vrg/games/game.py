@@ -12,6 +12,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from vrg.bus.messages import DISQUALIFIED
 from vrg.colours import BLUE, GREEN, GREY, PURPLE, YELLOW, Rgb
 from vrg.registry import load_object
 
@@ -111,7 +112,7 @@ class Game:
 
     def style(self, role: str, state: str = "") -> Style:
         """How a player is drawn. Out of play it is a grey cross; an unknown role gets a colour by its name."""
-        if state in self.out_of_play:
+        if state in self.out_of_play or state == DISQUALIFIED:
             return Style(GREY, Marker.CROSS)
         known = self.role(role)
         if known is not None:

@@ -6,6 +6,8 @@ The version of a message is raised whenever a field changes.
 
 from vrg.bus.messages.base import REASON_LENGTH, TEXT_LENGTH, Message, SensorMessage, shortened
 from vrg.bus.messages.match import (
+    DISQUALIFIED,
+    FAILED,
     Call,
     Estop,
     Official,
@@ -20,6 +22,8 @@ from vrg.bus.messages.robot import Drive, MeasuredPose, Placed, Recover, RobotSt
 from vrg.bus.messages.world import Body, Clock, Poses, RequestKind, WorldAnswer, WorldRequest
 
 __all__ = [
+    "DISQUALIFIED",
+    "FAILED",
     "REASON_LENGTH",
     "SAY_LIMIT",
     "TEXT_LENGTH",

@@ -20,12 +20,18 @@ class Stage(enum.StrEnum):
     GAME_OVER = "game_over"
 
 
+DISQUALIFIED = "disqualified"
+"""The state of a player that is out because it, or its process, has failed. Every game has it."""
+FAILED = "failed"
+"""The value of the action `disqualify` if the player's process has failed, rather than a person has decided it."""
+
+
 class PlayerStatus(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """A player as the referee sees it.
 
     Args:
         role: its role in the game's own word, such as `shark`.
-        state: its state in the game's own word, such as `active` or `inactive`.
+        state: its state in the game's own word, such as `active` or `inactive`; or `disqualified`.
         may_move: True if its robot may be driven now.
         radius: the radius of the circle around its body, m.
         pose: its pose; None where the world has not reported it, or where the game does not publish it.
@@ -125,6 +131,8 @@ class OfficialAction(enum.StrEnum):
     SET_STATE = "set-state"
     RECOVER = "recover"
     PLACE = "place"
+    DISQUALIFY = "disqualify"
+    REINSTATE = "reinstate"
 
 
 class Official(Message, frozen=True, kw_only=True):
@@ -132,13 +140,14 @@ class Official(Message, frozen=True, kw_only=True):
 
     Args:
         by: who decides, for the journal. reason: why, in words, for the journal.
-        subject: the team (set-score) or the player (set-role, set-state, place, recover). For recover, None means all.
+        subject: the team (set-score) or the player (all others). For recover, None means all.
         value: the new score, role or state. For place it is `x y heading` in m and degrees; None means the player's
-            mark.
+            mark. For disqualify it is `failed` if the player's process has failed: the player then comes back by itself
+            once it reports again.
         id: the id of this decision, by which its sender finds the answer.
     """
 
-    version = 2
+    version = 3
 
     action: OfficialAction
     by: Name

@@ -102,6 +102,8 @@ class SharksAndMinnows:
 
     def judge(self, state: State, before: Field, now: Field, clock: float) -> Verdict[State]:
         """Judge tags and exits over the whole way between two instants, then the time limit and the end of the pass."""
+        # Who is disqualified is out, like one that is tagged, but nobody scores by it.
+        state = state.with_state(state.disqualified, INACTIVE)
         calls: list[Call] = []
         out = self._exits(state, before, now)
         for name in sorted(state.active(MINNOW)):
@@ -232,7 +234,7 @@ class SharksAndMinnows:
             structs.replace(
                 state,
                 roles=roles,
-                states=dict.fromkeys(state.states, ACTIVE),
+                states={n: INACTIVE if n in state.disqualified else ACTIVE for n in state.states},
                 round=state.round + 1,
                 goal=goal,
                 marks={n: marks[n] for n in state.marks},
@@ -240,7 +242,7 @@ class SharksAndMinnows:
             [
                 Call(rule="new_shark", text=f"{n} becomes a shark", players=(n,), poses=(now.poses[n],))
                 for n in recruits
-                if n in now.poses and state.roles[n] == MINNOW
+                if n in now.poses and state.roles[n] == MINNOW and n not in state.disqualified
             ],
         )
 

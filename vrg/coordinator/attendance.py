@@ -1,0 +1,146 @@
+"""Which players report, and what keeps them and their robots from playing: reasons outside the rules of any game."""
+
+from collections.abc import Container, Sequence
+
+from vrg.bus.codec import Received
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import Report
+from vrg.bus.node import Tick, is_fresh
+from vrg.bus.topics import Keys
+from vrg.coordinator.match import LONGEST
+
+SILENCE = 1.0
+"""The match time in s without a report after which a player counts as absent."""
+PATIENCE = 5.0
+"""The match time in s without a report after which something is done about a player in play."""
+POSE_TIMEOUT = 0.5
+"""The age in s of a physical robot's pose above which a match in play is halted."""
+_ENDED = 0.3
+"""The match time in s without a report, together with a lost pose, after which a player's process has likely ended."""
+_AGAIN = 0.5
+"""The match time in s after a player was taken out from which on a report must be of a process that works again."""
+
+
+class Attendance:
+    """See the module. `lost` is set by whoever looks at the field.
+
+    Args:
+        mailbox: the coordinator's mailbox. keys: the keys of the match. names: the players.
+
+    Attributes:
+        lost: the physical robots whose poses are too old.
+    """
+
+    def __init__(self, mailbox: Mailbox, keys: Keys, names: Sequence[str]) -> None:
+        self._names = names
+        self._reports = mailbox.subscribe(keys.report())
+        self._keys = {name: keys.report(name).key for name in names}
+        self._out_since: dict[str, float] = {}
+        self.lost: list[str] = []
+
+    def report(self, name: str) -> Received[Report] | None:
+        """The newest report of a player."""
+        return self._reports.by_key.get(self._keys[name])
+
+    def reports_now(self, name: str, tick: Tick) -> bool:
+        """Whether a player reports."""
+        return self._age_below(name, tick, SILENCE)
+
+    def estop_holders(self, tick: Tick) -> list[str]:
+        """The players whose robots have latched the emergency stop."""
+        # Without a clock, after a restart, nobody can tell how old a report is: it may be true.
+        return [
+            name
+            for name in self._names
+            if (report := self.report(name)) is not None
+            and report.body.estop
+            and (self.reports_now(name, tick) or not tick.live)
+        ]
+
+    def absent(self, tick: Tick, out: Container[str]) -> tuple[list[str], list[str]]:
+        """The reasons why play cannot go on: those that somebody must do something about, and those that may pass.
+
+        Args:
+            out: the players that are disqualified, for whom nobody waits.
+        """
+        reasons, passing, starting = [], [], 0
+        for name in self._names:
+            report = self.report(name)
+            if name in out:
+                continue
+            if report is None:
+                starting += 1
+            elif not self.reports_now(name, tick):
+                passing.append(f"{name} does not report")
+            elif fault := _fault(name, report.body):
+                if report.body.latched and not _by_button(fault):
+                    reasons.append(f"{fault} (`vrg official recover {name}` or the key R clears it)")
+                else:
+                    passing.append(fault)
+        if starting:
+            passing.insert(0, f"starting: {len(self._names) - starting} of {len(self._names)} players are ready")
+        passing += [_lost(name) for name in self.lost if name not in out]
+        return reasons, passing
+
+    def failing(self, tick: Tick, out: Container[str]) -> tuple[dict[str, str], list[str]]:
+        """Who cannot go on playing.
+
+        Args:
+            out: the players that are disqualified already.
+
+        Returns:
+            the players that have fallen silent, each with what it does not do; and the reasons why a match must be halted,
+            because a physical robot needs a person.
+        """
+        silent, halts = {}, []
+        for name in self._names:
+            report = self.report(name)
+            if name in out or report is None:
+                continue
+            # A stamp of a time to come is of before the world stepped back: that is no silence of the player's.
+            if tick.time - report.stamp > PATIENCE:
+                silent[name] = f"has not reported for {PATIENCE:g} s"
+            elif name in self.lost and not self._age_below(name, tick, _ENDED):
+                silent[name] = "does not report, and nobody knows where its robot is"
+            elif report.body.latched and (fault := _fault(name, report.body)):
+                halts.append(fault)
+            elif name in self.lost:
+                halts.append(_lost(name))
+        return silent, halts
+
+    def back(self, tick: Tick, out: Sequence[str]) -> list[str]:
+        """Which players that are out report again.
+
+        Args:
+            out: the players that may come back by reporting.
+        """
+        self._out_since = {name: self._out_since.get(name, tick.time) for name in out}
+        return [
+            name
+            for name, since in self._out_since.items()
+            if (report := self.report(name)) is not None
+            and report.stamp > since + _AGAIN
+            and self.reports_now(name, tick)
+            and name not in self.lost
+        ]
+
+    def _age_below(self, name: str, tick: Tick, limit: float) -> bool:
+        report = self.report(name)
+        return report is not None and is_fresh(report.stamp, tick.time, limit)
+
+
+def _lost(name: str) -> str:
+    return f"{name}: its pose is older than {POSE_TIMEOUT:g} s"
+
+
+def _fault(name: str, report: Report) -> str | None:
+    """What a player reports as its fault, with its name, cut so that it fits into a call; None if there is none."""
+    fault = report.fault or ("its robot has latched a fault" if report.latched else None)
+    if fault is None:
+        return None
+    return (fault if fault.startswith(name) else f"{name}: {fault}")[:LONGEST]
+
+
+def _by_button(fault: str) -> bool:
+    """Whether a fault is an emergency stop, which must be released, because `recover` does not clear it."""
+    return "emergency stop" in fault

@@ -1,0 +1,61 @@
+"""Players that are out whatever the game, because they or their processes have failed. Functions of a game's state."""
+
+from collections.abc import Sequence
+from typing import TypeVar
+
+from msgspec import structs
+
+from vrg.bus.messages import DISQUALIFIED, PlayerStatus
+from vrg.coordinator.outcome import Outcome
+from vrg.coordinator.rulebook import Call, Disqualification, Field, GameState
+
+S = TypeVar("S", bound=GameState)
+
+
+def disqualify(state: S, name: str, why: str, now: Field, *, by_official: bool) -> tuple[S, Outcome]:
+    """Take a player out. One that is out already gets the new reason, unless an official has decided the old one."""
+    before = state.disqualified.get(name)
+    if before is not None and (before.why == why or (before.by_official and not by_official)):
+        return state, Outcome()
+    text = f"{name} is disqualified: {why}"
+    state = _with(state, name, Disqualification(why=why, by_official=by_official))
+    return state, _call("disqualified", text, name, now)
+
+
+def reinstate(state: S, name: str, now: Field, *, later: str) -> tuple[S, Outcome]:
+    """Let a player that is out play again.
+
+    Args:
+        later: when it plays, such as `the next pass`; empty if at once.
+    """
+    before = state.disqualified.get(name)
+    if before is None or before.returns:
+        return state, Outcome()
+    state = _with(state, name, structs.replace(before, returns=True) if later else None)
+    return state, _call("reinstated", f"{name} plays again{f' from {later}' if later else ''}", name, now)
+
+
+def readmitted(state: S) -> S:
+    """The state for the next round: whoever has been reinstated is not out any more."""
+    return structs.replace(state, disqualified={n: d for n, d in state.disqualified.items() if not d.returns})
+
+
+def kept_out(state: GameState, players: Sequence[PlayerStatus]) -> list[PlayerStatus]:
+    """The same players; whoever is out may not move and lines up nowhere."""
+    return [
+        structs.replace(player, state=DISQUALIFIED, may_move=False, mark=None)
+        if player.name in state.disqualified
+        else player
+        for player in players
+    ]
+
+
+def _with(state: S, name: str, what: Disqualification | None) -> S:
+    others = {n: d for n, d in state.disqualified.items() if n != name}
+    return structs.replace(state, disqualified=others if what is None else {**others, name: what})
+
+
+def _call(rule: str, text: str, name: str, now: Field) -> Outcome:
+    pose = now.poses.get(name)
+    players, poses = ((), ()) if pose is None else ((name,), (pose,))
+    return Outcome([Call(rule=rule, text=text, players=players, poses=poses)])
