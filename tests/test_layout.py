@@ -36,7 +36,7 @@ MAY_NOT = {
     "testing": ("ui", "commands"),
 }
 """What each room may not import."""
-LOWEST = ("types", "regions", "segments", "geometry", "errors", "registry", "toml_text", "colours")
+LOWEST = ("types", "regions", "segments", "geometry", "errors", "registry", "toml_text", "colours", "blame")
 """Modules that everybody may use; they use each other only."""
 
 

@@ -23,6 +23,7 @@ COMMANDS: dict[str, tuple[str, str | None]] = {
     "check": ("vrg.commands.play:check", None),
     "estop": ("vrg.commands.official:estop", None),
     "official": ("vrg.commands.official:app", None),
+    "substitute": ("vrg.commands.substitute:substitute", None),
     "topic": ("vrg.commands.topic:app", None),
     "can": ("vrg.commands.can:app", None),
     "diagram": ("vrg.commands.diagram:diagram", None),

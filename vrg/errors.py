@@ -72,6 +72,19 @@ class WorldError(VrgError, ValueError):
     """The world refuses a request, for example because of an unknown robot or a place inside a wall."""
 
 
+class StrategyError(VrgError, RuntimeError):
+    """A strategy, which is a student's own code, has failed. The message names the file and the line.
+
+    Args:
+        text: what has happened, and where.
+        final: True if there is no use in trying it again, as it has used up its memory or flooded its output.
+    """
+
+    def __init__(self, text: str, *, final: bool = False) -> None:
+        super().__init__(text)
+        self.final = final
+
+
 class JournalError(VrgError, OSError):
     """The journal cannot be written or read."""
 

@@ -27,9 +27,7 @@ HEADER = Header(match="m", game="sharks-and-minnows", seed=3)
 class Table:
     """A coordinator with the world and the players played by the test."""
 
-    def __init__(
-        self, folder: Path, players: Sequence[Contestant] | None = None, *, disqualify: bool = True
-    ) -> None:
+    def __init__(self, folder: Path, players: Sequence[Contestant] | None = None, *, disqualify: bool = True) -> None:
         self.journal = Journal(folder / "journal.jsonl", HEADER)
         self.mailbox = Mailbox()
         self.book = SharksAndMinnows(SETTINGS, players or contestants())

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from types import ModuleType
 
+from vrg.blame import failure_of
 from vrg.errors import ConfigError
 
 
@@ -27,8 +28,8 @@ def import_object(target: str, base: Path) -> object:
         else:
             _append_path(base.resolve())
             module = importlib.import_module(module_name)
-    except Exception as error:
-        raise ConfigError([f"{target}: cannot be imported: {type(error).__name__}: {error}"]) from error
+    except (Exception, SystemExit) as error:
+        raise ConfigError([f"{target}: cannot be imported: {failure_of(error)}"]) from error
     if not hasattr(module, name):
         own = [n for n, v in vars(module).items() if isinstance(v, type) and v.__module__ == module.__name__]
         classes = ", ".join(sorted(own)) or "none"

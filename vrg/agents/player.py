@@ -9,13 +9,14 @@ outer loop can ask for views and give actions in place of a strategy.
 
 from vrg.agents.motion import VelocityEstimator
 from vrg.agents.strategy import Action, Strategy, View, action_of
+from vrg.blame import failure_of, place_of_method
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import RefereeState, Report, shortened
 from vrg.bus.node import Node, Tick, is_fresh
 from vrg.bus.radio import Radio
 from vrg.bus.topics import Keys
-from vrg.errors import RobotError, StaleDataError
+from vrg.errors import RobotError, StaleDataError, StrategyError
 from vrg.hal.device import Device
 from vrg.hal.readings import Readings
 from vrg.types import STILL, Twist
@@ -29,6 +30,8 @@ REFEREE_TIMEOUT = 0.3
 """The match time in s without the referee's state after which a player stops."""
 SENSOR_TIMEOUT = 0.3
 """The match time in s without a reading after which a player stops."""
+NONSENSE_LIMIT = 10
+"""The number of decisions in a row that are no finite motion, after which the strategy has failed."""
 
 
 class Player(Node):
@@ -66,6 +69,7 @@ class Player(Node):
         self._armed = False
         self._manual = False
         self._mode = "-"
+        self._nonsense = 0
 
     def start(self) -> None:
         """Connect to the robot.
@@ -76,13 +80,15 @@ class Player(Node):
         self._device.start()
 
     def tick(self, tick: Tick) -> None:
-        """Look, let the strategy decide, drive, and report."""
+        """Look, let the strategy decide, drive, and report.
+
+        Raises:
+            StrategyError: the strategy has failed. The robot is stopped.
+        """
         view = self.look(tick)
         if view is not None:
             # The strategy is always asked, so that it sees every event. Its twist counts only while no human drives.
-            answer = self._strategy.act(view)
-            self._mode = self._strategy.mode
-            self.drive(view, self._checked(answer))
+            self.drive(view, self._decision(view))
         self.report()
 
     def look(self, tick: Tick) -> View | None:
@@ -108,18 +114,30 @@ class Player(Node):
         """Carry out an action. The twist is replaced if a human holds the lease or the player may not move.
 
         Raises:
-            TypeError, ValueError: what the action says cannot be sent to the team.
+            StrategyError: what the action says cannot be sent to the team, or it has been no finite motion for long.
         """
         if action.say is not None:
             try:
                 self._radio.say(action.say)
             except (TypeError, ValueError) as error:
-                raise type(error)(f"what {type(self._strategy).__name__} of {self.name} says: {error}") from None
+                raise self._wrong(f"what it says cannot be sent: {error}") from None
+        twist = action.twist if self._makes_sense(action.twist) else STILL
         manual = self._device.lease(view.time)
         self._manual = manual is not None
         if self._manual:
             self._mode = "Manual"
-        self._command((manual or action.twist) if view.me.may_move else STILL)
+        self._command((manual or twist) if view.me.may_move else STILL)
+
+    def give_way(self, why: str) -> None:
+        """Stop the robot and report why, in place of a tick: the strategy has failed."""
+        self._device.stop()
+        self._mode, self._fault, self._manual = "Stop/failed", why, False
+        self.report()
+
+    def play_by(self, strategy: Strategy) -> None:
+        """Let another strategy decide from now on."""
+        self._strategy = strategy
+        self._nonsense = 0
 
     def report(self) -> None:
         """Publish what the player does and what keeps it from playing."""
@@ -173,11 +191,42 @@ class Player(Node):
             heard=self._radio.heard(seen),
         )
 
-    def _checked(self, answer: object) -> Action:
+    def _decision(self, view: View) -> Action:
+        """What the strategy decides.
+
+        Raises:
+            StrategyError: it raises an exception, ends the program, or answers with something else.
+        """
+        try:
+            answer = self._strategy.act(view)
+            self._mode = str(self._strategy.mode)
+        except (Exception, SystemExit) as error:
+            raise failure_of(error) from error
         try:
             return action_of(answer)
         except TypeError as error:
-            raise TypeError(f"{type(self._strategy).__name__}.act of {self.name}: {error}") from None
+            raise self._wrong(str(error)) from None
+
+    def _makes_sense(self, twist: Twist) -> bool:
+        """Whether a motion is finite. If it is not, the robot stands and says why.
+
+        Raises:
+            StrategyError: NONSENSE_LIMIT motions in a row were not.
+        """
+        if twist.is_finite:
+            self._nonsense = 0
+            return True
+        self._nonsense += 1
+        wrong = self._wrong(f"expected finite numbers of m/s and rad/s, got {twist}")
+        if self._nonsense >= NONSENSE_LIMIT:
+            raise wrong
+        self._fault = f"{self.name}: {wrong}"
+        return False
+
+    def _wrong(self, what: str) -> StrategyError:
+        """What is wrong with an answer of the strategy, and where it comes from."""
+        place = place_of_method(self._strategy, "act")
+        return StrategyError(f"{type(self._strategy).__name__}.act: {what}{f' ({place})' if place else ''}")
 
     def _read(self) -> Readings | None:
         try:

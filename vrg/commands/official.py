@@ -11,7 +11,7 @@ from vrg.bus.mailbox import Inlet, Mailbox
 from vrg.bus.messages import REASON_LENGTH, Call, Estop, Official, OfficialAction, RefereeState
 from vrg.bus.session import Session, open_session
 from vrg.bus.topics import NAME_PATTERN, Keys
-from vrg.commands.options import EndpointOption, NameOption, which_match
+from vrg.commands.options import EndpointOption, NameOption, own_match, which_match
 from vrg.errors import BusError
 
 app = typer.Typer(no_args_is_help=True, help="Decide as an official: halt, resume, end, overrule, recover robots.")
@@ -29,7 +29,8 @@ def _short(reason: str) -> str:
 ReasonOption = Annotated[str, typer.Option("--reason", callback=_short, help="The reason, for the journal.")]
 
 
-def _me() -> str:
+def me() -> str:
+    """Who decides: the user's name."""
     try:
         name = getpass.getuser()
     except (KeyError, OSError):
@@ -83,15 +84,15 @@ def _decide(
     subject: str | None = None,
     value: str | None = None,
 ) -> None:
-    name, endpoint = which_match(match, router)
+    name, endpoint = own_match(match, router, str(action))
     with open_session(endpoint, patience=ANSWER_PATIENCE) as session:
         referee = _Referee(session, Keys(name))
         number = uuid.uuid4().hex
-        decision = Official(action=action, by=_me(), reason=reason, subject=subject, value=value, id=number)
+        decision = Official(action=action, by=me(), reason=reason, subject=subject, value=value, id=number)
         referee.mailbox.publish(referee.keys.official, decision)
         referee.send()
         call = referee.answer(number)
-    typer.echo(call.text)
+    typer.echo(f"{name}: {call.text}")
     if call.rule == "refused":
         raise typer.Exit(1)
 
@@ -139,6 +140,18 @@ def set_state(
 
 
 @app.command()
+def disqualify(player: str, match: NameOption = None, router: EndpointOption = None, reason: ReasonOption = "") -> None:
+    """Take a player out: its robot stops and stays as an obstacle, and play goes on."""
+    _decide(OfficialAction.DISQUALIFY, match, router, reason, player)
+
+
+@app.command()
+def reinstate(player: str, match: NameOption = None, router: EndpointOption = None, reason: ReasonOption = "") -> None:
+    """Let a player that is out play again, from the next round."""
+    _decide(OfficialAction.REINSTATE, match, router, reason, player)
+
+
+@app.command()
 def place(
     player: Annotated[str, typer.Argument(help="The player whose robot it is.")],
     at: Annotated[
@@ -171,11 +184,36 @@ def estop(
     router: EndpointOption = None,
     reason: ReasonOption = "",
 ) -> None:
-    """Stop every robot of a match at once. It stays so until it is released and an official resumes play."""
-    name, endpoint = which_match(match, router)
+    """Stop every robot at once, of all matches that run here if none is named. It stays so until it is released."""
+    from vrg.launch import running  # only commands on a running match need platformdirs
+
+    if release:
+        targets = [own_match(match, router, "release the emergency stop")]
+    else:
+        several = [(m.match, m.router) for m in running.running()] if match is None and router is None else []
+        targets = several or [which_match(match, router)]
+    failed = False
+    for name, endpoint in targets:
+        try:
+            _order_estop(name, endpoint, Estop(engaged=not release, by=me(), reason=reason))
+        except BusError as error:
+            failed = True
+            typer.echo(f"{name}: {error}", err=True)
+            continue
+        done = "released: go on with `vrg official resume`" if release else "emergency stop engaged"
+        typer.echo(f"{name}: {done}")
+    if failed:
+        raise typer.Exit(1)
+
+
+def _order_estop(name: str, endpoint: str, order: Estop) -> None:
+    """Order an emergency stop, or its release, and wait until the referee has confirmed it.
+
+    Raises:
+        BusError: the router cannot be reached, or the referee does not confirm it.
+    """
     with open_session(endpoint, patience=ANSWER_PATIENCE) as session:
         referee = _Referee(session, Keys(name))
-        order = Estop(engaged=not release, by=_me(), reason=reason)
         referee.mailbox.publish(referee.keys.estop, order)
         referee.send()
         deadline = time.monotonic() + ANSWER_PATIENCE
@@ -183,7 +221,6 @@ def estop(
             referee.receive()
             latest = referee.state.latest
             if latest is not None and latest.body.estop == order.engaged:
-                typer.echo("released: go on with `vrg official resume`" if release else "emergency stop engaged")
                 return
             time.sleep(0.02)
     raise BusError("sent, but the referee has not confirmed it: is the coordinator running?")

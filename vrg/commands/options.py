@@ -1,5 +1,6 @@
 """Options that several subcommands share."""
 
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -9,6 +10,7 @@ import typer
 
 from vrg.bus.session import DEFAULT_ENDPOINT
 from vrg.bus.stopping import Stop, stop_on_signals
+from vrg.errors import ConfigError
 
 MatchArgument = Annotated[
     str, typer.Argument(metavar="GAME|match.toml", help="A match file, or a game's name for its default match.")
@@ -42,3 +44,34 @@ def which_match(match: str | None, router: str | None) -> tuple[str, str]:
     from vrg.launch import running  # only commands on a running match need platformdirs
 
     return running.find(match, router, DEFAULT_ENDPOINT)
+
+
+def own_match(match: str | None, router: str | None, what: str) -> tuple[str, str]:
+    """The (match, endpoint) that a command means which changes a running match.
+
+    If it is not named, and was started in another folder, the person is asked: it may be somebody else's.
+
+    Args:
+        what: is to be done, in words.
+
+    Raises:
+        ConfigError: it is not clear which match is meant, or nobody can be asked.
+        typer.Exit: the person does not want it.
+    """
+    from vrg.launch import running  # only commands on a running match need platformdirs
+
+    name, endpoint = which_match(match, router)
+    found = next((m for m in running.running() if (m.match, m.router) == (name, endpoint)), None)
+    if match is None and router is None and found is not None and not found.is_own:
+        told = f"the only match that runs here is {name}, started in {found.folder}"
+        if not sys.stdin.isatty():
+            raise ConfigError([f"{told}: if you mean it, add --match {name}"])
+        if not typer.confirm(f"{told}: {what}?"):
+            raise typer.Exit(1)
+    return name, endpoint
+
+
+def whole_target(strategy: str) -> str:
+    """A strategy as it was typed, `file.py:Class` with the whole path of the file."""
+    path, colon, name = strategy.rpartition(":")
+    return f"{Path(path).resolve()}{colon}{name}" if path.endswith(".py") else strategy

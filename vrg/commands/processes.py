@@ -19,6 +19,7 @@ from vrg.commands.options import (
     RouterOption,
     RunOption,
     which_match,
+    whole_target,
 )
 from vrg.errors import LaunchError
 from vrg.launch.serving import WINDOW_PERIOD, child_process, serve, serve_router
@@ -34,13 +35,15 @@ def router(endpoint: RouterOption = DEFAULT_ENDPOINT, leash: LeashOption = False
     _ended(serve_router(endpoint, leash=leash))
 
 
-def _serve(kind: str, match: str, router: str, run: Path | None, name: str = "") -> None:
+def _serve(kind: str, match: str, router: str, run: Path | None, name: str = "", strategy: str | None = None) -> None:
     """Read the match file and run the node until it is stopped."""
     from vrg.config.loading import load_match, match_path  # the router needs no match file
 
     setup = load_match(match_path(match))
     if kind == "player":
         setup.player(name)
+    if strategy is not None:
+        setup = setup.substituted(name, whole_target(strategy))
     _ended(serve(kind, setup, router=router, run=run, name=name))
 
 
@@ -64,9 +67,12 @@ def player(
     name: Annotated[str, typer.Argument(help="Name of the player in the match file.")],
     router: RouterOption = DEFAULT_ENDPOINT,
     run: RunOption = None,
+    strategy: Annotated[
+        str | None, typer.Option(help="Strategy in place of the match file's, such as mine.py:Mine.")
+    ] = None,
 ) -> None:
-    """Run one player with its robot."""
-    _serve("player", match, router, run, name)
+    """Run one player with its robot. A match that runs takes it in, if nobody else plays for it."""
+    _serve("player", match, router, run, name, strategy)
 
 
 def spectator(

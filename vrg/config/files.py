@@ -79,6 +79,9 @@ class MatchFile(Table):
         rate: match seconds per real second.
         lasers: False omits the scans, which saves time where no player looks at them. noise: False means perfect
             sensors.
+        on_fault: what follows if a player fails for good, as its program fails too often, hangs, prints without end or
+            uses too much memory: `disqualify` takes it out and plays on, `halt` halts the match.
+        memory: the most memory that a player's process may use, MB.
         rules: the game's own settings.
         backends: the settings of the backends that have any, by name.
         players: the players, at least one.
@@ -92,6 +95,8 @@ class MatchFile(Table):
     rate: float = Field(1.0, ge=0.1, le=100)
     lasers: bool = True
     noise: bool = True
+    on_fault: Literal["disqualify", "halt"] = "disqualify"
+    memory: int = Field(2000, ge=200, le=1_000_000)
     rules: dict[str, Any]
     backends: dict[str, dict[str, Any]] = Field(default_factory=dict)
     players: list[PlayerEntry] = Field(min_length=1)

@@ -147,6 +147,8 @@ class _Checker:
             wanted_rate=file.rate,
             lasers=file.lasers,
             noise=file.noise,
+            on_fault=file.on_fault,
+            memory=file.memory,
             rules=file.rules,
             backends=file.backends,
             players=players,

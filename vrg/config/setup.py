@@ -50,6 +50,8 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
         map: a map's name, or the path of its file.
         rate: match seconds per real second; 1 with any physical robot, whatever the file says.
         wanted_rate: the rate that the file says.
+        on_fault: what follows if a player fails for good: `disqualify` or `halt`.
+        memory: the most memory that a player's process may use, MB.
         rules: the game's own settings. backends: the settings of the backends that have any, by name.
         companions: the processes that the players' robots need besides those of the players.
     """
@@ -66,6 +68,8 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
     wanted_rate: float
     lasers: bool
     noise: bool
+    on_fault: str
+    memory: int
     rules: dict[str, Any]
     backends: dict[str, dict[str, Any]]
     players: list[PlayerSetup]
@@ -106,6 +110,15 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
                 return player
         known = ", ".join(p.name for p in self.players)
         raise ConfigError([f"expected the name of a player of this match ({known}), got {name!r}"])
+
+    def substituted(self, name: str, strategy: str) -> "MatchSetup":
+        """Return the same match in which a player plays by another strategy.
+
+        Raises:
+            ConfigError: there is no such player.
+        """
+        changed = structs.replace(self.player(name), strategy=strategy)
+        return structs.replace(self, players=[changed if p.name == name else p for p in self.players])
 
     def at_rate(self, rate: float) -> "MatchSetup":
         """Return the same match at another rate; 0 means as fast as the processor allows."""

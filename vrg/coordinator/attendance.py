@@ -89,8 +89,8 @@ class Attendance:
             out: the players that are disqualified already.
 
         Returns:
-            the players that have fallen silent, each with what it does not do; and the reasons why a match must be halted,
-            because a physical robot needs a person.
+            the players that have fallen silent, each with what it does not do; and the reasons why a match must be
+            halted, because a physical robot needs a person.
         """
         silent, halts = {}, []
         for name in self._names:

@@ -110,9 +110,13 @@ class Game:
         """The role of this name, or None if there is none."""
         return next((role for role in self.roles if role.name == name), None)
 
+    def is_out(self, state: str) -> bool:
+        """Whether a player in this state is only an obstacle."""
+        return state in self.out_of_play or state == DISQUALIFIED
+
     def style(self, role: str, state: str = "") -> Style:
         """How a player is drawn. Out of play it is a grey cross; an unknown role gets a colour by its name."""
-        if state in self.out_of_play or state == DISQUALIFIED:
+        if self.is_out(state):
             return Style(GREY, Marker.CROSS)
         known = self.role(role)
         if known is not None:

@@ -10,20 +10,26 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from vrg.config.setup import read_setup
-from vrg.errors import VrgError
+from vrg.errors import StrategyError, VrgError
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.serving import serve, serve_router
 
+FAILED_FOR_GOOD = 3
+"""The exit status of a player whose strategy has failed in a way that makes another start useless."""
 
-def arguments_of(kind: str, *, router: str, run: Path | None = None, name: str = "") -> tuple[str, ...]:
+
+def arguments_of(
+    kind: str, *, router: str, run: Path | None = None, name: str = "", strategy: str = ""
+) -> tuple[str, ...]:
     """Return the arguments of a child, for `main`.
 
     Args:
         kind: `router`, or one of `vrg.launch.serving.KINDS`. router: the endpoint of the router.
         run: the run folder; the router needs none. name: the name of a player or of a window.
+        strategy: of a player, in place of the one in the match file.
     """
     words = (kind, router)
-    return words if run is None else (*words, str(run), *((name,) if name else ()))
+    return words if run is None else (*words, str(run), *(word for word in (name, strategy) if word))
 
 
 def title(arguments: Sequence[str]) -> str:
@@ -45,10 +51,12 @@ def main(arguments: Sequence[str]) -> int:
         else:
             run = Path(rest[0])
             setup = read_setup(RunFolder(run).setup)
+            if len(rest) > 2:
+                setup = setup.substituted(rest[1], rest[2])
             stop = serve(kind, setup, router=router, run=run, name=rest[1] if len(rest) > 1 else "", leash=True)
     except VrgError as error:
         print(f"vrg: {error}", file=sys.stderr)
-        return 1
+        return FAILED_FOR_GOOD if isinstance(error, StrategyError) and error.final else 1
     except KeyboardInterrupt:
         return 130
     return 130 if stop.interrupted else 0

@@ -5,6 +5,7 @@ import os
 import socket
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import RefereeState, Stage
@@ -50,7 +51,8 @@ def specs(setup: MatchSetup, folder: RunFolder, endpoint: str, *, window: bool, 
 
     def node(name: str, kind: str, as_: str, *, group: int = 1, stop: int = 1, essential: bool = True) -> ProcessSpec:
         arguments = arguments_of(kind, router=endpoint, run=run, name=as_)
-        return ProcessSpec(name, arguments, keys.pulse(kind, as_).key, group, stop, essential)
+        pulse, seat = keys.pulse(kind, as_).key, kind == "player"
+        return ProcessSpec(name, arguments, pulse, group, stop, essential, seat=seat)
 
     found = [
         ProcessSpec("router", arguments_of("router", router=endpoint), None, 0, 3),
@@ -106,6 +108,8 @@ class LocalMatch:
             folder.logs,
             announce,
             server,
+            disqualify=setup.on_fault == "disqualify",
+            memory=setup.memory,
         )
 
     @property
@@ -185,5 +189,6 @@ class LocalMatch:
                 router=self.endpoint,
                 run=str(self._folder.path.resolve()),
                 pid=os.getpid(),
+                folder=str(Path.cwd()),
             )
         )

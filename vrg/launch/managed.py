@@ -5,13 +5,14 @@ import subprocess
 import sys
 import time
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import psutil
 
 from vrg.errors import LaunchError
 from vrg.launch.fork_server import Forked, ForkServer
+from vrg.launch.process_log import ProcessLog
 
 STOP_PATIENCE = 5.0
 """The real time in s from SIGTERM to SIGKILL."""
@@ -25,8 +26,14 @@ _STALL = 2.0
 """The longest real time in s that counts for a pause between two looks."""
 RESTART_LIMIT = 5
 """The number of deaths within RESTART_WINDOW after which a process is still started again."""
+HANG_LIMIT = 1
+"""The number of times within RESTART_WINDOW that a player may hang and still be started again."""
 RESTART_WINDOW = 60.0
 """The real time in s in which the deaths of a process are counted."""
+HANDOVER = 2.0
+"""The real time in s that a player has to stop its robot before another one takes its seat."""
+_DUMP = 0.5
+"""The real time in s within which a player says where it is. One that is frozen does not."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +49,7 @@ class ProcessSpec:
         essential: True if there is no match without it.
         says: the text that a process without a pulse prints when it is ready; None for the router.
         command: True if it is run as a `vrg` command.
+        seat: True if it is a player's process, which may be disqualified.
     """
 
     name: str
@@ -52,6 +60,7 @@ class ProcessSpec:
     essential: bool = True
     says: str | None = None
     command: bool = False
+    seat: bool = False
 
     @property
     def interpreter(self) -> tuple[str, ...]:
@@ -77,15 +86,17 @@ class ManagedProcess:
         server: the fork server that starts the child, as long as the server lives.
 
     Attributes:
+        log: its log.
         ready: True when the child has told that it is ready.
-        deaths: the monotonic times of its last deaths, s.
+        deaths, hangs: the monotonic times at which it has died or hung lately, s.
     """
 
     def __init__(self, spec: ProcessSpec, log: Path, server: ForkServer) -> None:
         self.spec = spec
         self._server = server
-        self.log = log
+        self.log = ProcessLog(log)
         self.deaths: deque[float] = deque()
+        self.hangs: deque[float] = deque()
         self.ready = False
         self._looked = 0.0
         self._idle = 0.0
@@ -98,7 +109,7 @@ class ManagedProcess:
         """Whether it has printed the text that tells that it is ready, since it was last started."""
         if self.spec.says is None:
             return False
-        with self.log.open("rb") as log:
+        with self.log.path.open("rb") as log:
             log.seek(self._log_begins)
             return self.spec.says.encode() in log.read()
 
@@ -121,7 +132,7 @@ class ManagedProcess:
         self.ready = False
         self._looked, self._idle, self._worked = time.monotonic(), 0.0, 0.0
         try:
-            with self.log.open("ab") as log:
+            with self.log.open() as log:
                 self._log_begins = log.tell()
                 forked = None if self.spec.command else self._server.fork(self.spec.arguments, log)
                 self._process = forked or subprocess.Popen(
@@ -163,10 +174,43 @@ class ManagedProcess:
 
     def note_death(self, now: float) -> bool:
         """Remember a death at monotonic time `now`; return False if it has died too often to be started again."""
-        self.deaths.append(now)
-        while self.deaths and now - self.deaths[0] > RESTART_WINDOW:
-            self.deaths.popleft()
-        return len(self.deaths) <= RESTART_LIMIT
+        return _within_window(self.deaths, now) <= RESTART_LIMIT
+
+    def note_hang(self, now: float) -> bool:
+        """Remember that it hung at monotonic time `now`; return False if it has hung too often."""
+        return _within_window(self.hangs, now) <= HANG_LIMIT
+
+    @property
+    def memory(self) -> int:
+        """The memory that it uses, bytes; 0 if it does not run."""
+        pid = self.pid
+        try:
+            return 0 if pid is None else int(psutil.Process(pid).memory_info().rss)
+        except psutil.Error:
+            return 0
+
+    def where(self) -> str:
+        """Where a player that runs is in the student's code, such as `ann.py, line 7, in act`; empty if unknown."""
+        if self._process is None or self._process.poll() is not None:
+            return ""
+        before, deadline = self.log.size, time.monotonic() + _DUMP
+        self._process.send_signal(signal.SIGUSR1)
+        while not (place := self.log.place(before)) and time.monotonic() < deadline:
+            time.sleep(0.02)
+        return place
+
+    def play(self, arguments: tuple[str, ...]) -> None:
+        """End the child and start it with other arguments, as one that has never failed.
+
+        Raises:
+            LaunchError: it cannot be started.
+        """
+        self.terminate()
+        self.wait_stopped(time.monotonic() + HANDOVER)
+        self.spec = replace(self.spec, arguments=arguments)
+        self.deaths.clear()
+        self.hangs.clear()
+        self.start()
 
     def kill(self) -> None:
         """Kill a child that hangs, and wait for its end. SIGKILL also ends a process that is stopped."""
@@ -195,10 +239,10 @@ class ManagedProcess:
             if self._process.stdin:
                 self._process.stdin.close()
 
-    def last_words(self, lines: int = 15) -> str:
-        """The last lines of its log."""
-        try:
-            text = self.log.read_text(encoding="utf-8", errors="replace")
-        except OSError:
-            return ""
-        return "\n".join(text.splitlines()[-lines:])
+
+def _within_window(times: deque[float], now: float) -> int:
+    """Add a time, forget those of before the window, and count the rest."""
+    times.append(now)
+    while now - times[0] > RESTART_WINDOW:
+        times.popleft()
+    return len(times)

@@ -7,6 +7,7 @@ processes only a player's own process imports a student's code.
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vrg.blame import failure_of
 from vrg.bus.mailbox import Mailbox
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
@@ -53,7 +54,24 @@ def coordinator_node(setup: MatchSetup, journal: "Journal") -> "Coordinator":
     from vrg.config.rules import rulebook_of
     from vrg.coordinator.coordinator import Coordinator
 
-    return Coordinator(Mailbox(), setup.keys, rulebook_of(setup), journal, seed=setup.seed)
+    disqualify = setup.on_fault == "disqualify"
+    return Coordinator(Mailbox(), setup.keys, rulebook_of(setup), journal, seed=setup.seed, disqualify=disqualify)
+
+
+def strategy_class(target: str, base: Path) -> "type[Strategy]":
+    """The class of a strategy: `module:Class`, `file.py:Class`, or the name of one that a package has registered.
+
+    Raises:
+        ConfigError: there is none, it cannot be imported, or it is no strategy.
+    """
+    from vrg.agents.importing import import_object
+    from vrg.agents.strategy import Strategy
+    from vrg.games import STRATEGIES
+
+    kind = import_object(target, base) if ":" in target else STRATEGIES.get(target)
+    if not (isinstance(kind, type) and issubclass(kind, Strategy)):
+        raise ConfigError([f"{target}: expected a subclass of vrg.agents.Strategy, got {kind!r}"])
+    return kind
 
 
 def strategy_of(setup: MatchSetup, name: str) -> "Strategy":
@@ -62,20 +80,14 @@ def strategy_of(setup: MatchSetup, name: str) -> "Strategy":
     Raises:
         ConfigError: there is no such player, or its strategy cannot be imported or made, or is no Strategy.
     """
-    from vrg.agents.importing import import_object
-    from vrg.agents.strategy import Strategy
-    from vrg.games import STRATEGIES
     from vrg.hal.models import robot_model
 
     player = setup.player(name)
-    target = player.strategy
-    kind = import_object(target, Path(setup.base)) if ":" in target else STRATEGIES.get(target)
-    if not (isinstance(kind, type) and issubclass(kind, Strategy)):
-        raise ConfigError([f"{target}: expected a subclass of vrg.agents.Strategy, got {kind!r}"])
+    kind = strategy_class(player.strategy, Path(setup.base))
     try:
         return kind(name, robot_model(player.model))
-    except Exception as error:
-        raise ConfigError([f"{target}: cannot be made: {type(error).__name__}: {error}"]) from error
+    except (Exception, SystemExit) as error:
+        raise ConfigError([f"{player.strategy}: cannot be made: {failure_of(error)}"]) from error
 
 
 def player_node(setup: MatchSetup, name: str) -> "Player":

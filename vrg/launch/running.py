@@ -3,6 +3,7 @@
 import fcntl
 import json
 import logging
+import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
@@ -15,6 +16,9 @@ from vrg.errors import ConfigError
 
 log = logging.getLogger(__name__)
 
+_PROBE = 2.0
+"""s for a program to accept a connection."""
+
 
 @dataclass(frozen=True)
 class RunningMatch:
@@ -22,12 +26,20 @@ class RunningMatch:
 
     Args:
         match: its name. router: the endpoint of its router. run: its run folder. pid: the launcher's process id.
+        folder: the working folder in which it was started.
     """
 
     match: str
     router: str
     run: str
     pid: int
+    folder: str = ""
+
+    @property
+    def is_own(self) -> bool:
+        """Whether it was started in the present working folder, or in one above or below it."""
+        here, there = Path.cwd(), Path(self.folder)
+        return here == there or here in there.parents or there in here.parents
 
 
 def _folder() -> Path:
@@ -94,11 +106,12 @@ def find(match: str | None, router: str | None, default_router: str) -> tuple[st
         default_router: the endpoint to use for a match that is named but does not run on this machine.
 
     Raises:
-        ConfigError: several running matches fit, or none does and no match is named.
+        ConfigError: several running matches fit, or none does.
     """
     if match and router:
         return match, router
-    found = [m for m in running() if match in (None, m.match) and router in (None, m.router)]
+    everywhere = running()
+    found = [m for m in everywhere if match in (None, m.match) and router in (None, m.router)]
     if len(found) == 1:
         return found[0].match, found[0].router
     if len(found) > 1:
@@ -106,4 +119,22 @@ def find(match: str | None, router: str | None, default_router: str) -> tuple[st
         raise ConfigError([f"several matches run on this machine; say which:\n{listed}"])
     if match is None:
         raise ConfigError(["no match runs on this machine; name one with --match (and --router)"])
+    if router is None and not _answers(default_router):
+        names = ", ".join(m.match for m in everywhere) or "none"
+        raise ConfigError(
+            [
+                f"expected a match that runs on this machine ({names}), got {match!r}; name the router of a match on "
+                "another machine with --router"
+            ]
+        )
     return match, router or default_router
+
+
+def _answers(endpoint: str) -> bool:
+    """Whether some program accepts connections at an endpoint of TCP."""
+    host, _, port = endpoint.removeprefix("tcp/").rpartition(":")
+    try:
+        socket.create_connection((host, int(port)), timeout=_PROBE).close()
+    except (OSError, ValueError):
+        return False
+    return True

@@ -1,7 +1,10 @@
 """What every process of a match does from its start to its end: it runs one node, or the router."""
 
+import faulthandler
 import logging
 import os
+import resource
+import signal
 import sys
 import threading
 import time
@@ -15,8 +18,9 @@ from vrg.bus.process import Statistics, run_node, run_world
 from vrg.bus.session import open_router, open_session
 from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.config.setup import MatchSetup
-from vrg.errors import LaunchError
+from vrg.errors import LaunchError, StrategyError
 from vrg.launch import nodes
+from vrg.launch.output import BoundedOutput
 from vrg.launch.run_folder import RunFolder, write_json, write_whole
 
 log = logging.getLogger(__name__)
@@ -72,6 +76,7 @@ def serve(
         elif kind == "recorder":
             node = nodes.recorder_node(setup, folder)
         elif kind == "player":
+            stack.enter_context(_students_code(setup.memory))
             node = nodes.player_node(setup, name)
         elif kind == "spectator":
             window = nodes.spectator_node(setup, name or f"window-{os.getpid()}", run or Path())
@@ -81,6 +86,32 @@ def serve(
         statistics = run_node(node, session, setup.keys, stop, finished=finished, idle=idle)
         _report(folder if run is not None or kind == "coordinator" else None, node.name, statistics)
         return stop
+
+
+@contextmanager
+def _students_code(memory: int) -> Iterator[None]:
+    """Bound what the code of a strategy uses and prints, and log where it fails.
+
+    Args:
+        memory: the most memory that this process may use, MB.
+    """
+    bound_memory(memory)
+    # SIGUSR1 makes even a process in an endless loop say where it is.
+    faulthandler.enable()
+    faulthandler.register(signal.SIGUSR1)
+    sys.stdout, sys.stderr = BoundedOutput(sys.stdout), BoundedOutput(sys.stderr)
+    try:
+        yield
+    except StrategyError as error:
+        log.error("the strategy has failed", exc_info=error.__cause__ or error)
+        raise
+
+
+def bound_memory(megabytes: int) -> None:
+    """Let this process get no more memory than this; a strategy that asks for more gets a MemoryError."""
+    # Darwin accepts the limit and does not keep it.
+    _, hard = resource.getrlimit(resource.RLIMIT_DATA)
+    resource.setrlimit(resource.RLIMIT_DATA, (megabytes * 1_000_000, hard))
 
 
 def _never() -> bool:

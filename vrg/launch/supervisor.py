@@ -9,9 +9,11 @@ from vrg.bus.session import Session, open_session
 from vrg.bus.stopping import StopSignal
 from vrg.bus.topics import Keys, router_alive
 from vrg.errors import BusError, LaunchError
+from vrg.launch.child import FAILED_FOR_GOOD
 from vrg.launch.fork_server import UNKNOWN, ForkServer
 from vrg.launch.managed import STOP_PATIENCE, ManagedProcess, ProcessSpec
 from vrg.launch.pulses import Pulses
+from vrg.launch.seats import Seats
 
 CUT_OFF = 1.0
 """The real time in s without a connection to the router after which the router is taken to hang."""
@@ -19,6 +21,8 @@ ROUTER_START = 10.0
 """The real time in s from a router's start after which it must answer."""
 QUIET = 10.0
 """The real time in s without a sign of life of any process after which a person is told."""
+LINES = 15
+"""The number of last lines of a log that are shown when a process has ended."""
 _LOOK = 0.02
 """The real time in s between two looks at whether starting processes are ready."""
 _PROGRESS = 0.5
@@ -33,6 +37,8 @@ class Supervisor:
         endpoint: the endpoint of the router. keys: the keys of the match. logs: the folder for the logs.
         announce: called with a text about each event that a person should know of.
         server: the fork server that starts the processes; without one each gets an interpreter of its own.
+        disqualify: True disqualifies a player that has failed for good; False halts the match.
+        memory: the most memory that a player's process may use, MB.
     """
 
     def __init__(
@@ -43,12 +49,16 @@ class Supervisor:
         logs: Path,
         announce: Callable[[str], None],
         server: ForkServer | None = None,
+        *,
+        disqualify: bool = True,
+        memory: int = 2000,
     ) -> None:
         self._endpoint = endpoint
         self._announce = announce
         self._mailbox = Mailbox()
         self._beats = self._mailbox.subscribe(keys.pulse())
         self._pulses = Pulses(time.monotonic())
+        self._seats = Seats(self._mailbox, keys, announce, disqualify=disqualify, memory=memory)
         self._session: Session | None = None
         self._router_since = time.monotonic()
         self._cut_since: float | None = None
@@ -127,7 +137,14 @@ class Supervisor:
                     waiting.remove(process)
                     yield process
                 elif look or process.exit_status is not None:
-                    self._check_start(process)
+                    try:
+                        self._check_start(process)
+                    except LaunchError:
+                        # One student's bug does not keep the others from playing.
+                        if not (process.spec.seat and self._seats.disqualify):
+                            raise
+                        waiting.remove(process)
+                        self._seats.vacate(process, process.log.last_words(1) or "it did not start")
             if stop.wait(_LOOK):
                 yield None
                 return
@@ -138,11 +155,11 @@ class Supervisor:
         name = process.spec.name
         if process.exit_status is not None:
             raise LaunchError(
-                f"{name} ended with status {process.exit_status} before it was ready:\n{process.last_words()}"
+                f"{name} ended with status {process.exit_status} before it was ready:\n{process.log.last_words(LINES)}"
             )
         stuck = process.stuck(time.monotonic())
         if stuck is not None:
-            raise LaunchError(f"{name} {stuck}; see {process.log}\n{process.last_words()}")
+            raise LaunchError(f"{name} {stuck}; see {process.log.path}\n{process.log.last_words(LINES)}")
 
     def poll(self) -> None:
         """Look at all processes once: restart those that have died, and kill those that hang.
@@ -153,9 +170,13 @@ class Supervisor:
         self._feel_pulses()
         now = time.monotonic()
         for process in list(self.processes):
-            if process.exit_status is not None:
+            if process.exit_status is not None and process.spec.name not in self._seats.vacant:
                 self._bury(process, now)
         self._find_hung(now)
+        for process in self._seats.look(self.processes, now):
+            self._pulses.forget(process.spec.name)
+        if self._session is not None:
+            self._session.send(self._mailbox.collect())
 
     def _feel_pulses(self) -> None:
         if self._session is None:
@@ -176,18 +197,24 @@ class Supervisor:
         if status in (0, UNKNOWN) and not process.spec.essential:
             self.processes.remove(process)
             self._announce(f"{name} was closed; the match goes on")
+            return
+        words = process.log.last_words(1) if status is not None and 0 < status != UNKNOWN else ""
+        # What VRG itself has said last is better than the status that goes with it.
+        what = words.removeprefix("vrg: ") if words.startswith("vrg: ") else ": ".join(filter(None, (how, words)))
+        if process.spec.seat and status == FAILED_FOR_GOOD:
+            self._seats.vacate(process, what)
         elif process.note_death(now):
-            words = process.last_words(1)
-            why = f": {words}" if words and status is not None and 0 < status != UNKNOWN else ""
-            self._announce(f"{name} {how}{why}: started again (log: {process.log})")
+            self._announce(f"{name} {what}: started again (log: {process.log.path})")
             process.start()
             if process.spec.is_router:
                 self._router_since = now
+        elif process.spec.seat:
+            self._seats.vacate(process, f"it fails too often: {what}")
         elif process.spec.essential:
-            raise LaunchError(f"{name} {how}, too often to go on:\n{process.last_words()}")
+            raise LaunchError(f"{name} {how}, too often to go on:\n{process.log.last_words(LINES)}")
         else:
             self.processes.remove(process)
-            self._announce(f"{name} {how}, too often: the match goes on without it (log: {process.log})")
+            self._announce(f"{name} {how}, too often: the match goes on without it (log: {process.log.path})")
 
     def _find_hung(self, now: float) -> None:
         if self._session is None:
@@ -206,9 +233,14 @@ class Supervisor:
         for process in self.processes:
             stuck = None if process.ready or process.spec.pulse is None else process.stuck(now)
             if process.pid is not None and (process.spec.name in hung or stuck):
-                self._announce(f"{process.spec.name} {stuck or 'hangs'}: killed")
+                where = process.where() if process.spec.seat else ""
+                what = f"{stuck or 'hangs'}{f' ({where})' if where else ''}"
                 self._pulses.forget(process.spec.name)
                 process.kill()
+                if process.spec.seat and not process.note_hang(now):
+                    self._seats.vacate(process, f"it {what}, again")
+                else:
+                    self._announce(f"{process.spec.name} {what}: killed")
         quiet = self._pulses.silence(now) > QUIET
         if quiet and not self._told_of_quiet:
             self._announce(f"no process of the match has given a sign of life for {QUIET:g} s: waiting for them")

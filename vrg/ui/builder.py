@@ -126,7 +126,7 @@ class SceneBuilder:
             state=state,
             physical=body.physical,
             trail=tuple(point for _, point in self._trails.get(body.name, ())),
-            out_of_play=state in self._game.out_of_play,
+            out_of_play=self._game.is_out(state),
         )
 
     def _player(self, status: m.PlayerStatus) -> ScenePlayer:
@@ -144,7 +144,7 @@ class SceneBuilder:
             # It stands beside the name, which a fault often begins with.
             fault=report.fault.removeprefix(f"{status.name}: ") if report and report.fault else None,
             latched=report.latched if report else False,
-            out_of_play=status.state in self._game.out_of_play,
+            out_of_play=status.self._game.is_out(state),
         )
 
 

@@ -185,7 +185,7 @@ def _draw_track(axes: Axes, track: Track, number: int, colour: Colour, labels: L
     axes.plot(x[0], y[0], "o", color=colour, markerfacecolor="white", markersize=6, markeredgewidth=1.6, zorder=4)
     last = _last_of_round(track, number, int(keep[-1]))
     sign = game.style(track.roles[last], track.states[last]).marker
-    gone = track.states[last] in game.out_of_play
+    gone = game.is_out(track.states[last])
     face = "0.75" if gone else colour
     axes.plot(
         x[-1],
@@ -232,7 +232,7 @@ def _legend(
         for last in [_last_of_round(track, number, int(i)) for i in np.flatnonzero(_shown(track, number))[-1:]]
     ]
     signs = {
-        (game.style(role, state).marker, state if state in game.out_of_play else role) for role, state in ends if role
+        (game.style(role, state).marker, state if game.is_out(state) else role) for role, state in ends if role
     }
     for sign, word in sorted(signs, key=lambda pair: pair[1]):
         yield Line2D([], [], color=grey, marker=_ROLE_MARKERS[sign], linestyle="", label=f"end, {word}")

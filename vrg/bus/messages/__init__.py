@@ -19,6 +19,7 @@ from vrg.bus.messages.match import (
 )
 from vrg.bus.messages.player import SAY_LIMIT, Manual, Pulse, Report, Say
 from vrg.bus.messages.robot import Drive, MeasuredPose, Placed, Recover, RobotState, SpeedLimit
+from vrg.bus.messages.seat import SeatAnswer, SeatRequest
 from vrg.bus.messages.world import Body, Clock, Poses, RequestKind, WorldAnswer, WorldRequest
 
 __all__ = [
@@ -47,6 +48,8 @@ __all__ = [
     "RequestKind",
     "RobotState",
     "Say",
+    "SeatAnswer",
+    "SeatRequest",
     "SensorMessage",
     "SpeedLimit",
     "Stage",

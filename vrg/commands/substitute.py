@@ -1,0 +1,57 @@
+"""The command `vrg substitute`, which puts another player into a seat while the match runs."""
+
+import time
+import uuid
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import SeatRequest
+from vrg.bus.session import open_session
+from vrg.bus.topics import Keys
+from vrg.commands.official import me
+from vrg.commands.options import EndpointOption, own_match, whole_target
+from vrg.errors import BusError, ConfigError
+
+_PATIENCE = 10.0
+"""The real time in s to wait for the launcher, which gives the old player time to stop its robot."""
+
+
+def substitute(
+    match: Annotated[str, typer.Argument(help="Name of the running match.")],
+    player: Annotated[str, typer.Argument(help="Name of the player.")],
+    strategy: Annotated[str, typer.Argument(help="What it plays by from now on, such as mine.py:Mine.")],
+    router: EndpointOption = None,
+) -> None:
+    """Let a player go on with another strategy, or with the mended one. One that was disqualified plays again.
+
+    Its process is replaced. A player that is out because it has failed is back from the next round.
+    """
+    from vrg.launch.nodes import strategy_class  # only this command loads a student's code
+
+    target = whole_target(strategy)
+    strategy_class(target, Path.cwd())  # a mistake is told before the old player is stopped
+    name, endpoint = own_match(match, router, f"replace {player}")
+    keys, mailbox, number = Keys(name), Mailbox(), uuid.uuid4().hex
+    answers = mailbox.subscribe(keys.seat_answer)
+    with open_session(endpoint, patience=_PATIENCE) as session:
+        session.attach(mailbox)
+        mailbox.publish(keys.seat_request, SeatRequest(player=player, strategy=target, by=me(), id=number))
+        for out in (sent := mailbox.collect()):
+            if not session.wait_for_listener(out.message.key, out.topic.qos, _PATIENCE):
+                raise BusError(f"no launcher runs match {name}: put the player in by `vrg player`")
+        session.send(sent)
+        deadline = time.monotonic() + _PATIENCE
+        while time.monotonic() < deadline:
+            session.receive()
+            mailbox.handover(0.0)
+            for received in answers.take():
+                if received.body.id == number:
+                    if received.body.refused is not None:
+                        raise ConfigError([received.body.refused])
+                    typer.echo(f"{name}: {player} plays by {strategy} now")
+                    return
+            time.sleep(0.02)
+    raise BusError(f"the launcher of match {name} did not answer within {_PATIENCE:g} s")

@@ -1,0 +1,98 @@
+"""The log of one process: what was written last, how much it is, and that it stays within bounds.
+
+The process writes to it directly, so that its last words are there however it ends. What bounds it is outside.
+"""
+
+import re
+import shutil
+from collections import deque
+from pathlib import Path
+from typing import IO
+
+from vrg.blame import is_students
+
+LONGEST = 5_000_000
+"""The size in bytes above which a log is moved to one with the ending `.1`, and begins anew."""
+FLOOD = 20_000_000
+"""The number of bytes within FLOOD_WINDOW that are too many for a player."""
+FLOOD_WINDOW = 60.0
+"""s"""
+_FRAME = re.compile(r'^  File "(?P<file>[^"]+)", line (?P<line>\d+) in (?P<name>\S+)', re.MULTILINE)
+_TAIL = 20_000
+"""The number of bytes at the end of a log in which last words are looked for."""
+
+
+class ProcessLog:
+    """See the module.
+
+    Args:
+        path: the file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._size = 0
+        self._written: deque[tuple[float, int]] = deque()
+
+    def open(self) -> IO[bytes]:
+        """The file, to append to."""
+        return self.path.open("ab")
+
+    def last_words(self, lines: int) -> str:
+        """The last lines."""
+        return "\n".join(self._tail().splitlines()[-lines:])
+
+    @property
+    def size(self) -> int:
+        """Its size in bytes."""
+        try:
+            return self.path.stat().st_size
+        except OSError:
+            return 0
+
+    def place(self, since: int) -> str:
+        """Where the student's code was by the last dump of `faulthandler`, such as `ann.py, line 7, in act`.
+
+        Empty if there is no dump, or none of its frames is a student's.
+
+        Args:
+            since: the size of the log before the dump was asked for, bytes.
+        """
+        dump = self._tail(since).rpartition("(most recent call first):")
+        frames = [m for m in _FRAME.finditer(dump[2]) if is_students(m["file"])] if dump[1] else []
+        return f"{Path(frames[0]['file']).name}, line {frames[0]['line']}, in {frames[0]['name']}" if frames else ""
+
+    def grow(self, now: float) -> int:
+        """Look how much was written within FLOOD_WINDOW, bytes, and begin the file anew if it is too long.
+
+        Args:
+            now: the monotonic time, s.
+        """
+        size = self.size
+        self._written.append((now, max(0, size - self._size)))
+        while now - self._written[0][0] > FLOOD_WINDOW:
+            self._written.popleft()
+        self._size = size
+        if size > LONGEST:
+            self._begin_anew()
+        return sum(count for _, count in self._written)
+
+    def _begin_anew(self) -> None:
+        # The process has the file open, so its content is moved and not the file. A line in between may be lost.
+        try:
+            with self.path.open("rb") as old, self.path.with_name(f"{self.path.name}.1").open("wb") as kept:
+                old.seek(-LONGEST, 2)
+                shutil.copyfileobj(old, kept)
+            with self.path.open("r+b") as log:
+                log.truncate(0)
+        except OSError:
+            return  # a full disk, or a file that is gone: there is nothing to bound
+        self._size = 0
+
+    def _tail(self, since: int = 0) -> str:
+        try:
+            with self.path.open("rb") as log:
+                log.seek(max(since, self.size - _TAIL))
+                return log.read().decode(errors="replace")
+        except OSError:
+            return ""
