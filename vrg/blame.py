@@ -31,7 +31,9 @@ def failure_of(error: BaseException) -> StrategyError:
         where = f"{Path(error.filename).name}, line {error.lineno}"
     else:
         where = place_of(error.__traceback__)
-    return StrategyError(f"{words} ({where})" if where else words, final=isinstance(error, FINAL))
+    failure = StrategyError(f"{words} ({where})" if where else words, final=isinstance(error, FINAL))
+    failure.__cause__ = error
+    return failure
 
 
 def place_of(trace: TracebackType | None) -> str:
@@ -49,7 +51,7 @@ def place_of(trace: TracebackType | None) -> str:
 
 def place_of_method(owner: object, name: str) -> str:
     """Where a method of an object is written, such as `ann.py, line 7, in act`; empty if nobody can tell."""
-    code = getattr(getattr(type(owner), name, None), "__code__", None)
+    code = getattr(getattr(owner, name, None), "__code__", None)
     return "" if code is None else f"{Path(code.co_filename).name}, line {code.co_firstlineno}, in {name}"
 
 

@@ -86,8 +86,7 @@ def play_match(
         server.stop = stop
         if wish.in_process:
             setup = setup if wish.paced else setup.at_rate(0.0)
-            state = _play_in_process(setup, folder, show, _pace(stop, setup.rate), paced=wish.paced)
-            failure = None
+            state, failure = _play_in_process(setup, folder, show, stop, paced=wish.paced)
         else:
             state, failure = _play_processes(setup, folder, show, stop, server)
     _conclude(setup, folder, show, state, interrupted=stop.is_set(), failure=failure)
@@ -122,15 +121,21 @@ def _has_display() -> bool:
 
 
 def _play_in_process(
-    setup: MatchSetup, folder: RunFolder, show: Show, pace: Callable[[float], bool], *, paced: bool
-) -> RefereeState:
+    setup: MatchSetup, folder: RunFolder, show: Show, stop: Stop, *, paced: bool
+) -> tuple[RefereeState | None, LaunchError | None]:
+    """Play the match in this process. Return the last state of the referee, and the error if the match was given up."""
     watchers: list[Node] = [TerminalTable("terminal", Mailbox(), setup.keys, console=show.console)]
     if show.record:
         watchers.append(nodes.recorder_node(setup, folder))
     if show.window and paced:
         watchers.append(nodes.spectator_node(setup, "window", folder.path))
+    pace = _pace(stop, setup.rate)
     with nodes.open_journal(setup, folder) as journal:
-        return in_process.play(setup, journal, watchers=watchers, pace=pace).state
+        try:
+            ending = in_process.play(setup, journal, watchers=watchers, pace=pace, stop=stop, logs=folder.logs)
+        except LaunchError as failure:
+            return None, failure
+    return ending.state, None
 
 
 def _pace(stop: Stop, rate: float) -> Callable[[float], bool]:

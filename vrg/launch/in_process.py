@@ -1,16 +1,21 @@
 """Plays a whole virtual match in this process, in lockstep."""
 
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
+from pathlib import Path
 
 from vrg.bus.lockstep import Lockstep
 from vrg.bus.messages import RefereeState
 from vrg.bus.node import Node
+from vrg.bus.stopping import StopSignal
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import Journal
 from vrg.coordinator.rulebook import Field
 from vrg.errors import ConfigError
-from vrg.launch.nodes import coordinator_node, player_node, world_node
+from vrg.launch.bounds import DecisionAlarm, bounded_memory
+from vrg.launch.contained import ContainedPlayer
+from vrg.launch.nodes import coordinator_node, player_node, strategy_of, world_node
 
 
 @dataclass(frozen=True)
@@ -34,6 +39,8 @@ def play(
     limit: float = 3600.0,
     pace: Callable[[float], bool] | None = None,
     strict: bool = False,
+    stop: StopSignal | None = None,
+    logs: Path | None = None,
 ) -> Ending:
     """Play a match to its end.
 
@@ -43,18 +50,25 @@ def play(
         limit: the match time in s after which the match is broken off.
         pace: called after each tick with the match time. It may wait; if it returns False, the match is broken off.
         strict: True passes every message through the codec of the bus.
+        stop: what tells that the match is to stop, so that a strategy in an endless loop is interrupted.
+        logs: the folder for what players print; None lets them print.
 
     Raises:
         ConfigError: a robot of the match is a physical one.
+        LaunchError: a player has failed too often, and the match file wants no disqualification.
     """
     if setup.physical:
         raise ConfigError([f"{', '.join(setup.physical)}: only robots of backend 'sim' can be played in one process"])
     coordinator = coordinator_node(setup, journal)
-    players = [player_node(setup, p.name) for p in setup.players]
+    alarm = DecisionAlarm(stop)
+    players = [_contained(setup, player.name, alarm, logs) for player in setup.players]
     world = world_node(setup)
     executor = Lockstep(world, [coordinator, *players, *watchers], strict=strict)
     linger = 0.0
-    try:
+    with ExitStack() as stack:
+        stack.callback(executor.stop)
+        stack.enter_context(alarm)
+        stack.enter_context(bounded_memory(setup.memory))
         # The match goes on for one more second, so that every node hears how it ended.
         while linger < 1.0 and executor.time < limit:
             executor.step()
@@ -62,6 +76,17 @@ def play(
                 break
             if coordinator.match.over:
                 linger += world.period
-    finally:
-        executor.stop()
     return Ending(coordinator.match.state(Field({}), estop=False), executor.time)
+
+
+def _contained(setup: MatchSetup, name: str, alarm: DecisionAlarm, logs: Path | None) -> ContainedPlayer:
+    """A player whose failures do not end the match."""
+    return ContainedPlayer(
+        player_node(setup, name),
+        setup.keys,
+        lambda: strategy_of(setup, name),
+        alarm,
+        None if logs is None else logs / f"{name}.log",
+        disqualify=setup.on_fault == "disqualify",
+        memory=setup.memory,
+    )

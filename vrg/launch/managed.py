@@ -4,7 +4,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections import deque
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,6 +12,7 @@ import psutil
 from vrg.errors import LaunchError
 from vrg.launch.fork_server import Forked, ForkServer
 from vrg.launch.process_log import ProcessLog
+from vrg.launch.strikes import Strikes
 
 STOP_PATIENCE = 5.0
 """The real time in s from SIGTERM to SIGKILL."""
@@ -24,12 +24,6 @@ _WORKS = 0.01
 """The processor time in s that a process must use between two looks; less counts as doing nothing."""
 _STALL = 2.0
 """The longest real time in s that counts for a pause between two looks."""
-RESTART_LIMIT = 5
-"""The number of deaths within RESTART_WINDOW after which a process is still started again."""
-HANG_LIMIT = 1
-"""The number of times within RESTART_WINDOW that a player may hang and still be started again."""
-RESTART_WINDOW = 60.0
-"""The real time in s in which the deaths of a process are counted."""
 HANDOVER = 2.0
 """The real time in s that a player has to stop its robot before another one takes its seat."""
 _DUMP = 0.5
@@ -88,15 +82,14 @@ class ManagedProcess:
     Attributes:
         log: its log.
         ready: True when the child has told that it is ready.
-        deaths, hangs: the monotonic times at which it has died or hung lately, s.
+        strikes: counts how often it has failed, by monotonic time.
     """
 
     def __init__(self, spec: ProcessSpec, log: Path, server: ForkServer) -> None:
         self.spec = spec
         self._server = server
         self.log = ProcessLog(log)
-        self.deaths: deque[float] = deque()
-        self.hangs: deque[float] = deque()
+        self.strikes = Strikes()
         self.ready = False
         self._looked = 0.0
         self._idle = 0.0
@@ -172,14 +165,6 @@ class ManagedProcess:
             return f"is not ready and has done nothing for {IDLE_PATIENCE:g} s"
         return None
 
-    def note_death(self, now: float) -> bool:
-        """Remember a death at monotonic time `now`; return False if it has died too often to be started again."""
-        return _within_window(self.deaths, now) <= RESTART_LIMIT
-
-    def note_hang(self, now: float) -> bool:
-        """Remember that it hung at monotonic time `now`; return False if it has hung too often."""
-        return _within_window(self.hangs, now) <= HANG_LIMIT
-
     @property
     def memory(self) -> int:
         """The memory that it uses, bytes; 0 if it does not run."""
@@ -208,8 +193,7 @@ class ManagedProcess:
         self.terminate()
         self.wait_stopped(time.monotonic() + HANDOVER)
         self.spec = replace(self.spec, arguments=arguments)
-        self.deaths.clear()
-        self.hangs.clear()
+        self.strikes = Strikes()
         self.start()
 
     def kill(self) -> None:
@@ -238,11 +222,3 @@ class ManagedProcess:
         finally:
             if self._process.stdin:
                 self._process.stdin.close()
-
-
-def _within_window(times: deque[float], now: float) -> int:
-    """Add a time, forget those of before the window, and count the rest."""
-    times.append(now)
-    while now - times[0] > RESTART_WINDOW:
-        times.popleft()
-    return len(times)

@@ -21,6 +21,8 @@ LAUNCHER = "launcher"
 """Who decides that a player has failed, for the journal."""
 _GREED = 1.0
 """The real time in s between two looks at what the processes use."""
+_SLACK, _OWN = 1.25, 500
+"""A process may use this many times the memory that its strategy may use, and so many MB more."""
 _AGAIN = 1.0
 """The real time in s after which the referee is told once more, if it has not done it."""
 
@@ -85,7 +87,7 @@ class Seats:
         written = process.log.grow(now) if process.ready else 0
         if not process.spec.seat or process.pid is None:
             return False
-        if process.memory > 1_000_000 * self._memory:
+        if process.memory > 1_000_000 * (_SLACK * self._memory + _OWN):
             why = f"it uses more than {self._memory} MB of memory"
         elif written > FLOOD:
             why = f"it has written {written // 1_000_000} MB to its log within {FLOOD_WINDOW:g} s"

@@ -1,10 +1,7 @@
 """What every process of a match does from its start to its end: it runs one node, or the router."""
 
-import faulthandler
 import logging
 import os
-import resource
-import signal
 import sys
 import threading
 import time
@@ -20,6 +17,7 @@ from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError, StrategyError
 from vrg.launch import nodes
+from vrg.launch.bounds import bounded_memory, printing_to, say_where_on_request
 from vrg.launch.output import BoundedOutput
 from vrg.launch.run_folder import RunFolder, write_json, write_whole
 
@@ -93,25 +91,15 @@ def _students_code(memory: int) -> Iterator[None]:
     """Bound what the code of a strategy uses and prints, and log where it fails.
 
     Args:
-        memory: the most memory that this process may use, MB.
+        memory: the most memory that it may use, MB.
     """
-    bound_memory(memory)
-    # SIGUSR1 makes even a process in an endless loop say where it is.
-    faulthandler.enable()
-    faulthandler.register(signal.SIGUSR1)
-    sys.stdout, sys.stderr = BoundedOutput(sys.stdout), BoundedOutput(sys.stderr)
+    say_where_on_request()
     try:
-        yield
+        with bounded_memory(memory), printing_to(BoundedOutput(sys.stdout)):
+            yield
     except StrategyError as error:
         log.error("the strategy has failed", exc_info=error.__cause__ or error)
         raise
-
-
-def bound_memory(megabytes: int) -> None:
-    """Let this process get no more memory than this; a strategy that asks for more gets a MemoryError."""
-    # Darwin accepts the limit and does not keep it.
-    _, hard = resource.getrlimit(resource.RLIMIT_DATA)
-    resource.setrlimit(resource.RLIMIT_DATA, (megabytes * 1_000_000, hard))
 
 
 def _never() -> bool:

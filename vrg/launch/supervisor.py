@@ -203,7 +203,7 @@ class Supervisor:
         what = words.removeprefix("vrg: ") if words.startswith("vrg: ") else ": ".join(filter(None, (how, words)))
         if process.spec.seat and status == FAILED_FOR_GOOD:
             self._seats.vacate(process, what)
-        elif process.note_death(now):
+        elif process.strikes.failure(now):
             self._announce(f"{name} {what}: started again (log: {process.log.path})")
             process.start()
             if process.spec.is_router:
@@ -237,7 +237,7 @@ class Supervisor:
                 what = f"{stuck or 'hangs'}{f' ({where})' if where else ''}"
                 self._pulses.forget(process.spec.name)
                 process.kill()
-                if process.spec.seat and not process.note_hang(now):
+                if process.spec.seat and not process.strikes.hang(now):
                     self._seats.vacate(process, f"it {what}, again")
                 else:
                     self._announce(f"{process.spec.name} {what}: killed")

@@ -144,7 +144,7 @@ class SceneBuilder:
             # It stands beside the name, which a fault often begins with.
             fault=report.fault.removeprefix(f"{status.name}: ") if report and report.fault else None,
             latched=report.latched if report else False,
-            out_of_play=status.self._game.is_out(state),
+            out_of_play=self._game.is_out(status.state),
         )
 
 

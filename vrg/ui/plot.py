@@ -231,9 +231,7 @@ def _legend(
         for number in rounds
         for last in [_last_of_round(track, number, int(i)) for i in np.flatnonzero(_shown(track, number))[-1:]]
     ]
-    signs = {
-        (game.style(role, state).marker, state if game.is_out(state) else role) for role, state in ends if role
-    }
+    signs = {(game.style(role, state).marker, state if game.is_out(state) else role) for role, state in ends if role}
     for sign, word in sorted(signs, key=lambda pair: pair[1]):
         yield Line2D([], [], color=grey, marker=_ROLE_MARKERS[sign], linestyle="", label=f"end, {word}")
     for rule, moment in _moments(game, calls).items():

@@ -325,7 +325,7 @@ class TestConnecting:
             bench.close()
 
     def test_an_unknown_kind_of_interface(self) -> None:
-        with pytest.raises(ConfigError, match="interface: expected one of .*, got 'tin-can'"):
+        with pytest.raises(ConfigError, match=r"interface: expected one of .*, got 'tin-can'"):
             DeviceBench("odrive", [0], [1], interface="tin-can")
 
     def test_two_drives_with_one_id(self, drives: Drives) -> None:

@@ -1,0 +1,113 @@
+"""Bounds for code that a student has written: memory, output, and the time of a decision."""
+
+import faulthandler
+import resource
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import TextIO
+
+import psutil
+
+from vrg.blame import DecisionTimeoutError
+from vrg.bus.stopping import StopSignal
+from vrg.launch.output import BoundedOutput
+
+BUDGET = 5.0
+"""The real time in s that a decision may take in a match in one process. In a process of its own a player that takes
+half as long is taken to hang."""
+_LOOK = 0.25
+"""The real time in s between two looks at whether a decision goes on."""
+
+
+@contextmanager
+def bounded_memory(megabytes: int) -> Iterator[None]:
+    """Let this process get so much more memory than it has, and not more; who asks for it gets a MemoryError.
+
+    macOS accepts the bound and does not keep it.
+    """
+    before = resource.getrlimit(resource.RLIMIT_DATA)
+    grant_memory(megabytes)
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_DATA, before)
+
+
+def grant_memory(megabytes: int) -> None:
+    """Let this process get so much more memory than it has now."""
+    has = getattr(psutil.Process().memory_info(), "data", 0)
+    _, hard = resource.getrlimit(resource.RLIMIT_DATA)
+    wanted = has + megabytes * 1_000_000
+    resource.setrlimit(resource.RLIMIT_DATA, (wanted if hard == resource.RLIM_INFINITY else min(wanted, hard), hard))
+
+
+@contextmanager
+def printing_to(stream: TextIO | BoundedOutput) -> Iterator[None]:
+    """Let what is printed go to a stream."""
+    before = sys.stdout, sys.stderr
+    sys.stdout = sys.stderr = stream
+    try:
+        yield
+    finally:
+        sys.stdout, sys.stderr = before
+
+
+def say_where_on_request() -> None:
+    """Let this process write to its log where it is when it gets SIGUSR1, even in an endless loop, or crashes."""
+    faulthandler.enable()
+    faulthandler.register(signal.SIGUSR1)
+
+
+class DecisionAlarm:
+    """Ends a decision that takes too long, or that goes on when the match is to stop; a context manager.
+
+    Only the main thread can be interrupted, so in another thread nothing is bounded.
+
+    Args:
+        stop: what tells that the match is to stop; None if nothing does.
+    """
+
+    def __init__(self, stop: StopSignal | None) -> None:
+        self._stop = stop
+        self._looks = 0
+        self._deciding = False
+        self._before: object = None
+        self._works = threading.current_thread() is threading.main_thread()
+
+    def __enter__(self) -> "DecisionAlarm":
+        if self._works:
+            self._before = signal.signal(signal.SIGALRM, self._look)
+            signal.setitimer(signal.ITIMER_REAL, _LOOK, _LOOK)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._works:
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+            signal.signal(signal.SIGALRM, self._before)  # type: ignore[arg-type]
+
+    @contextmanager
+    def deciding(self) -> Iterator[None]:
+        """While this lasts, a decision is made.
+
+        Raises:
+            DecisionTimeoutError: it takes too long.
+        """
+        self._looks, self._deciding = 0, True
+        try:
+            yield
+        finally:
+            self._deciding = False
+
+    def _look(self, _number: int, _frame: FrameType | None) -> None:
+        if not self._deciding:
+            return
+        # Looks are counted, not seconds, because a computer that slept is no fault of the strategy's.
+        self._looks += 1
+        stopping = self._stop is not None and self._stop.is_set()
+        if stopping or self._looks * _LOOK >= BUDGET:
+            why = "the match is to stop" if stopping else f"a decision may take {BUDGET:g} s"
+            raise DecisionTimeoutError(f"it was still deciding after {self._looks * _LOOK:g} s ({why})")

@@ -1,0 +1,125 @@
+"""A player in a match that runs in one process: its failures are contained, as they are in a process of its own."""
+
+import io
+from collections.abc import Callable
+from pathlib import Path
+
+from vrg.agents.player import Player
+from vrg.agents.strategy import Strategy
+from vrg.blame import DecisionTimeoutError, failure_of
+from vrg.bus.messages import FAILED, REASON_LENGTH, Official, OfficialAction, shortened
+from vrg.bus.node import Node, Tick
+from vrg.bus.topics import Keys
+from vrg.errors import ConfigError, LaunchError, StrategyError
+from vrg.launch.bounds import DecisionAlarm, grant_memory, printing_to
+from vrg.launch.output import BoundedOutput
+from vrg.launch.process_log import ProcessLog
+from vrg.launch.seats import LAUNCHER
+from vrg.launch.strikes import Strikes
+
+_TRIM = 10.0
+"""The match time in s between two looks at how long the log is."""
+
+
+class ContainedPlayer(Node):
+    """See the module. After a failure the player goes on with a fresh strategy, until it has failed too often.
+
+    Args:
+        player: the player. keys: the keys of the match.
+        make: makes its strategy anew.
+        alarm: ends its decisions when they take too long.
+        log: the file for what it prints; None lets it print.
+        disqualify: True disqualifies it when it has failed too often; False ends the match.
+        memory: what it may use, MB.
+    """
+
+    kind = "player"
+
+    def __init__(
+        self,
+        player: Player,
+        keys: Keys,
+        make: Callable[[], Strategy],
+        alarm: DecisionAlarm,
+        log: Path | None,
+        *,
+        disqualify: bool,
+        memory: int,
+    ) -> None:
+        super().__init__(player.name, player.mailbox, player.period)
+        self._player = player
+        self._keys = keys
+        self._make = make
+        self._alarm = alarm
+        self._disqualify = disqualify
+        self._memory = memory
+        self._strikes = Strikes()
+        self._out = False
+        self._log = None if log is None else ProcessLog(log)
+        self._output: BoundedOutput | None = None
+        self._trim_at = 0.0
+
+    def start(self) -> None:
+        """Open its log and connect to its robot."""
+        if self._log is not None:
+            stream = io.TextIOWrapper(self._log.open(), encoding="utf-8", write_through=True)
+            self._output = BoundedOutput(stream)
+        self._player.start()
+
+    def tick(self, tick: Tick) -> None:
+        """Let the player look, decide, drive and report; whoever is out does nothing any more.
+
+        Raises:
+            LaunchError: it has failed too often, and that ends the match.
+        """
+        if self._out:
+            return
+        try:
+            if self._output is None:
+                with self._alarm.deciding():
+                    self._player.tick(tick)
+            else:
+                with self._alarm.deciding(), printing_to(self._output):
+                    self._player.tick(tick)
+        except StrategyError as error:
+            self._fail(error, tick, again=self._strikes.failure(tick.time) and not error.final)
+        except DecisionTimeoutError as error:
+            self._fail(failure_of(error), tick, again=self._strikes.hang(tick.time))
+        if self._log is not None and tick.time >= self._trim_at:
+            self._trim_at = tick.time + _TRIM
+            self._log.grow(tick.time)
+
+    def stop(self) -> None:
+        """Stop its robot."""
+        self._player.stop()
+        if self._output is not None:
+            self._output.close()
+
+    def _fail(self, error: StrategyError, tick: Tick, *, again: bool) -> None:
+        """Its robot stands; it gets a fresh strategy, or is out."""
+        self._note(f"{tick.time:.1f} s: {error}\n")
+        self._player.give_way(f"{self.name}: {error}")
+        why = str(error)
+        if isinstance(error.__cause__, MemoryError):
+            grant_memory(self._memory)  # what one has taken is not missing to the others
+        if again:
+            try:
+                self._player.play_by(self._make())
+                return
+            except ConfigError as problem:
+                why = str(problem)
+        elif not error.final:
+            why = f"it fails too often: {why}"
+        if not self._disqualify:
+            raise LaunchError(f"{self.name}: {why}")
+        self._out = True
+        reason = shortened(why, REASON_LENGTH)
+        decision = Official(
+            action=OfficialAction.DISQUALIFY, by=LAUNCHER, reason=reason, subject=self.name, value=FAILED
+        )
+        self.mailbox.publish(self._keys.official, decision)
+
+    def _note(self, text: str) -> None:
+        if self._log is not None:
+            with self._log.open() as log:
+                log.write(text.encode())
