@@ -1,12 +1,13 @@
 """Who may command a robot, from the strongest to the weakest."""
 
+import sys
 from typing import Any
 
 import numpy as np
 import pytest
 
 from tests.hal.fake_driver import MODEL, POSE, FakeDriver
-from vrg.agents.player import REFEREE_TIMEOUT, Player
+from vrg.agents.player import NONSENSE_LIMIT, REFEREE_TIMEOUT, Player
 from vrg.agents.strategy import Action, Strategy, View
 from vrg.bus import messages as m
 from vrg.bus.codec import Received
@@ -14,6 +15,7 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
 from vrg.bus.radio import Radio
 from vrg.bus.topics import Keys
+from vrg.errors import StrategyError
 from vrg.hal.device import Device
 from vrg.types import STILL, Twist
 
@@ -207,8 +209,9 @@ def test_a_strategy_that_fails_is_not_swallowed(bench: Bench) -> None:
         raise ZeroDivisionError
 
     bench.strategy.act = broken  # type: ignore[method-assign]
-    with pytest.raises(ZeroDivisionError):
+    with pytest.raises(StrategyError, match=r"ZeroDivisionError \(test_player\.py, line \d+, in broken\)") as caught:
         bench.tick()
+    assert isinstance(caught.value.__cause__, ZeroDivisionError), "its traceback is kept for the log"
 
 
 def test_a_strategy_may_stand_still(bench: Bench) -> None:
@@ -255,7 +258,7 @@ def test_numpys_numbers_drive_as_pythons_do(bench: Bench) -> None:
 @pytest.mark.parametrize("answer", [None, 0.5, (0.5, 0.1), Twist("fast", 0.0), Twist(None, 0.0)])  # type: ignore[arg-type]
 def test_an_answer_that_is_no_motion_names_the_strategy(bench: Bench, answer: object) -> None:
     bench.strategy.act = lambda _view: answer  # type: ignore[method-assign, assignment, return-value]
-    with pytest.raises(TypeError, match=r"Ahead\.act of a: expected a Twist"):
+    with pytest.raises(StrategyError, match=r"Ahead\.act: expected a Twist.*\(test_player\.py, line \d+, in act\)"):
         bench.tick()
 
 
@@ -264,6 +267,34 @@ def test_a_motion_that_is_no_number_stops_the_robot_and_is_told(bench: Bench) ->
     bench.strategy.act = lambda _view: Twist(float("nan"), 0.0)  # type: ignore[method-assign]
     assert bench.tick() == ["stop"]
     assert "finite" in (bench.report().fault or "")
+    bench.strategy.act = lambda _view: Twist(0.2, 0.0)  # type: ignore[method-assign]
+    assert bench.tick() == ["drive 0.20 0.00"]
+    assert bench.report().fault is None
+
+
+def test_a_strategy_that_answers_nonsense_again_and_again_has_failed(bench: Bench) -> None:
+    bench.tick()
+    bench.strategy.act = lambda _view: Twist(0.0, float("inf"))  # type: ignore[method-assign]
+    for _ in range(NONSENSE_LIMIT - 1):
+        bench.tick()
+    with pytest.raises(StrategyError, match=r"expected finite numbers of m/s and rad/s, got Twist\(v=0.0, w=inf\)"):
+        bench.tick()
+
+
+def test_a_strategy_that_ends_the_program_has_failed_like_any_other(bench: Bench) -> None:
+    def leave(_view: View) -> Twist:
+        sys.exit(0)
+
+    bench.strategy.act = leave  # type: ignore[method-assign]
+    with pytest.raises(StrategyError, match=r"SystemExit: 0 \(test_player\.py, line \d+, in leave\)"):
+        bench.tick()
+
+
+def test_a_player_that_gives_way_stands_and_says_why(bench: Bench) -> None:
+    bench.tick()
+    bench.player.give_way("a: no idea")
+    report = bench.report()
+    assert (report.fault, report.mode) == ("a: no idea", "Stop/failed")
 
 
 def test_what_a_player_says_goes_to_its_team_and_is_heard_there(bench: Bench) -> None:
@@ -285,7 +316,7 @@ def test_what_a_player_says_goes_to_its_team_and_is_heard_there(bench: Bench) ->
 
 def test_a_player_cannot_say_more_than_the_radio_carries(bench: Bench) -> None:
     bench.strategy.act = lambda _view: Action(STILL, "x" * 5000)  # type: ignore[method-assign]
-    with pytest.raises(ValueError, match="what Ahead of a says: expected at most 1024 bytes"):
+    with pytest.raises(StrategyError, match=r"Ahead\.act: what it says cannot be sent: expected at most 1024 bytes"):
         bench.tick()
 
 

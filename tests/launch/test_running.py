@@ -2,6 +2,7 @@
 
 import json
 import os
+import socket
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
@@ -45,7 +46,22 @@ def test_a_match_whose_launcher_is_gone_does_not_count_whoever_has_its_pid_now(t
 
 def test_a_match_on_another_machine_is_named_by_its_address() -> None:
     assert running.find("far", "tcp/192.0.2.1:7447", "default") == ("far", "tcp/192.0.2.1:7447")
-    assert running.find("far", None, "default") == ("far", "default")
+
+
+def test_a_match_that_is_not_listed_may_be_at_the_usual_router_if_there_is_one() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        usual = f"tcp/127.0.0.1:{server.getsockname()[1]}"
+        assert running.find("far", None, usual) == ("far", usual)
+    with listed("near"), pytest.raises(ConfigError, match=r"runs on this machine \(near\), got 'far'; name the router"):
+        running.find("far", None, usual)
+
+
+def test_whose_match_it_is_tells_the_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    match = RunningMatch(match="m", router="r", run="x", pid=1, folder=str(tmp_path / "ann"))
+    for folder, own in ((tmp_path / "ann" / "deep", True), (tmp_path / "bob", False), (tmp_path, True)):
+        folder.mkdir(parents=True, exist_ok=True)
+        monkeypatch.chdir(folder)
+        assert match.is_own is own
 
 
 def test_a_damaged_entry_is_ignored(tmp_path: Path) -> None:

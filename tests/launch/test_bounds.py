@@ -1,0 +1,151 @@
+"""Bounds for students' code: memory, output and time."""
+
+import io
+import resource
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from vrg.blame import DecisionTimeoutError, OutputFloodError
+from vrg.launch import bounds
+from vrg.launch.bounds import DecisionAlarm, bounded_memory, printing_to
+from vrg.launch.output import FLOOD, WINDOW, BoundedOutput
+from vrg.launch.process_log import FLOOD_WINDOW, LONGEST, ProcessLog
+
+
+class TestOutput:
+    def test_what_is_printed_arrives(self) -> None:
+        stream = io.StringIO()
+        with printing_to(BoundedOutput(stream)):
+            print("hello")
+            print("oh", file=sys.stderr)
+        assert stream.getvalue() == "hello\noh\n"
+
+    def test_a_flood_is_an_exception_in_whoever_prints(self) -> None:
+        stream = io.StringIO()
+        with pytest.raises(OutputFloodError, match="more than 2 MB within 10 s"):
+            _print_for_ever(BoundedOutput(stream))
+        assert len(stream.getvalue()) <= FLOOD
+
+    def test_a_little_now_and_then_is_none(self) -> None:
+        now = 0.0
+        output = BoundedOutput(io.StringIO(), lambda: now)
+        for _ in range(20):
+            output.write("x" * (FLOOD // 2))
+            now += WINDOW / 2 + 1.0
+
+
+class TestLog:
+    def test_one_that_is_too_long_begins_anew_and_its_end_is_kept(self, tmp_path: Path) -> None:
+        log = ProcessLog(tmp_path / "ann.log")
+        with log.open() as file:
+            file.write(b"old" * LONGEST + b"\nlast line\n")
+            file.flush()
+            log.grow(0.0)
+            assert log.size == 0
+            file.write(b"new line\n")
+        assert log.path.read_bytes() == b"new line\n"
+        kept = (tmp_path / "ann.log.1").read_bytes()
+        assert kept.endswith(b"last line\n")
+        assert len(kept) == LONGEST
+
+    def test_what_was_written_is_counted_over_a_while(self, tmp_path: Path) -> None:
+        log = ProcessLog(tmp_path / "ann.log")
+        counts = []
+        for now in (0.0, 30.0, 61.0, FLOOD_WINDOW * 3):
+            with log.open() as file:
+                file.write(b"x" * 100)
+            counts.append(log.grow(now))
+        assert counts == [100, 200, 200, 100]
+
+    def test_a_log_that_is_not_there_yet_has_said_nothing(self, tmp_path: Path) -> None:
+        log = ProcessLog(tmp_path / "ann.log")
+        assert (log.size, log.grow(0.0), log.last_words(3), log.place(0)) == (0, 0, "", "")
+
+    def test_a_process_in_an_endless_loop_says_where_it_is(self, tmp_path: Path) -> None:
+        program = tmp_path / "stuck.py"
+        program.write_text(
+            "from vrg.launch.bounds import say_where_on_request\n"
+            "def spin():\n    while True:\n        pass\n"
+            "say_where_on_request()\nprint('ready', flush=True)\nspin()\n"
+        )
+        log = ProcessLog(tmp_path / "stuck.log")
+        with log.open() as output:
+            process = subprocess.Popen([sys.executable, str(program)], stdout=output, stderr=output)
+        try:
+            _until(lambda: "ready" in log.last_words(1))
+            process.send_signal(signal.SIGUSR1)
+            _until(lambda: log.place(0))
+            assert log.place(0) in ("stuck.py, line 3, in spin", "stuck.py, line 4, in spin")
+            assert log.place(log.size) == "", "an old dump is no news"
+        finally:
+            process.kill()
+            process.wait()
+
+
+class TestMemory:
+    def test_who_asks_for_more_than_the_bound_gets_an_error_and_the_bound_is_lifted(self) -> None:
+        before = resource.getrlimit(resource.RLIMIT_DATA)
+        with bounded_memory(300):
+            bytearray(200_000_000)
+            with pytest.raises(MemoryError):
+                bytearray(400_000_000)
+        assert resource.getrlimit(resource.RLIMIT_DATA) == before
+        bytearray(400_000_000)
+
+
+class TestTime:
+    def test_an_endless_decision_is_ended(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(bounds, "BUDGET", 0.5)
+        with pytest.raises(DecisionTimeoutError, match="still deciding"), DecisionAlarm(None) as alarm:
+            _decide_for_ever(alarm)
+
+    def test_a_stop_ends_it_at_once(self) -> None:
+        stop = threading.Event()
+        stop.set()
+        with pytest.raises(DecisionTimeoutError, match="the match is to stop"), DecisionAlarm(stop) as alarm:
+            _decide_for_ever(alarm)
+
+    def test_what_is_no_decision_is_left_alone(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(bounds, "BUDGET", 0.1)
+        monkeypatch.setattr(bounds, "_LOOK", 0.01)
+        looks: list[int] = []
+        with DecisionAlarm(None) as alarm:
+            look = alarm._look
+            monkeypatch.setattr(alarm, "_look", look)
+            signal.signal(signal.SIGALRM, lambda number, frame: (looks.append(number), look(number, frame))[1])
+            _until(lambda: len(looks) > 20)
+
+    def test_its_signal_is_given_back(self) -> None:
+        before = signal.getsignal(signal.SIGALRM)
+        with DecisionAlarm(None):
+            assert signal.getsignal(signal.SIGALRM) != before
+        assert signal.getsignal(signal.SIGALRM) == before
+        assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
+
+
+def _print_for_ever(output: BoundedOutput) -> None:
+    with printing_to(output):
+        while True:
+            print("x" * 1000)
+
+
+def _decide_for_ever(alarm: DecisionAlarm) -> None:
+    with alarm.deciding():
+        while True:
+            try:
+                time.sleep(0.01)
+            except Exception:
+                continue
+
+
+def _until(condition: object) -> None:
+    deadline = time.monotonic() + 30.0
+    while not condition():  # type: ignore[operator]
+        assert time.monotonic() < deadline
+        time.sleep(0.01)

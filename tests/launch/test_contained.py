@@ -1,0 +1,156 @@
+"""A match in one process whose players are broken in all kinds of ways is played to its end by the others."""
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.system.harness import short_match
+from vrg.bus.messages import DISQUALIFIED, Call, Stage
+from vrg.config.loading import load_match
+from vrg.coordinator.journal import read_journal
+from vrg.errors import LaunchError
+from vrg.launch import bounds
+from vrg.launch.in_process import Ending, play
+from vrg.launch.nodes import open_journal
+from vrg.launch.run_folder import RunFolder
+
+BROKEN = """
+import sys
+
+from vrg.agents import Strategy, Twist
+from vrg.games.sharks_and_minnows.player import SharksAndMinnowsPlayer
+
+
+class Raises(Strategy):
+    def act(self, view):
+        return Twist(v=1.0 / 0, w=0.0)
+
+
+class Loops(Strategy):
+    def act(self, view):
+        while True:
+            pass
+
+
+class Prints(Strategy):
+    def act(self, view):
+        while True:
+            print("here I am " * 100)
+
+
+class Eats(Strategy):
+    hoard = []
+
+    def act(self, view):
+        self.hoard.append(bytearray(50_000_000))
+        return Twist(v=0.0, w=0.0)
+
+
+class Nan(Strategy):
+    def act(self, view):
+        return Twist(v=float("nan"), w=0.0)
+
+
+class Leaves(Strategy):
+    def act(self, view):
+        sys.exit()
+
+
+class Silly(Strategy):
+    def act(self, view):
+        return "left"
+
+
+class Once(SharksAndMinnowsPlayer):
+    failed = False
+
+    def act(self, view):
+        if view.referee.clock > 2.0 and not Once.failed:
+            Once.failed = True
+            raise RuntimeError("only once")
+        return super().act(view)
+"""
+
+CULPRITS = {
+    "Raises": "it fails too often: ZeroDivisionError: float division by zero (broken.py, line 10, in act)",
+    "Loops": "it fails too often: DecisionTimeoutError: it was still deciding after 0.5 s (a decision may take 0.5 s)",
+    "Prints": "OutputFloodError: it has printed more than 2 MB within 10 s (broken.py, line 22, in act)",
+    "Eats": "MemoryError (broken.py, line 29, in act)",
+    "Nan": "it fails too often: Nan.act: expected finite numbers of m/s and rad/s, got Twist(v=nan, w=0.0)",
+    "Leaves": "it fails too often: SystemExit (broken.py, line 40, in act)",
+    "Silly": "it fails too often: Silly.act: expected a Twist(v, w) or an Action, got 'left' (broken.py, line 44,",
+}
+
+
+def match_with(folder: Path, kind: str, more: str = "") -> Path:
+    """A short match in which bob plays by a class of BROKEN."""
+    (folder / "broken.py").write_text(BROKEN)
+    text = short_match("broken").replace('name = "bob"', f'name = "bob"\nstrategy = "broken.py:{kind}"')
+    (folder / "match.toml").write_text(text.replace("seed = 5", f"seed = 5\nmemory = 300\n{more}"))
+    return folder / "match.toml"
+
+
+def played(folder: Path, kind: str, more: str = "") -> tuple[Ending, list[Call]]:
+    setup = load_match(match_with(folder, kind, more))
+    run = RunFolder(folder)
+    run.prepare()
+    with open_journal(setup, run) as journal:
+        ending = play(setup, journal, limit=300.0, strict=True, logs=run.logs)
+    return ending, [call for record in read_journal(run.journal)[1] for call in record.calls]
+
+
+@pytest.mark.parametrize("kind", list(CULPRITS))
+def test_the_culprit_is_named_and_the_others_play_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
+) -> None:
+    monkeypatch.setattr(bounds, "BUDGET", 0.5)
+    ending, calls = played(tmp_path, kind)
+    assert ending.state.stage is Stage.GAME_OVER
+    out = [call.text for call in calls if call.rule == "disqualified"]
+    assert len(out) == 1
+    assert out[0].startswith(f"bob is disqualified: {CULPRITS[kind]}")
+    assert "broken.py, line " in out[0]
+    bob = ending.state.player("bob")
+    assert bob is not None
+    assert (bob.state, bob.may_move) == (DISQUALIFIED, False)
+    assert "broken.py" in (tmp_path / "logs" / "bob.log").read_text()
+
+
+def test_who_fails_once_goes_on_with_a_fresh_strategy(tmp_path: Path) -> None:
+    ending, calls = played(tmp_path, "Once")
+    assert ending.state.stage is Stage.GAME_OVER
+    assert [call for call in calls if call.rule == "disqualified"] == []
+    assert "RuntimeError: only once" in (tmp_path / "logs" / "bob.log").read_text()
+
+
+def test_a_match_that_is_to_halt_ends_and_says_why(tmp_path: Path) -> None:
+    with pytest.raises(LaunchError, match=r"bob: it fails too often: ZeroDivisionError.*broken\.py, line 10"):
+        played(tmp_path, "Raises", 'on_fault = "halt"')
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["Ctrl-C", "SIGTERM"])
+def test_an_endless_loop_ends_at_the_first_signal(tmp_path: Path, number: signal.Signals) -> None:
+    match = match_with(tmp_path, "Loops")
+    marked = BROKEN.replace(
+        "while True:\n            pass", 'open("looping", "w").close()\n        while True:\n            pass'
+    )
+    (tmp_path / "broken.py").write_text(marked)
+    command = [sys.executable, "-m", "vrg", "play", str(match), "--in-process", "--no-record", "--runs", "runs"]
+    process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    try:
+        deadline = time.monotonic() + 60.0
+        while not (tmp_path / "looping").exists():
+            assert process.poll() is None
+            assert time.monotonic() < deadline
+            time.sleep(0.02)
+        process.send_signal(number)
+        output, _ = process.communicate(timeout=60.0)
+    finally:
+        process.kill()
+    assert process.returncode == 130, output
+    assert "Interrupted" in output
+    assert next((tmp_path / "runs").glob("*/result.json")).exists()
