@@ -100,6 +100,8 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
         subject=st.none() | names, value=st.none() | st.text(max_size=10),
     ),
     m.Estop: st.builds(m.Estop, engaged=st.booleans(), by=names, reason=st.text(max_size=20)),
+    m.SeatRequest: st.builds(m.SeatRequest, player=names, strategy=st.text(max_size=50), by=names, id=names),
+    m.SeatAnswer: st.builds(m.SeatAnswer, id=names, refused=st.none() | st.text(max_size=50)),
     m.Pulse: st.builds(m.Pulse, ticks=counts, missed=counts),
     Laser: st.builds(
         Laser,
