@@ -18,6 +18,7 @@ from vrg.coordinator.rulebook import Contestant
 from vrg.errors import JournalError
 from vrg.games.sharks_and_minnows import MINNOW, SHARK
 from vrg.games.sharks_and_minnows.rules import SharksAndMinnows
+from vrg.games.sharks_and_minnows.settings import Settings
 from vrg.types import Pose
 
 KEYS = Keys("m")
@@ -27,10 +28,17 @@ HEADER = Header(match="m", game="sharks-and-minnows", seed=3)
 class Table:
     """A coordinator with the world and the players played by the test."""
 
-    def __init__(self, folder: Path, players: Sequence[Contestant] | None = None, *, disqualify: bool = True) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        players: Sequence[Contestant] | None = None,
+        *,
+        disqualify: bool = True,
+        settings: Settings = SETTINGS,
+    ) -> None:
         self.journal = Journal(folder / "journal.jsonl", HEADER)
         self.mailbox = Mailbox()
-        self.book = SharksAndMinnows(SETTINGS, players or contestants())
+        self.book = SharksAndMinnows(settings, players or contestants())
         self.node = Coordinator(self.mailbox, KEYS, self.book, self.journal, seed=3, disqualify=disqualify)
         self.places = {c.name: c.start for c in self.book.contestants.values()}
         self.silent: set[str] = set()
@@ -246,16 +254,32 @@ def test_a_player_with_a_fault_keeps_a_halt_from_ending(table: Table) -> None:
 def test_stragglers_are_put_on_their_marks(table: Table) -> None:
     table.places["m0"] = Pose(5.0, 10.0, 0.0)
     table.ticks(605)
-    assert [(r.kind, r.places) for r in table.requests] == [
-        (m.RequestKind.PLACE, {"m0": table.book.contestants["m0"].start})
-    ]
+    marks = {name: c.start for name, c in table.book.contestants.items()}
+    assert [(r.kind, r.places) for r in table.requests] == [(m.RequestKind.PLACE, marks)]
+    assert table.calls[-1].text == "put on their marks after 60 s: m0"
+
+
+def test_in_a_match_that_wants_it_so_all_are_put_on_their_marks_at_once(tmp_path: Path) -> None:
+    table = Table(tmp_path, settings=SETTINGS.model_copy(update={"lineup": "place"}))
+    table.places["m0"] = Pose(5.0, 10.0, 0.0)
+    table.ticks(2)
+    assert len(table.requests) == 1
+
+
+def test_one_near_its_own_mark_is_put_exactly_there_too(table: Table) -> None:
+    """It may stand on another's mark, which would then never be free."""
+    start = table.book.contestants["m1"].start
+    table.places["m1"] = Pose(start.x - 0.35, start.y, 0.0)
+    table.places["m0"] = Pose(5.0, 10.0, 0.0)
+    table.ticks(605)
+    assert table.requests[0].places["m1"] == start
 
 
 def test_nobody_asks_the_world_to_carry_a_physical_robot(table: Table) -> None:
     table.ages = {"m1": 0.0}
     table.places["m0"] = table.places["m1"] = Pose(5.0, 10.0, 0.0)
     table.ticks(605)
-    assert [list(r.places) for r in table.requests] == [["m0"]]
+    assert [sorted(r.places) for r in table.requests] == [["m0", "m2", "m3", "s0"]]
     assert table.calls[-1].rule == "placed"
     assert "on their marks after 60 s: m0; " in table.calls[-1].text
     assert "m1; drive them there by hand, or carry each there" in table.calls[-1].text

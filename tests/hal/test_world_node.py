@@ -372,6 +372,20 @@ class TestRequests:
         self.request(world, kind=RequestKind.PLACE, places={"a": there, "b": here})
         assert (world.node.world.pose("a"), world.node.world.pose("b")) == (there, here)
 
+    def test_as_many_are_placed_as_there_is_room_for_and_the_others_are_named(self) -> None:
+        world = Wire(config(("a", 2.0, 2.0, 0.0), ("b", 4.0, 2.0, 0.0), ("c", 6.0, 2.0, 0.0), ("d", 8.0, 2.0, 0.0)))
+        world.tick()
+        # a cannot leave, so b cannot come to its place, and c cannot come to b's.
+        places = {"a": Pose(500, 0, 0), "b": Pose(2, 2, 0), "c": Pose(4, 2, 0), "d": Pose(8, 5, 1)}
+        self.request(world, kind=RequestKind.PLACE, places=places)
+        (answer,) = self.answers(world)
+        assert "robot a: " in (answer.refused or "")
+        assert "place b: expected room, but it would overlap a" in (answer.refused or "")
+        assert "place c: expected room, but it would overlap b" in (answer.refused or "")
+        poses = {name: world.node.world.pose(name) for name in "abcd"}
+        assert [poses[name].x for name in "abc"] == [2.0, 4.0, 6.0]
+        assert poses["d"] == Pose(8, 5, 1)
+
     @pytest.mark.parametrize(
         ("fields", "why"),
         [
@@ -382,7 +396,6 @@ class TestRequests:
             ({"kind": RequestKind.PLACE, "places": {"a": Pose(-12, -22, 0)}}, "wall or obstacle"),
             ({"kind": RequestKind.PLACE, "places": {"a": Pose(500, 0, 0)}}, "inside map"),
             ({"kind": RequestKind.PLACE, "places": {"a": Pose(20.0, -16.9, 0)}}, "overlap b"),
-            ({"kind": RequestKind.PLACE, "places": {"b": Pose(5, -20, 0), "a": Pose(500, 0, 0)}}, "inside map"),
             ({"kind": RequestKind.SPAWN, "robot": "c", "pose": Pose(5, -20, 0)}, "expected a model"),
             ({"kind": RequestKind.SPAWN, "robot": "c", "model": "x", "pose": Pose(5, -20, 0)}, "P2AT"),
             ({"kind": RequestKind.SPAWN, "robot": "b", "model": "P2AT", "pose": Pose(5, -20, 0)}, "not in the world"),
@@ -660,9 +673,9 @@ class TestPhysicalRobots:
     @pytest.mark.parametrize(
         ("fields", "why"),
         [
-            ({"kind": RequestKind.PLACE, "places": {"a": Pose(0, 2, 0), "g": Pose(5, 5, 0)}}, "g is physical: carry"),
+            ({"kind": RequestKind.PLACE, "places": {"g": Pose(5, 5, 0)}}, "g is physical: carry"),
             ({"kind": RequestKind.RESET, "robot": "g"}, "g is physical: carry"),
-            ({"kind": RequestKind.PLACE, "places": {"a": Pose(3.2, 0, 0)}}, "overlap g"),
+            ({"kind": RequestKind.PLACE, "places": {"a": Pose(3.2, 0, 0)}}, "overlap g, a physical robot"),
             ({"kind": RequestKind.SPAWN, "robot": "b", "model": "P2AT", "pose": Pose(3.2, 0, 0)}, "overlap g"),
             ({"kind": RequestKind.SPAWN, "robot": "g", "model": "P2AT", "pose": Pose(5, 5, 0)}, "not in the world"),
         ],

@@ -234,12 +234,15 @@ class Match:
         if absent or self.in_stage < self._place_at:
             return Outcome()
         self._place_at = self.in_stage + PLACE_AGAIN
-        marks = {name: self.mark(name, now) for name in obstacles}
-        virtual = {name: mark for name, mark in marks.items() if mark is not None and name not in now.physical}
         physical = [name for name in obstacles if name in now.physical]
+        late = [name for name in obstacles if name not in now.physical]
+        virtual = {}
         said = []
-        if virtual:
-            said.append(f"asked to be put on their marks after {self.in_stage:.0f} s: {', '.join(virtual)}")
+        if late:
+            # All are put there, because one that is near its own mark may stand on another's.
+            players = self._book.statuses(self.game, self.stage, now)
+            virtual = {p.name: p.mark for p in players if p.mark is not None and p.name not in now.physical}
+            said.append(f"put on their marks after {self.in_stage:.0f} s: {', '.join(late)}")
         if physical:
             said.append(
                 f"not on their marks after {self.in_stage:.0f} s: {', '.join(physical)}; drive them there by hand, or "

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from vrg.bus.messages import OfficialAction, Stage
-from vrg.coordinator.rulebook import Contestant, Field, Verdict
+from vrg.coordinator.rulebook import Contestant, Disqualification, Field, Verdict
 from vrg.errors import ConfigError
 from vrg.games.sharks_and_minnows.rules import SharksAndMinnows
 from vrg.games.sharks_and_minnows.settings import Settings
@@ -354,10 +354,113 @@ def test_speeds_do_not_depend_on_the_order_of_the_file() -> None:
     assert turned.speed_limits(3) == book().speed_limits(3)
 
 
-def test_the_pass_limit_is_an_extension_that_is_off_by_default() -> None:
+def test_a_pass_ends_by_default_after_three_times_what_the_slowest_may_need_for_the_field() -> None:
     rules = book()
+    limit = 3 * 20.0 / (0.6 * 0.7)
+    now = field(rules)
+    assert rules.judge(rules.initial(), now, now, limit - 0.1).calls == []
+    verdict = rules.judge(rules.initial(), now, now, limit + 0.1)
+    assert [call.rule for call in verdict.calls] == [*["pass_limit"] * 4, "pass_over"]
+    assert rules.next_round(verdict.state, now).winner == "sharks"
+
+
+def test_a_pass_limit_of_0_is_none() -> None:
+    rules = book(SETTINGS.model_copy(update={"pass_limit": 0.0}))
     now = field(rules)
     assert rules.judge(rules.initial(), now, now, 1e6).calls == []
+
+
+def test_one_against_one_is_played_if_the_passes_are_said() -> None:
+    rules = book(SETTINGS.model_copy(update={"passes": 1}), sharks=1, minnows=1)
+    assert rules.rounds == 1
+    with pytest.raises(ConfigError, match="expected at least one minnow, got none"):
+        book(SETTINGS.model_copy(update={"passes": 1}), sharks=1, minnows=0)
+
+
+def test_more_robots_than_can_line_up_are_refused() -> None:
+    narrow = Settings(x=(0, 4), y=(0, 20), zone_depth=1)
+    players = [
+        Contestant(name=f"{role[0]}{i}", role=role, start=Pose(1.0 + 0.1 * i, y, 0.0), size=SIZE, v_max=0.7)
+        for role, number, y in (("shark", 2, 0.5), ("minnow", 9, 19.5))
+        for i in range(number)
+    ]
+    with pytest.raises(ConfigError, match="end zones in which 11 robots can line up without touching"):
+        SharksAndMinnows(narrow, players)
+    assert SharksAndMinnows(narrow, [players[0], *players[2:5]]).rounds == 1
+
+
+def test_all_out_of_bounds_at_once_end_the_pass_and_the_sharks_win() -> None:
+    rules = book()
+    gone = {name: (-0.1, c.start.y) for name, c in rules.contestants.items()}
+    verdict = still(rules, gone)
+    assert set(verdict.state.states.values()) == {"inactive"}
+    assert verdict.round_over
+    assert rules.next_round(verdict.state, field(rules, gone)).winner == "sharks"
+
+
+def test_the_last_minnow_that_leaves_together_with_the_last_shark_has_lost() -> None:
+    rules = book()
+    state = rules.initial().with_state(["m1", "m2", "m3"], "inactive")
+    gone = {"s0": (-0.1, 10.0), "m0": (10.1, 10.0)}
+    verdict = still(rules, gone, state)
+    assert [call.rule for call in verdict.calls] == ["out_of_bounds", "out_of_bounds", "pass_over"]
+    assert rules.next_round(verdict.state, field(rules, gone)).winner == "sharks"
+
+
+def test_without_an_active_shark_minnows_still_have_to_cross() -> None:
+    rules = book()
+    state = rules.initial().with_state(["s0"], "inactive")
+    assert not still(rules, {**HOME, "m3": (7.0, 10), "s0": (7.3, 10)}, state).round_over
+    assert still(rules, {**HOME, "s0": (9, 15)}, state).round_over
+
+
+def test_a_disqualified_player_is_out_and_nobody_scores_by_it() -> None:
+    rules = book(TWO_PASSES)
+    out = {"m3": Disqualification(why="x"), "s0": Disqualification(why="y")}
+    state = msgspec.structs.replace(rules.initial(), disqualified=out)
+    where = {**HOME, "m3": (7.0, 10), "s0": (7.3, 10)}
+    verdict = still(rules, where, state)
+    assert verdict.round_over, "nobody waits for it, and it tags nobody"
+    assert (verdict.state.caught, verdict.state.crossed) == (0, 3)
+    after = rules.next_round(verdict.state, field(rules, where)).state
+    assert (after.states["m3"], after.states["s0"], after.states["m0"]) == ("inactive", "inactive", "active")
+    assert [c.players for c in rules.next_round(verdict.state, field(rules, where)).calls] == []
+    back = rules.next_round(msgspec.structs.replace(verdict.state, disqualified={}), field(rules, where)).state
+    assert (back.roles["m3"], back.states["m3"]) == ("shark", "active"), "like any other that was out"
+
+
+def test_no_mark_is_where_a_robot_stands_that_nobody_drives_away() -> None:
+    rules = book(TWO_PASSES)
+    free = rules.next_round(rules.initial(), field(rules, HOME)).state.marks
+    out = {"m3": Disqualification(why="x")}
+    state = msgspec.structs.replace(rules.initial(), disqualified=out)
+    now = field(rules, {**HOME, "m3": (free["m1"].x, free["m1"].y)})
+    marks = rules.next_round(state, Field(now.poses, physical=frozenset({"m3"}))).state.marks
+    taken = now.poses["m3"]
+    others = [marks[name] for name in ("m0", "m1", "m2")]
+    assert all(math.dist((mark.x, mark.y), (taken.x, taken.y)) > math.hypot(*SIZE) for mark in others)
+
+
+@given(st.integers(2, 24), st.integers(1, 20), st.floats(4.0, 30.0), st.floats(1.0, 6.0))
+def test_marks_never_collide_in_a_match_that_is_accepted(minnows: int, sharks: int, width: float, depth: float) -> None:
+    settings = Settings(x=(0, width), y=(0, 40), zone_depth=depth, passes=2)
+    made = [
+        Contestant(
+            name=f"{role[0]}{i:02d}",
+            role=role,
+            start=Pose(width * (i + 1) / (number + 2), y, 0.0),
+            size=SIZE,
+            v_max=0.7,
+        )
+        for role, number, y in (("shark", sharks, 0.5), ("minnow", minnows, 39.5))
+        for i in range(number)
+    ]
+    try:
+        rules = SharksAndMinnows(settings, made)
+    except ConfigError:
+        return  # what is refused is another test's
+    places = [(mark.x, mark.y) for mark in rules.next_round(rules.initial(), field(rules)).state.marks.values()]
+    assert all(math.dist(a, b) >= math.hypot(*SIZE) for i, a in enumerate(places) for b in places[:i])
 
 
 def test_with_a_pass_limit_late_minnows_are_out() -> None:

@@ -2,10 +2,11 @@
 
 import math
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrg.games.sharks_and_minnows.tagging import first_tag
+from vrg.games.sharks_and_minnows.tagging import first_tag, first_tags
 from vrg.geometry import interpolate, outline_distance
 from vrg.regions import Rectangle
 from vrg.types import Pose
@@ -86,3 +87,40 @@ def test_who_is_hunter_and_who_prey_does_not_change_the_instant(h0: Pose, h1: Po
     assert (one is None) == (other is None)
     if one is not None and other is not None:
         assert math.isclose(one, other, abs_tol=1e-6)
+
+
+def test_all_who_are_within_reach_as_the_prey_leaves_its_refuge_have_tagged_it() -> None:
+    refuge = Rectangle(-5, -5, 5, 0)
+    prey = Pose(0.0, -0.05, 0.0), Pose(0.0, 0.05, 0.0), P2AT
+    hunters = {
+        "near": _still(0.75, 0.0),
+        "nearer": _still(-0.6, 0.0),
+        "far": _still(1.5, 0.0),
+        "late": (Pose(0.0, 1.0, 0.0), Pose(0.0, 0.7, 0.0), P2AT),
+        "gone": _still(0.0, 0.7),
+    }
+    until = {**dict.fromkeys(hunters, 1.0), "gone": 0.2}
+    found = first_tags(hunters, prey, 0.30, refuge, until)
+    assert found is not None
+    assert found[0] == pytest.approx(0.5, abs=0.01)
+    assert found[1] == ["near", "nearer"]
+
+
+@given(st.lists(st.builds(lambda a, b: (a, b, P2AT), poses, poses), min_size=1, max_size=4), poses, poses)
+def test_whoever_is_within_reach_at_the_instant_of_a_tag_is_named(
+    hunters: list[tuple[Pose, Pose, tuple[float, float]]], before: Pose, now: Pose
+) -> None:
+    refuge = Rectangle(-5, -5, 5, 0)
+    named = {f"s{i}": hunter for i, hunter in enumerate(hunters)}
+    found = first_tags(named, (before, now, P2AT), 0.30, refuge, dict.fromkeys(named, 1.0))
+    if found is None:
+        assert all(first_tag(hunter, (before, now, P2AT), 0.30, refuge) is None for hunter in hunters)
+        return
+    at, taggers = found
+    place = interpolate(before, now, at)
+    within = [
+        name
+        for name, (a, b, size) in named.items()
+        if outline_distance(interpolate(a, b, at), place, size, P2AT) <= 0.30
+    ]
+    assert taggers == within

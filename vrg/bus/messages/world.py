@@ -66,7 +66,7 @@ class WorldRequest(Message, frozen=True, kw_only=True):
 
     Args:
         kind: SPAWN adds a robot of `model` at `pose`. REMOVE removes it. RESET puts it at its start pose, or all
-            virtual robots if `robot` is None. PLACE puts robots at `places`, either all of them or none.
+            virtual robots if `robot` is None. PLACE puts robots at `places`, as many as there is room for.
         robot: the robot's name, for the first three kinds.
         id: the world's answer repeats it. None if the asker wants to hear of a refusal only.
     """
@@ -84,7 +84,7 @@ class WorldAnswer(Message, frozen=True, kw_only=True):
 
     Args:
         id: the id of the request; None if it had none.
-        refused: the reason why nothing has changed; None if the request was granted.
+        refused: the reason why it was not granted, or for which robots not; None if it was granted.
     """
 
     id: Name | None

@@ -1,14 +1,43 @@
 """The marks where players line up at one end of a field."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
-from vrg.geometry import wrap
+from vrg.coordinator.rulebook import Contestant
+from vrg.geometry import circumradius, wrap
 from vrg.regions import Rectangle
-from vrg.types import Pose
+from vrg.types import Pose, Vector
+
+ROOM = 1.5
+"""How many times its largest extent a body has for itself in a row."""
 
 
-def line_up(players: Mapping[str, Pose], zone: Rectangle, field: Rectangle, spacing: float) -> dict[str, Pose]:
+@dataclass(frozen=True)
+class Extent:
+    """How large the largest body is.
+
+    Args:
+        side: its longest side, m. across: its diagonal, m: at this distance two centres are never too near.
+    """
+
+    side: float
+    across: float
+
+    @classmethod
+    def of(cls, contestants: Sequence[Contestant]) -> "Extent":
+        """The extent of the largest of these; 0 without any."""
+        sizes = [c.size for c in contestants] or [(0.0, 0.0)]
+        return cls(max(map(max, sizes)), 2 * max(map(circumradius, sizes)))
+
+
+def line_up(
+    players: Mapping[str, Pose],
+    zone: Rectangle,
+    field: Rectangle,
+    extent: Extent,
+    obstacles: Sequence[Vector] = (),
+) -> dict[str, Pose]:
     """Return marks in a row across an end zone, facing the middle of the field.
 
     Players keep their order across the field, so that their ways do not cross. If one row is too short for all of them,
@@ -17,21 +46,63 @@ def line_up(players: Mapping[str, Pose], zone: Rectangle, field: Rectangle, spac
     Args:
         players: the present pose of each player.
         zone: the end zone. field: the whole field.
-        spacing: the largest extent of a body, m. One row is used only if its marks are more than 1.5 times this apart.
+        extent: of the bodies. One row is used only if its marks are more than 1.5 times the longest side apart.
+        obstacles: the places of bodies that stay where they are. No mark is so near that two touch, if there is room.
     """
-    along_y = zone.x_max - zone.x_min >= field.x_max - field.x_min
+    along_y = _along_y(zone, field)
+    order = sorted(players, key=lambda n: (players[n].x if along_y else players[n].y, n))
+    # With marks for more players than there are, those that are taken can be left out.
+    for more in range(len(obstacles) * 4 + 1):
+        marks = _rows(len(order) + more, zone, field, extent)
+        free = [
+            mark for mark in marks if all(math.dist((mark.x, mark.y), place) > extent.across for place in obstacles)
+        ]
+        if len(free) >= len(order):
+            break
+    else:
+        free = _rows(len(order), zone, field, extent)
+    return dict(zip(order, free, strict=False))
+
+
+def crowded(players: int, zone: Rectangle, field: Rectangle, extent: Extent) -> bool:
+    """Whether so many players, or fewer, do not all have a mark in an end zone at which they touch nobody."""
+    return any(_collide(_rows(count, zone, field, extent), extent) for count in range(2, players + 1))
+
+
+def _collide(marks: Sequence[Pose], extent: Extent) -> bool:
+    places = [(mark.x, mark.y) for mark in marks]
+    return any(math.dist(a, b) < extent.across for i, a in enumerate(places) for b in places[:i])
+
+
+def _rows(count: int, zone: Rectangle, field: Rectangle, extent: Extent) -> list[Pose]:
+    """So many marks, in their order across the field, in as few rows as there is room for them."""
+    across = zone.x_max - zone.x_min if _along_y(zone, field) else zone.y_max - zone.y_min
+    per_row = max(1, int(across / (ROOM * extent.side)) - 1)
+    fewest = -(-count // per_row) or 1
+    for rows in (*range(fewest, count + 1), *range(fewest - 1, 0, -1)):
+        marks = _marks(count, rows, zone, field)
+        if not _collide(marks, extent):
+            return marks
+    return _marks(count, fewest, zone, field)
+
+
+def _marks(count: int, rows: int, zone: Rectangle, field: Rectangle) -> list[Pose]:
+    """So many marks in so many rows: one goes to the first row, the next to the second, and so on."""
+    along_y = _along_y(zone, field)
     low, high = (zone.x_min, zone.x_max) if along_y else (zone.y_min, zone.y_max)
     near, far = (zone.y_min, zone.y_max) if along_y else (zone.x_min, zone.x_max)
     at_low_end = near <= (field.y_min if along_y else field.x_min)
     theta = math.pi / 2 if along_y else 0.0
     if not at_low_end:
         theta = wrap(theta + math.pi)
-    order = sorted(players, key=lambda n: (players[n].x if along_y else players[n].y, n))
-    per_row = max(1, int((high - low) / (1.5 * spacing)) - 1)
-    rows = -(-len(order) // per_row) or 1
-    marks = {}
-    for i, name in enumerate(order):
-        across = low + (high - low) * (i + 1) / (len(order) + 1)
+    marks = []
+    for i in range(count):
+        across = low + (high - low) * (i + 1) / (count + 1)
         depth = near + (far - near) * (i % rows + 1) / (rows + 1)
-        marks[name] = Pose(across, depth, theta) if along_y else Pose(depth, across, theta)
+        marks.append(Pose(across, depth, theta) if along_y else Pose(depth, across, theta))
     return marks
+
+
+def _along_y(zone: Rectangle, field: Rectangle) -> bool:
+    """Whether minnows cross along y: an end zone is then as wide as the field."""
+    return zone.x_max - zone.x_min >= field.x_max - field.x_min

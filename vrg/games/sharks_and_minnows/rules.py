@@ -12,15 +12,18 @@ from msgspec import structs
 
 from vrg.bus.messages import OfficialAction, PlayerStatus, Stage, Zone
 from vrg.coordinator.rulebook import Call, Contestant, Field, Verdict
-from vrg.errors import ConfigError, Problem
+from vrg.errors import ConfigError
 from vrg.games.sharks_and_minnows import ACTIVE, GAME, INACTIVE, MINNOW, MINNOWS, SHARK, SHARKS
-from vrg.games.sharks_and_minnows.lineup import line_up
+from vrg.games.sharks_and_minnows.checks import passes, problems_of
+from vrg.games.sharks_and_minnows.lineup import Extent, line_up
 from vrg.games.sharks_and_minnows.settings import Settings
 from vrg.games.sharks_and_minnows.state import State, opposite
-from vrg.games.sharks_and_minnows.tagging import first_tag
+from vrg.games.sharks_and_minnows.tagging import first_tags
 from vrg.geometry import circumradius, interpolate
 from vrg.types import Pose
 
+PATIENCE = 3.0
+"""The default time limit of a pass, in terms of what the slowest player may need for the length of the field."""
 MARK_REACH = 0.4
 """The distance in m from its mark within which a player is lined up."""
 
@@ -33,8 +36,7 @@ class SharksAndMinnows:
         contestants: the players.
 
     Raises:
-        ConfigError: the players make less than one pass, there is no shark, or a player starts at the wrong place. The
-            error lists all reasons.
+        ConfigError: the match cannot be played; see `problems_of`. The error lists all reasons.
     """
 
     name = GAME.name
@@ -44,36 +46,14 @@ class SharksAndMinnows:
     def __init__(self, settings: Settings, contestants: Sequence[Contestant]) -> None:
         self.settings = settings
         self.contestants = {c.name: c for c in contestants}
-        minnows = sum(c.role == MINNOW for c in contestants)
-        sharks = sum(c.role == SHARK for c in contestants)
-        problems: list[Problem] = []
-        passes = (minnows - sharks) // 2
-        if passes < 1:
-            text = (
-                f"expected at least two minnows more than sharks, got minnows: {minnows}, sharks: {sharks}; the number "
-                f"of passes is floor((minnows - sharks) / 2) = {passes}"
-            )
-            problems.append(Problem(text, ("players",)))
-        if sharks < 1:
-            problems.append(Problem("expected at least one shark, got none", ("players",)))
-        problems += [Problem(why, ("players", c.name)) for c in contestants if (why := self._check_start(c))]
-        if problems:
+        self._extent = Extent.of(contestants)
+        if problems := problems_of(settings, contestants, self._extent):
             raise ConfigError(problems)
-        self.rounds = settings.passes or passes
-        self.lineup_limit = settings.lineup_limit
-
-    def _check_start(self, c: Contestant) -> str | None:
-        """The reason why a player cannot start where it does, or None."""
-        if not self.settings.field.contains(c.start.x, c.start.y):
-            return f"{c.name} starts at ({c.start.x:g}, {c.start.y:g}), out of bounds"
-        end = self.settings.first_goal if c.role == SHARK else opposite(self.settings.first_goal)
-        zone = self.settings.end_zone(end)
-        if zone.contains(c.start.x, c.start.y):
-            return None
-        return (
-            f"{c.name} is a {c.role} and starts in the zone x {zone.x_min:g} to {zone.x_max:g}, "
-            f"y {zone.y_min:g} to {zone.y_max:g}; ({c.start.x:g}, {c.start.y:g}) is outside it"
-        )
+        self.rounds = settings.passes or passes(contestants)
+        self.lineup_limit = 0.0 if settings.lineup == "place" else settings.lineup_limit
+        slowest = settings.slowest * min(c.v_max for c in contestants)
+        limit = settings.pass_limit
+        self.pass_limit = PATIENCE * settings.length / slowest if limit is None else limit
 
     def initial(self) -> State:
         """The state in which every player is active, with the role and the place that the match file says."""
@@ -142,43 +122,34 @@ class SharksAndMinnows:
 
     def _first_tag(self, state: State, minnow: str, before: Field, now: Field, out: dict[str, float]) -> Call | None:
         """The first tag of a minnow, or None. Minnow and sharks must still be in bounds at that instant."""
-        if minnow not in before.poses or minnow not in now.poses:
+        there = [n for n in (minnow, *sorted(state.active(SHARK))) if n in before.poses and n in now.poses]
+        if minnow not in there:
             return None
-        best, taggers = float("inf"), []
-        for shark in sorted(state.active(SHARK)):
-            if shark not in before.poses or shark not in now.poses:
-                continue
-            fraction = first_tag(
-                (before.poses[shark], now.poses[shark], self.contestants[shark].size),
-                (before.poses[minnow], now.poses[minnow], self.contestants[minnow].size),
-                self.settings.tag_distance,
-                self.settings.end_zone(state.goal),
-            )
-            if fraction is None or fraction > min(out.get(shark, 1.0), out.get(minnow, 1.0)):
-                continue
-            if fraction < best:
-                best, taggers = fraction, [shark]
-            elif fraction == best:
-                taggers.append(shark)
-        if not taggers:
+        motions = {n: (before.poses[n], now.poses[n], self.contestants[n].size) for n in there}
+        prey = motions.pop(minnow)
+        safe = self.settings.end_zone(state.goal)
+        leaves = {name: min(out.get(name, 1.0), out.get(minnow, 1.0)) for name in motions}
+        found = first_tags(motions, prey, self.settings.tag_distance, safe, leaves)
+        if found is None:
             return None
+        fraction, taggers = found
         pair = [minnow, *taggers]
         return Call(
             rule="tag",
             text=f"{minnow} is tagged by {' and '.join(taggers)} and inactive",
             players=tuple(pair),
-            poses=tuple(interpolate(before.poses[n], now.poses[n], best) for n in pair),
+            poses=tuple(interpolate(before.poses[n], now.poses[n], fraction) for n in pair),
         )
 
     def _late(self, state: State, now: Field, clock: float, hit: set[str]) -> list[Call]:
         """The calls for minnows that are outside the end zone when the time of the pass is up (an extension)."""
-        if self.settings.pass_limit is None or clock < self.settings.pass_limit:
+        if not self.pass_limit or clock < self.pass_limit:
             return []
         zone = self.settings.end_zone(state.goal)
         return [
             Call(
                 rule="pass_limit",
-                text=f"{name} is not in the end zone after {self.settings.pass_limit:g} s and inactive",
+                text=f"{name} is not in the end zone after {self.pass_limit:.0f} s and inactive",
                 players=(name,),
                 poses=(now.poses[name],),
             )
@@ -223,12 +194,15 @@ class SharksAndMinnows:
         goal = opposite(state.goal)
         field, ends = self.settings.field, {SHARK: goal, MINNOW: state.goal}
         marks: dict[str, Pose] = {}
+        # Nobody drives them away: people may carry them, but need not.
+        stay = [now.poses[n] for n in state.disqualified if n in now.physical and n in now.poses]
         for role, end in ends.items():
             marks |= line_up(
                 {n: now.poses.get(n, state.marks[n]) for n, r in roles.items() if r == role},
                 self.settings.end_zone(end),
                 field,
-                max(max(c.size) for c in self.contestants.values()),
+                self._extent,
+                obstacles=[(pose.x, pose.y) for pose in stay],
             )
         return Verdict(
             structs.replace(

@@ -22,9 +22,10 @@ class Settings(Table):
         zone_depth: the depth of the end zones.
         tag_distance: the distance of the outlines of a shark and a minnow at which the minnow is tagged.
         passes: the number of passes. The default is the rule's floor((minnows - sharks) / 2); this is an extension.
-        pass_limit: the time after which minnows outside the end zone become inactive. The default is no limit; this is
-            an extension.
+        pass_limit: the time after which minnows outside the end zone become inactive; 0 means no limit. The default is
+            three times what the slowest player may need for the length of the field; this is an extension.
         slowest: each player's top speed is drawn between this fraction of its model's and the whole.
+        lineup: `drive` lets players drive to their marks; `place` puts virtual robots there at once.
         lineup_limit: the time after which virtual robots that are not on their marks are put there.
     """
 
@@ -35,8 +36,9 @@ class Settings(Table):
     zone_depth: float = Setting(3.0, gt=0)
     tag_distance: float = Setting(0.30, gt=0)
     passes: int | None = Setting(None, ge=1)
-    pass_limit: float | None = Setting(None, gt=0)
+    pass_limit: float | None = Setting(None, ge=0)
     slowest: float = Setting(0.6, gt=0, le=1)
+    lineup: Literal["drive", "place"] = "drive"
     lineup_limit: float = Setting(60.0, gt=0)
 
     @model_validator(mode="after")
@@ -44,12 +46,17 @@ class Settings(Table):
         for name, (low, high) in (("x", self.x), ("y", self.y)):
             if not low < high:
                 raise ValueError(f"{name}: expected the low border first, got [{low}, {high}]")
-        low, high = self.x if self.along == "x" else self.y
-        if high - low <= 2 * self.zone_depth:
+        if self.length <= 2 * self.zone_depth:
             raise ValueError(
-                f"zone_depth: two end zones of {self.zone_depth} m do not fit into a field {high - low:g} m long"
+                f"zone_depth: two end zones of {self.zone_depth} m do not fit into a field {self.length:g} m long"
             )
         return self
+
+    @property
+    def length(self) -> float:
+        """The length of the field in the direction in which minnows cross, m."""
+        low, high = self.x if self.along == "x" else self.y
+        return high - low
 
     @property
     def field(self) -> Rectangle:

@@ -1,6 +1,7 @@
 """When two moving bodies first come within a distance. No contact between two ticks is missed."""
 
 import math
+from collections.abc import Mapping
 
 from vrg.geometry import circumradius, interpolate, outline_distance, wrap
 from vrg.regions import Region
@@ -11,6 +12,37 @@ RESOLUTION = 1e-3
 
 Motion = tuple[Pose, Pose, Vector]
 """The motion of a body: its pose before, its pose now, and its (length, width) in m."""
+
+
+def first_tags(
+    hunters: Mapping[str, Motion], prey: Motion, reach: float, refuge: Region, until: Mapping[str, float]
+) -> tuple[float, list[str]] | None:
+    """The first instant at which any hunter tags the prey, and all hunters that are within reach at that instant.
+
+    Args:
+        reach, refuge: as for `first_tag`.
+        until: the fraction of the way up to which each hunter may tag, such as where it leaves the field.
+
+    Returns:
+        the instant as a fraction from 0 (before) to 1 (now), and the hunters' names, sorted; None if there is no tag.
+    """
+    first: dict[str, float] = {}
+    for name, hunter in hunters.items():
+        fraction = first_tag(hunter, prey, reach, refuge)
+        if fraction is not None and fraction <= until[name]:
+            first[name] = fraction
+    if not first:
+        return None
+    at = min(first.values())
+    p0, p1, size = prey
+    place = interpolate(p0, p1, at)
+    taggers = [
+        name
+        for name, (h0, h1, own) in hunters.items()
+        if first.get(name) == at
+        or (at <= until[name] and outline_distance(interpolate(h0, h1, at), place, own, size) <= reach)
+    ]
+    return at, sorted(taggers)
 
 
 def first_tag(hunter: Motion, prey: Motion, reach: float, refuge: Region) -> float | None:

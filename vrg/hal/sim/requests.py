@@ -12,7 +12,7 @@ def grant(world: World, request: WorldRequest) -> None:
     """Do what a request asks for. A physical robot cannot be placed or reset, because only people can move it.
 
     Raises:
-        WorldError: the request cannot be granted; nothing has changed.
+        WorldError: the request cannot be granted, or only for some robots; says for which not, and why.
     """
     match request.kind:
         case RequestKind.SPAWN:
@@ -43,13 +43,35 @@ def _spawn(world: World, request: WorldRequest) -> None:
 
 
 def _place(world: World, places: dict[str, Pose]) -> None:
+    """Put robots somewhere, as many as there is room for; the others stay where they are.
+
+    Raises:
+        WorldError: some stay; tells which, and why.
+    """
+    refused: dict[str, str] = {}
+    # Who stays is in the way of others, so that one refusal may lead to more.
+    while wrong := _without_room(world, {name: pose for name, pose in places.items() if name not in refused}):
+        refused |= wrong
     for name, pose in places.items():
-        _require_room(world, name, world.member(name).model, pose, set(places))
+        if name not in refused:
+            world.place(name, pose)
+    if refused:
+        raise WorldError("; ".join(refused.values()))
+
+
+def _without_room(world: World, places: dict[str, Pose]) -> dict[str, str]:
+    """The robots that cannot be put where they should be, each with the reason."""
+    found = {}
+    for name, pose in places.items():
+        try:
+            _require_room(world, name, world.member(name).model, pose, set(places))
+        except WorldError as error:
+            found[name] = str(error)
+            continue
         for other, other_pose in places.items():
             if other < name and overlap(world.model(name), pose, world.model(other), other_pose):
-                raise WorldError(f"place {name}: expected room, but it would overlap {other}")
-    for name, pose in places.items():
-        world.place(name, pose)
+                found[name] = f"place {name}: expected room, but it would overlap {other}"
+    return found
 
 
 def _require_room(world: World, name: str, model: RobotModel, pose: Pose, leaving: set[str]) -> None:
@@ -59,7 +81,8 @@ def _require_room(world: World, name: str, model: RobotModel, pose: Pose, leavin
         raise WorldError(f"robot {name}: {problem}")
     for other in world.names:
         if other != name and other not in leaving and overlap(model, pose, world.model(other), world.pose(other)):
-            raise WorldError(f"place {name}: expected room, but it would overlap {other}")
+            kind = ", a physical robot" if other not in world.virtual else ""
+            raise WorldError(f"place {name}: expected room, but it would overlap {other}{kind}")
 
 
 def _named(request: WorldRequest) -> str:
