@@ -23,6 +23,8 @@ COMMANDS: dict[str, tuple[str, str | None]] = {
     "check": ("vrg.commands.play:check", None),
     "estop": ("vrg.commands.official:estop", None),
     "official": ("vrg.commands.official:app", None),
+    "result": ("vrg.commands.after:result", None),
+    "plot": ("vrg.commands.after:plot", None),
     "substitute": ("vrg.commands.substitute:substitute", None),
     "topic": ("vrg.commands.topic:app", None),
     "can": ("vrg.commands.can:app", None),

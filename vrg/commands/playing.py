@@ -21,13 +21,14 @@ from vrg.bus.process import run_node
 from vrg.bus.session import DEFAULT_ENDPOINT, Session, open_session
 from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.config.loading import check_strategies, load_match, match_path
-from vrg.config.setup import MatchSetup
-from vrg.coordinator.match import DRAW, NOBODY
+from vrg.config.setup import MatchSetup, write_setup
+from vrg.coordinator.match import NOBODY
 from vrg.errors import LaunchError
 from vrg.launch import in_process, nodes
 from vrg.launch.fork_server import ForkServer
+from vrg.launch.keeping import keep
 from vrg.launch.local import LocalMatch, free_endpoint
-from vrg.launch.result import plot, write_result
+from vrg.launch.result import headline, plot, summary, write_result
 from vrg.launch.run_folder import RunFolder
 from vrg.ui.table import TerminalTable
 
@@ -74,6 +75,12 @@ def play_match(
         check_strategies(setup, nodes.strategy_of)
     folder = RunFolder.create(runs, setup.name, datetime.now(), setup.text)
     console = Console(highlight=False)
+    try:
+        keep(setup, folder)
+    except OSError as error:
+        console.print(
+            f"[yellow]the files that the match names cannot be kept with the run: {escape(str(error))}[/yellow]"
+        )
     console.print(
         f"{setup.name}: {setup.game}, seed {setup.seed}, {setup.engine}; run in {folder.path}",
         soft_wrap=True,
@@ -130,6 +137,7 @@ def _play_in_process(
     if show.window and paced:
         watchers.append(nodes.spectator_node(setup, "window", folder.path))
     pace = _pace(stop, setup.rate)
+    write_setup(setup, folder.setup)
     with nodes.open_journal(setup, folder) as journal:
         try:
             ending = in_process.play(setup, journal, watchers=watchers, pace=pace, stop=stop, logs=folder.logs)
@@ -239,15 +247,7 @@ def _conclude(
             plot(setup, folder)
         except (OSError, ValueError) as error:
             show.announce(f"no plot of the trajectories: {error}")
-    points = [f"{team} {score}" for team, score in result["score"].items()]
-    if state is not None:
-        points.append(f"{state.total:.1f} s of play")
-    summary = f" ({', '.join(points)})" if points else ""
-    if ended == "game over":
-        headline = "A draw" if result["winner"] == DRAW else f"{str(result['winner']).capitalize()} win"
-    else:
-        headline = ended[0].upper() + ended[1:]
-    show.console.print(f"[bold]{escape(headline)}[/bold]{summary}", soft_wrap=True)
+    show.console.print(f"[bold]{escape(headline(result))}[/bold]{summary(result)}", soft_wrap=True)
     kept = (folder.result, folder.journal, *folder.recordings(), folder.plot)
     show.console.print(f"Recorded in {folder.path}: {', '.join(p.name for p in kept if p.exists())}", soft_wrap=True)
     if not over and failure is None:

@@ -18,6 +18,10 @@ class BackendSettings(Table):
         """What a match file alone cannot prove of these robots, in words, for `vrg check`."""
         return []
 
+    def files(self, robots: Sequence[str]) -> list[str]:
+        """The files that this table names for these robots, as it names them; they are kept with a run."""
+        return []
+
     def companions(self, robots: Sequence[str]) -> list[Companion]:
         """The processes that these robots need besides those of their players."""
         return []

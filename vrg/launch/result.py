@@ -8,6 +8,7 @@ from vrg import __version__
 from vrg.bus.messages import RefereeState
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import read_journal
+from vrg.coordinator.match import DRAW
 from vrg.errors import JournalError
 from vrg.games import game_of
 from vrg.launch.run_folder import RunFolder, write_json
@@ -49,6 +50,22 @@ def write_result(setup: MatchSetup, folder: RunFolder, state: RefereeState | Non
     except OSError as error:
         log.error("the result cannot be kept: %s", error)
     return result
+
+
+def headline(result: dict[str, Any]) -> str:
+    """How a match ended, in a few words."""
+    if result["ended"] != "game over":
+        ended = str(result["ended"])
+        return ended[0].upper() + ended[1:]
+    return "A draw" if result["winner"] == DRAW else f"{str(result['winner']).capitalize()} win"
+
+
+def summary(result: dict[str, Any]) -> str:
+    """The score and the time of play in brackets, or nothing if there is neither."""
+    points = [f"{team} {score}" for team, score in result["score"].items()]
+    if result["play_time"] is not None:
+        points.append(f"{result['play_time']:.1f} s of play")
+    return f" ({', '.join(points)})" if points else ""
 
 
 def _statistics(folder: RunFolder) -> dict[str, Any]:

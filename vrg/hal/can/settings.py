@@ -230,6 +230,10 @@ class CanSettings(BackendSettings):
                 )
         return found
 
+    def files(self, robots: Sequence[str]) -> list[str]:
+        """The calibration files."""
+        return [file for name in robots if (file := self.robots[name].calibration) is not None]
+
     def companions(self, robots: Sequence[str]) -> list[Companion]:
         """The emulated drives of these robots, one process for each bus."""
         if not self.emulate:

@@ -1,0 +1,106 @@
+"""What a run folder keeps: everything to play the match again."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from tests.system.harness import short_match
+from vrg.cli import make_app
+from vrg.config.loading import load_match
+from vrg.errors import LaunchError
+from vrg.launch.keeping import files_of
+
+STRATEGY = """
+import json
+
+import helper
+from talk.words import HELLO
+from vrg.agents import Strategy, Twist
+
+
+class Mine(Strategy):
+    mode = helper.MODE + HELLO
+
+    def act(self, view):
+        return Twist(v=0.0, w=0.0)
+"""
+
+
+@pytest.fixture
+def match(tmp_path: Path) -> Path:
+    """A match file that names files beside it, below it and elsewhere; strategies import what is beside them."""
+    mine, other = tmp_path / "mine", tmp_path / "other"
+    for folder in (mine, other):
+        (folder / "talk").mkdir(parents=True)
+        (folder / "talk" / "__init__.py").touch()
+        (folder / "talk" / "words.py").write_text(f"HELLO = '{folder.name}'\n")
+        (folder / "helper.py").write_text("MODE = 'helped '\n")
+        (folder / "unused.py").touch()
+        (folder / "mine.py").write_text(STRATEGY)
+    (other / "yard.toml").write_text(
+        'name = "yard"\nbounds = { x_min = -50.0, y_min = -50.0, x_max = 50.0, y_max = 50.0 }\n'
+    )
+    text = short_match("kept").replace('map = "open"', 'map = "../other/yard.toml"')
+    for player, strategy in (("ann", "mine.py:Mine"), ("bob", f"{other}/mine.py:Mine"), ("cid", "mine:Mine")):
+        text = text.replace(f'name = "{player}"', f'name = "{player}"\nstrategy = "{strategy}"')
+    (mine / "match.toml").write_text(text)
+    return mine / "match.toml"
+
+
+def test_every_file_and_what_it_imports_is_kept(match: Path) -> None:
+    kept = files_of(load_match(match))
+    beside = {"mine.py", "helper.py", "talk"}
+    beside = {"mine.py", "helper.py", "talk"}
+    elsewhere = {f"files/1/{name}" for name in (*beside, "yard.toml")}
+    assert {place.as_posix() for place in kept.copies} == beside | elsewhere
+    assert "other" not in kept.text
+
+
+def test_a_run_can_be_played_again_without_what_it_was_played_from(match: Path, tmp_path: Path) -> None:
+    def play(file: Path, runs: str) -> Path:
+        done = CliRunner().invoke(
+            make_app("play"), ["play", str(file), "--in-process", "--no-record", "--runs", str(tmp_path / runs)]
+        )
+        assert done.exit_code == 0, done.output
+        return next((tmp_path / runs).iterdir())
+
+    first = play(match, "first")
+    shutil.rmtree(match.parent)
+    shutil.rmtree(tmp_path / "other")
+    again = play(first / "match.toml", "again")
+    assert (again / "journal.jsonl").read_bytes() == (first / "journal.jsonl").read_bytes()
+    setup = load_match(again / "match.toml")
+    assert setup.player("bob").strategy == "files/1/mine.py:Mine"
+    assert (again / "files" / "1" / "talk" / "words.py").read_text() == "HELLO = 'other'\n"
+
+
+def test_what_the_launcher_did_not_make_any_more_is_made_later(tmp_path: Path) -> None:
+    (tmp_path / "match.toml").write_text(short_match("late"))
+    runner = CliRunner()
+    command = ["play", str(tmp_path / "match.toml"), "--in-process", "--runs", str(tmp_path / "runs")]
+    assert runner.invoke(make_app("play"), command).exit_code == 0
+    run = next((tmp_path / "runs").iterdir())
+    whole = json.loads((run / "result.json").read_text())
+    (run / "result.json").unlink()
+    (run / "trajectories.png").unlink()
+    done = runner.invoke(make_app("result"), ["result", str(run)])
+    assert done.exit_code == 0
+    assert " win (" in done.output
+    assert json.loads((run / "result.json").read_text()) == whole
+    assert runner.invoke(make_app("plot"), ["plot", str(run)]).exit_code == 0
+    assert (run / "trajectories.png").stat().st_size > 10_000
+
+    lines = (run / "journal.jsonl").read_text().splitlines(keepends=True)
+    (run / "journal.jsonl").write_text("".join(lines[:2]))
+    done = runner.invoke(make_app("result"), ["result", str(run)])
+    assert "Broken off: its launcher ended before the match" in done.output
+
+
+@pytest.mark.parametrize("command", ["result", "plot"])
+def test_what_is_no_run_folder_is_told(tmp_path: Path, command: str) -> None:
+    done = CliRunner().invoke(make_app(command), [command, str(tmp_path)])
+    assert isinstance(done.exception, LaunchError)
+    assert "expected a run folder with a setup.json" in str(done.exception)

@@ -1,0 +1,138 @@
+"""A run folder is complete: the files that a match names are copied into it, so that it can be played again.
+
+Files beside the match file keep their place, so that the match file in the run folder finds them. Others are put into
+the folder `files`, and the copy of the match file names them there.
+"""
+
+import ast
+import os
+import shutil
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from vrg.config.setup import MatchSetup
+from vrg.hal.backends import BACKENDS
+from vrg.launch.run_folder import RunFolder
+
+FILES = "files"
+"""The folder for files that are not beside the match file."""
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What is kept of a match besides its results.
+
+    Args:
+        text: the match file, which names the copies.
+        copies: the source of each copy, by its path in the run folder.
+    """
+
+    text: str
+    copies: dict[Path, Path]
+
+
+def files_of(setup: MatchSetup) -> Kept:
+    """The files that a match names: strategies and the modules beside them, the map, and what its backends read."""
+    base = Path(setup.base)
+    keeper = _Keeper(base, setup.text)
+    for player in setup.players:
+        module, colon, _ = player.strategy.rpartition(":")
+        if module.endswith(".py"):
+            keeper.keep(module)
+        elif colon and (source := _module_in(base, module.split(".")[0])) is not None:
+            keeper.keep(str(source.relative_to(base)))
+    if setup.map.endswith(".toml") or "/" in setup.map:
+        keeper.keep(os.path.relpath(setup.map, base) if Path(setup.map).is_relative_to(base) else setup.map)
+    for backend, table in setup.backends.items():
+        kind = BACKENDS.get(backend)
+        if kind.settings is not None:
+            robots = [player.name for player in setup.players if player.backend == backend]
+            for file in kind.settings.model_validate(table).files(robots):
+                keeper.keep(file)
+    return Kept(keeper.text, keeper.copies)
+
+
+def keep(setup: MatchSetup, folder: RunFolder) -> None:
+    """Copy the files that a match names into its run folder.
+
+    Raises:
+        OSError: one cannot be copied.
+    """
+    kept = files_of(setup)
+    for place, source in kept.copies.items():
+        target = folder.path / place
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if source.is_dir():
+            shutil.copytree(source, target, dirs_exist_ok=True, ignore=shutil.ignore_patterns("__pycache__"))
+        else:
+            shutil.copy2(source, target)
+    folder.match_file.write_text(kept.text, encoding="utf-8")
+
+
+class _Keeper:
+    """Collects copies, and changes the text of the match file where a file has another place."""
+
+    def __init__(self, base: Path, text: str) -> None:
+        self._base = base.resolve()
+        self._folders: dict[Path, Path] = {}
+        self.text = text
+        self.copies: dict[Path, Path] = {}
+
+    def keep(self, name: str) -> None:
+        """Keep a file, and the modules beside it that it imports if it is a Python file.
+
+        Args:
+            name: the path as the match file has it.
+        """
+        source = (self._base / name).resolve()
+        if not source.exists():
+            return
+        place = self._place(source)
+        if not source.is_relative_to(self._base):
+            for quote in "\"'":
+                for end in (quote, ":"):
+                    self.text = self.text.replace(f"{quote}{name}{end}", f"{quote}{place.as_posix()}{end}")
+        self.copies[place] = source
+        for beside in _imported(source):
+            self.copies[self._place(beside)] = beside
+
+    def _place(self, source: Path) -> Path:
+        if source.is_relative_to(self._base):
+            return source.relative_to(self._base)
+        number = len(self._folders) + 1
+        folder = self._folders.setdefault(source.parent, Path(FILES, str(number)))
+        return folder / source.name
+
+
+def _imported(source: Path) -> list[Path]:
+    """The modules and packages in a Python file's own folder that it imports, and those that these import."""
+    found: list[Path] = []
+    waiting = [source] if source.suffix == ".py" else []
+    while waiting:
+        for name in _names(waiting.pop()):
+            beside = _module_in(source.parent, name)
+            if beside is not None and beside != source and beside not in found:
+                found.append(beside)
+                waiting += [beside] if beside.is_file() else list(beside.rglob("*.py"))
+    return found
+
+
+def _names(file: Path) -> Iterator[str]:
+    """The first parts of the names of all modules that a file imports."""
+    try:
+        tree = ast.parse(file.read_text(encoding="utf-8"))
+    except (OSError, SyntaxError, ValueError):
+        return  # who runs it is told better
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.split(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            yield node.module.split(".")[0]
+
+
+def _module_in(folder: Path, name: str) -> Path | None:
+    """The file or the package of a module in a folder."""
+    if (folder / f"{name}.py").is_file():
+        return folder / f"{name}.py"
+    return folder / name if (folder / name / "__init__.py").is_file() else None
