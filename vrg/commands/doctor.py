@@ -76,7 +76,13 @@ def _physics() -> Finding:
 
 def _display() -> Finding:
     shown = os.environ.get("WAYLAND_DISPLAY") or os.environ.get("DISPLAY")
-    return Finding("display", None, shown or "none: matches are shown as a table in the terminal")
+    table = "matches are shown as a table in the terminal"
+    if not shown:
+        return Finding("display", None, f"none: {table}")
+    from vrg.ui.spectator import display_available  # without a display the window library is not loaded
+
+    dead = "" if display_available() else f" is set, but no screen answers there: {table}"
+    return Finding("display", None, f"{shown}{dead}")
 
 
 def _can() -> Finding:

@@ -12,7 +12,7 @@ from typing import ClassVar
 
 from msgspec.structs import replace
 
-from vrg.hal.can.emulator.faults import FaultKind, FaultRequest, decode_fault, is_fault_request
+from vrg.hal.can.emulator.faults import FaultKind, FaultRequest, decode_fault, encode_answer, is_fault_request
 from vrg.hal.can.emulator.motor import Motor, MotorModel
 from vrg.hal.can.frame import Frame, FrameError
 from vrg.hal.can.options import ProtocolOptions
@@ -106,9 +106,12 @@ class EmulatedDrive(ABC):
         self._advance(now)
         if is_fault_request(frame, self.node):
             try:
-                return self._shown(self._break(decode_fault(frame), now))
+                request = decode_fault(frame)
             except FrameError:
                 return []
+            # The answer goes out whatever goes wrong from now on.
+            answer = encode_answer(self.node, request.kind, done=request.kind in self.supports)
+            return [answer, *self._shown(self._break(request, now))]
         if now < self._booted or self._has(FaultKind.FREEZE):
             return []
         return self._shown(self._hear(frame, now))

@@ -8,6 +8,9 @@ from vrg.hal.can.frame import Frame, FrameError
 
 _REQUEST = 0x1E5640_00
 """The 29-bit identifier of a request; its low byte is the id of the node."""
+_ANSWER = 0x1E5641_00
+"""The same of the answer."""
+_ANSWER_PACKING = struct.Struct("<B?")
 _PACKING = struct.Struct("<BHi")
 _TICK = 0.01
 """The unit of a duration on the wire, s."""
@@ -97,3 +100,16 @@ def decode_fault(frame: Frame) -> FaultRequest:
         return FaultRequest(FaultKind(kind), ticks * _TICK, value)
     except ValueError:
         raise FrameError(f"fault request: expected one of {list(map(int, FaultKind))}, got {kind}") from None
+
+
+def encode_answer(node: int, kind: FaultKind, *, done: bool) -> Frame:
+    """The frame in which an emulated drive says that a request has arrived, and whether it can do that."""
+    return Frame(_ANSWER | node, _ANSWER_PACKING.pack(kind, done), extended=True)
+
+
+def decode_answer(frame: Frame, node: int, kind: FaultKind) -> bool | None:
+    """Whether a node says that it has done, or that it cannot do, what it was asked; None if the frame says neither."""
+    if not frame.extended or frame.id != _ANSWER | node or len(frame.data) != _ANSWER_PACKING.size:
+        return None
+    answered, done = _ANSWER_PACKING.unpack(frame.data)
+    return done if answered == kind else None
