@@ -261,7 +261,7 @@ def test_an_error_in_a_map_names_the_maps_own_line(load: Load, tmp_path: Path) -
     with pytest.raises(ConfigError) as error:
         load(GOOD.replace('map = "courtyard"', 'map = "yard.toml"'))
     assert [str(p) for p in error.value.problems] == [
-        f"{tmp_path / 'yard.toml'}:7: circle.0.radius: Input should be greater than 0"
+        f"{tmp_path / 'yard.toml'}:7: circle.0.radius: expected more than 0, got -0.4"
     ]
 
 
@@ -292,3 +292,36 @@ def test_the_set_up_that_processes_read_is_the_one_that_was_checked(load: Load, 
     (tmp_path / "setup.json").write_text("{}")
     with pytest.raises(LaunchError, match="of this release"):
         read_setup(tmp_path / "setup.json")
+
+
+def test_everything_is_told_at_once_whatever_is_wrong(tmp_path: Path) -> None:
+    (tmp_path / "match.toml").write_text(
+        """name = "no good!"
+game = "sharks-and-minnows"
+map = "open"
+seed = -1
+[rules]
+x = [-10.0, 10.0]
+y = [-20.0, 20.0]
+zone_depht = 4.0
+[[players]]
+name = "a"
+role = "sherk"
+x = 0.0
+y = -19.0
+[[players]]
+name = "b"
+role = "minnow"
+x = "far"
+y = 19.0
+[[players]]
+name = "c"
+role = "minnow"
+strategy = "nowhere.py:X"
+x = 0.0
+y = 19.0
+"""
+    )
+    with pytest.raises(ConfigError) as caught:
+        load_match(tmp_path / "match.toml")
+    assert [problem.line for problem in caught.value.problems] == [1, 4, 8, 11, 17, 22]

@@ -57,15 +57,44 @@ def problems_of(error: ValidationError, prefix: Path = ()) -> list[Problem]:
     Args:
         prefix: the path in the file of the table that was checked.
     """
-    problems = []
-    for detail in error.errors():
-        text = detail["msg"].removeprefix("Value error, ")
-        if detail["type"] == "extra_forbidden":
-            text = "unknown field"
-        elif detail["type"] == "missing":
-            text = "missing"
-        problems.append(Problem(text, (*prefix, *detail["loc"])))
-    return problems
+    return [Problem(_words(detail), (*prefix, *detail["loc"])) for detail in error.errors()]
+
+
+_EXPECTED = {
+    "greater_than": "more than {gt:g}",
+    "greater_than_equal": "at least {ge:g}",
+    "less_than": "less than {lt:g}",
+    "less_than_equal": "at most {le:g}",
+    "too_short": "at least {min_length} of them",
+    "too_long": "at most {max_length} of them",
+    "finite_number": "a finite number",
+    "float_type": "a number",
+    "float_parsing": "a number",
+    "int_type": "a whole number",
+    "int_parsing": "a whole number",
+    "int_from_float": "a whole number",
+    "bool_type": "true or false",
+    "bool_parsing": "true or false",
+    "string_type": "a text",
+    "list_type": "a list",
+    "tuple_type": "a list",
+    "dict_type": "a table",
+    "model_type": "a table",
+    "literal_error": "{expected}",
+}
+"""What was expected, by pydantic's name of the mistake."""
+
+
+def _words(detail: Any) -> str:
+    """A mistake that pydantic has found: what was expected, and what came."""
+    if detail["type"] == "extra_forbidden":
+        return "unknown field"
+    if detail["type"] == "missing":
+        return "missing"
+    expected = _EXPECTED.get(detail["type"])
+    if expected is None:
+        return str(detail["msg"]).removeprefix("Value error, ")
+    return f"expected {expected.format(**detail.get('ctx', {}))}, got {detail['input']!r}"
 
 
 def located(problem: Problem, file: FilePath | str, lines: Mapping[Path, int]) -> Problem:

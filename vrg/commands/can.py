@@ -4,7 +4,7 @@ import enum
 import random
 import secrets
 import time
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -23,15 +23,10 @@ from vrg.commands.can_options import (
 from vrg.commands.options import LeashOption
 from vrg.errors import ConfigError
 from vrg.hal.can.emulator.drive import DriveOptions
-from vrg.hal.can.emulator.faults import WHAT, FaultKind, FaultRequest, decode_answer, encode_fault
+from vrg.hal.can.emulator.faults import WHAT, FaultKind, FaultRequest
 from vrg.hal.can.emulator.motor import MotorModel
 from vrg.hal.can.settings import EMULATING
 from vrg.launch.serving import child_process
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    import can
 
 app = typer.Typer(no_args_is_help=True, help="Motor controllers on a CAN bus, real and emulated.")
 for command in (
@@ -45,8 +40,6 @@ for command in (
 FaultName = enum.StrEnum("FaultName", {kind.name: kind.name.lower() for kind in FaultKind})  # type: ignore[misc]
 
 _MOTOR = MotorModel()
-_ANSWER_PATIENCE = 2.0
-"""s for an emulated drive to answer."""
 
 
 @app.command()
@@ -114,8 +107,7 @@ def fault(
     value: Annotated[str, typer.Option(help="Error bits or turns, such as 0x200.")] = "0",
 ) -> None:
     """Let something go wrong in an emulated drive. Real ones do not listen."""
-    from vrg.hal.can.bus import message_of
-    from vrg.hal.can.opening import open_bus
+    from vrg.hal.can.emulator.asking import ask_for  # python-can is for who uses a bus
 
     try:
         number = int(value, 0)
@@ -125,32 +117,15 @@ def fault(
         ) from None
     request = FaultRequest(FaultKind[kind.name], duration, number - (1 << 32) if number >= 1 << 31 else number)
     link = link_of(interface, channel, bitrate, adapter)
-    bus = open_bus(link)
     failed = False
-    try:
-        for one in id_:
-            bus.send(message_of(encode_fault(one, request)))
-            done = _answer(bus.recv, one, request.kind)
-            failed |= not done
-            if done:
-                typer.echo(f"node {one}: {kind} ({WHAT[request.kind].split(':')[0]})")
-            elif done is None:
-                typer.echo(f"node {one}: nobody emulates it on {link}; real drives do not listen to this", err=True)
-            else:
-                typer.echo(f"node {one}: a drive of its protocol cannot have this fault", err=True)
-    finally:
-        bus.shutdown()
+    for one in id_:
+        done = ask_for(link, one, request)
+        failed |= not done
+        if done:
+            typer.echo(f"node {one}: {kind} ({WHAT[request.kind].split(':')[0]})")
+        elif done is None:
+            typer.echo(f"node {one}: nobody emulates it on {link}; real drives do not listen to this", err=True)
+        else:
+            typer.echo(f"node {one}: a drive of its protocol cannot have this fault", err=True)
     if failed:
         raise typer.Exit(1)
-
-
-def _answer(receive: "Callable[[float], can.Message | None]", node: int, kind: FaultKind) -> bool | None:
-    """What an emulated drive answers to a request; None if there is no answer within _ANSWER_PATIENCE."""
-    from vrg.hal.can.bus import frame_of
-
-    deadline = time.monotonic() + _ANSWER_PATIENCE
-    while (left := deadline - time.monotonic()) > 0:
-        message = receive(left)
-        if message is not None and (done := decode_answer(frame_of(message), node, kind)) is not None:
-            return done
-    return None

@@ -10,15 +10,13 @@ from pydantic import ValidationError
 from vrg.config.files import MatchFile
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup, PlayerSetup
-from vrg.coordinator.rulebook import RuleBook
+from vrg.config.zones import zone_problems
 from vrg.errors import ConfigError, Problem
+from vrg.errors import Path as Place
 from vrg.games import GAMES, STRATEGIES
 from vrg.hal.backends import BACKENDS
 from vrg.hal.companions import Companion
-from vrg.hal.sim.config import WorldConfig, check_setup
-from vrg.hal.sim.map import Map, load_map
-from vrg.hal.sim.shapes import box_corners
-from vrg.regions import Circle, Polygon, touch
+from vrg.hal.sim.config import check_setup
 from vrg.tables import located, problems_of
 from vrg.toml_text import lines_of, syntax_error_line, with_values
 
@@ -119,6 +117,8 @@ class _Checker:
 
     def __init__(self, base: Path) -> None:
         self._base = base
+        self._numbers: list[int] | None = None
+        """The numbers in the file of the players that are checked; None if they are all."""
         self.problems: list[Problem] = []
 
     def check(self, data: dict[str, Any], text: str, origin: str) -> MatchSetup | None:
@@ -127,11 +127,15 @@ class _Checker:
             file = MatchFile.model_validate(data)
         except ValidationError as error:
             self.problems += problems_of(error)
-            if isinstance(data.get("rules"), dict):
-                self._check_rules(str(data.get("game")), data["rules"])
-            return None
+            # All that is left is checked too, so that a person is told everything at once.
+            rest = self._without_mistakes(data, [detail["loc"] for detail in error.errors()])
+            if rest is None:
+                if isinstance(data.get("rules"), dict):
+                    self._check_rules(str(data.get("game")), data["rules"])
+                return None
+            file = rest
         # The problems of the rules are found first, so that a rule book is made only from good settings.
-        good_rules = self._check_rules(file.game, file.rules)
+        good_rules = self._check_rules(file.game, file.rules) if isinstance(data.get("rules"), dict) else False
         companions = self._check_backends(file)
         players = [player for number in range(len(file.players)) if (player := self._player(file, number))]
         setup = MatchSetup(
@@ -158,8 +162,23 @@ class _Checker:
         if good_rules and not self.problems:
             book = self._attempt(lambda: rulebook_of(setup))
             if book is not None:
-                self._check_zones(book, setup.world)
+                self.problems += zone_problems(book, setup.world)
         return setup
+
+    def _without_mistakes(self, data: dict[str, Any], mistakes: Sequence[Place]) -> MatchFile | None:
+        """The match file without the fields and players that have mistakes, or None if too little is left."""
+        wrong = {place[0] for place in mistakes if place}
+        bad_players = {place[1] for place in mistakes if place[0] == "players" and len(place) > 1}
+        tables = data.get("players")
+        if "game" in wrong or ("players" in wrong and not bad_players) or not isinstance(tables, list):
+            return None
+        self._numbers = [number for number in range(len(tables)) if number not in bad_players]
+        rest = {key: value for key, value in data.items() if key not in wrong}
+        rest = {"name": "unnamed", "map": "open", "rules": {}, **rest, "players": [tables[n] for n in self._numbers]}
+        try:
+            return MatchFile.model_validate(rest)
+        except ValidationError:
+            return None
 
     def numbered(self, data: dict[str, Any]) -> list[Problem]:
         """The problems, with the number of each player that a path names."""
@@ -167,6 +186,10 @@ class _Checker:
         tables = players if isinstance(players, list) else []
         numbers = {table.get("name"): number for number, table in enumerate(tables) if isinstance(table, dict)}
         return [_numbered(problem, numbers) for problem in self.problems]
+
+    def _number(self, index: int) -> int:
+        """The number in the file of a player that is checked."""
+        return index if self._numbers is None else self._numbers[index]
 
     def _attempt(self, action: Callable[[], T], *where: str | int) -> T | None:
         """Return the action's result, or None after adding its problems to the list."""
@@ -191,6 +214,7 @@ class _Checker:
 
     def _player(self, file: MatchFile, number: int) -> PlayerSetup | None:
         entry = file.players[number]
+        number = self._number(number)
         where = ("players", number)
         game = self._attempt(lambda: GAMES.get(file.game), "game")
         backend = self._attempt(lambda: BACKENDS.get(entry.backend), *where, "backend")
@@ -231,7 +255,7 @@ class _Checker:
         """
         companions: list[Companion] = []
         for backend in sorted({player.backend for player in file.players} | set(file.backends)):
-            users = {i: player.name for i, player in enumerate(file.players) if player.backend == backend}
+            users = {self._number(i): p.name for i, p in enumerate(file.players) if p.backend == backend}
             where = ("backends", backend)
             kind = self._attempt(lambda: BACKENDS.get(backend), *where)  # noqa: B023 - called at once
             if kind is None:
@@ -253,24 +277,11 @@ class _Checker:
                 if not found:
                     companions += settings.companions(list(users.values()))
         taken = {companion.name for companion in companions}
-        for number, player in enumerate(file.players):
+        for index, player in enumerate(file.players):
             if player.name in taken:
                 text = f"{player.name!r} is the name of another process of this match"
-                self.problems.append(Problem(text, ("players", number, "name")))
+                self.problems.append(Problem(text, ("players", self._number(index), "name")))
         return companions
-
-    def _check_zones(self, book: RuleBook[Any], world: WorldConfig) -> None:
-        """Find the zones, except for the field, that are not free of walls or that reach out of the map's bounds."""
-        map_ = load_map(world.map)
-        for zone in book.zones(book.initial()):
-            if zone.kind == "field" or _is_free(map_, zone.region.outline()):
-                continue
-            x_min, y_min, x_max, y_max = zone.region.bounds
-            text = (
-                f"the {zone.name} zone, x {x_min:g} to {x_max:g}, y {y_min:g} to {y_max:g}, "
-                f"must be free of walls and obstacles and inside the bounds of map {map_.name!r}"
-            )
-            self.problems.append(Problem(text, ("rules",)))
 
 
 def _place_in_file(problem: Problem) -> tuple[int, str]:
@@ -285,11 +296,3 @@ def _numbered(problem: Problem, numbers: Mapping[object, int]) -> Problem:
     name = str(path[1])
     text = problem.text if name in problem.text else f"{name}: {problem.text}"
     return Problem(text, ("players", numbers[name], *path[2:]), problem.file, problem.line)
-
-
-def _is_free(map_: Map, outline: Sequence[tuple[float, float]]) -> bool:
-    region = Polygon(tuple(outline))
-    obstacles: list[Polygon | Circle] = [*(Polygon(tuple(box_corners(box))) for box in map_.boxes), *map_.circles]
-    inside = all(map_.bounds.contains(x, y) for x, y in outline)
-    # A zone may touch a wall, so the obstacles are made a little smaller.
-    return inside and not any(touch(region, obstacle.shrunk(1e-6)) for obstacle in obstacles)

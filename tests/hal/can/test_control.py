@@ -65,3 +65,13 @@ def test_a_missing_watchdog_is_told_as_soon_as_it_is_known(monkeypatch: pytest.M
         done = run("jog", "--id", "3")
     assert isinstance(done.exception, RobotError), done.output
     assert "its own watchdog has not stopped it" in str(done.exception)
+
+
+def test_a_fault_is_asked_for_and_answered() -> None:
+    with Drives("moteus", [5], link=LINK):
+        assert run("fault", "block", "--id", "5").output == "node 5: block (its wheel is blocked)\n"
+        refused = run("fault", "estop", "--id", "5")
+        silent = run("fault", "silence", "--id", "6")
+    assert refused.exit_code == silent.exit_code == 1
+    assert "node 5: a drive of its protocol cannot have this fault" in refused.output
+    assert "node 6: nobody emulates it on virtual:control" in silent.output

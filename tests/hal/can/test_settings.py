@@ -125,7 +125,7 @@ def test_a_calibration_survives_its_file(track: float, axes: dict[int, tuple[int
         ("not toml at all", "expected a calibration file"),
         ('robot = "sue"\ntrack = 0.5\n[axes.0]\ndirection = 1\nratio = 50\n', r"expected nodes \[0, 1\].*got \[0\]"),
         ('robot = "sue"\ntrack = 0.5\n[axes.0]\ndirection = 2\nratio = 50\n', "expected 1 or -1, got 2"),
-        ('robot = "sue"\ntrack = -1\n[axes]\n', "greater than 0.01"),
+        ('robot = "sue"\ntrack = -1\n[axes]\n', "expected more than 0.01, got -1"),
     ],
 )
 def test_a_bad_calibration_file(tmp_path: Path, text: str, words: str) -> None:
