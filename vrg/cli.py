@@ -20,6 +20,7 @@ os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 _PROCESSES = "Single processes"
 COMMANDS: dict[str, tuple[str, str | None]] = {
     "play": ("vrg.commands.play:play", None),
+    "practice": ("vrg.commands.practice:practice", None),
     "check": ("vrg.commands.play:check", None),
     "estop": ("vrg.commands.official:estop", None),
     "official": ("vrg.commands.official:app", None),

@@ -56,7 +56,7 @@ def play(
     record: Annotated[bool, typer.Option(help="Record for Foxglove and the plot.")] = True,
 ) -> None:
     """Play a match on this machine, show it, and say who won and where the run is recorded."""
-    speed = _rate(rate, in_process)
+    speed = rate_of(rate, in_process)
     # The fork server loads what the match's processes need while this process loads the code that checks match files.
     with fork_server(wanted=not in_process) as server:
         from vrg.commands.playing import Wish, play_match
@@ -65,8 +65,12 @@ def play(
         play_match(match, runs, wish, server, engine=engine, seed=seed, rate=speed)
 
 
-def _rate(rate: str | None, one_process: bool) -> float | None:
-    """The rate that was typed as a number; None if none was typed, or for `max`."""
+def rate_of(rate: str | None, one_process: bool) -> float | None:
+    """The rate that was typed as a number; None if none was typed, or for `max`.
+
+    Raises:
+        typer.BadParameter: it makes no sense.
+    """
     if rate is None or rate == "max":
         if rate == "max" and not one_process:
             raise typer.BadParameter(

@@ -24,6 +24,7 @@ from vrg.config.loading import check_strategies, load_match, match_path
 from vrg.config.setup import MatchSetup, write_setup
 from vrg.coordinator.match import NOBODY
 from vrg.errors import LaunchError
+from vrg.games import game_of
 from vrg.launch import in_process, nodes
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.keeping import keep
@@ -55,7 +56,15 @@ class Wish:
 
 
 def play_match(
-    match: str, runs: Path, wish: Wish, server: ForkServer, engine: str | None, seed: int | None, rate: float | None
+    match: str,
+    runs: Path,
+    wish: Wish,
+    server: ForkServer,
+    *,
+    engine: str | None,
+    seed: int | None,
+    rate: float | None,
+    base: Path | None = None,
 ) -> None:
     """Play a match on this machine, show it, and say who won and where the run is recorded.
 
@@ -64,13 +73,14 @@ def play_match(
         wish: what the user has asked for.
         server: the fork server that starts the match's processes.
         engine, seed, rate: these replace the values of the match file; None keeps the file's value.
+        base: the folder that relative paths in the match file start from; its own if missing.
 
     Raises:
         ConfigError: the match file has problems.
         LaunchError: a process does not start, or dies too often.
         typer.Exit: with status 130 if the match was interrupted, or 1 if it was broken off.
     """
-    setup = load_match(match_path(match), engine=engine, seed=seed, rate=rate)
+    setup = load_match(match_path(match), base=base, engine=engine, seed=seed, rate=rate)
     if wish.in_process:
         check_strategies(setup, nodes.strategy_of)
     folder = RunFolder.create(runs, setup.name, datetime.now(), setup.text)
@@ -238,7 +248,8 @@ def _conclude(
         said = str(failure).splitlines()
         ended = f"given up: {said[0].rstrip(':')}" + (f": {said[-1]}" if len(said) > 1 else "")
     elif over:
-        ended = "ended by an official" if state and state.winner == NOBODY else "game over"
+        by_hand = state is not None and state.winner == NOBODY and game_of(setup.game).competitive
+        ended = "ended by an official" if by_hand else "game over"
     else:
         ended = "interrupted" if interrupted else "broken off: it took too long"
     result = write_result(setup, folder, state, ended)

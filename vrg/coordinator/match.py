@@ -283,7 +283,8 @@ class Match:
         self.game, self.winner = verdict.state, verdict.winner
         if self.winner is None:
             return Outcome(verdict.calls, [self._enter(Stage.INITIALIZE)])
-        over = announce("game_over", f"game over: {self.winner} win")
+        how = {DRAW: "a draw", NOBODY: "the time is up"}.get(self.winner, f"{self.winner} win")
+        over = announce("game_over", f"game over: {how}")
         return Outcome([*verdict.calls, *over.calls], [self._enter(Stage.GAME_OVER)])
 
 

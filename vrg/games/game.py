@@ -82,6 +82,7 @@ class Game:
         score_words: what the points of a team count, by team.
         out_of_play: the states in which a player is only an obstacle.
         moments: how calls are marked in plots, by rule.
+        competitive: False if nobody can win, so that its end is just told as the end.
     """
 
     name: str
@@ -95,6 +96,7 @@ class Game:
     score_words: Mapping[str, str] = field(default_factory=dict)
     out_of_play: frozenset[str] = frozenset()
     moments: Mapping[str, Moment] = field(default_factory=dict)
+    competitive: bool = True
 
     @property
     def title(self) -> str:

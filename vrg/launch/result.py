@@ -57,6 +57,8 @@ def headline(result: dict[str, Any]) -> str:
     if result["ended"] != "game over":
         ended = str(result["ended"])
         return ended[0].upper() + ended[1:]
+    if not game_of(result["game"]).competitive:
+        return "Over"
     return "A draw" if result["winner"] == DRAW else f"{str(result['winner']).capitalize()} win"
 
 

@@ -1,0 +1,120 @@
+"""The command `vrg practice`: one robot, or a team, on a map without a referee's rules."""
+
+import math
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vrg.commands.options import whole_target
+from vrg.commands.play import EngineOption, SeedOption, rate_of
+from vrg.errors import ConfigError
+from vrg.launch.fork_server import fork_server
+from vrg.types import Pose
+
+_STEP = 1.5
+"""The distance in m between two robots, and between two places that are tried for one."""
+
+
+def practice(
+    strategy: Annotated[
+        str | None, typer.Argument(help="What they play by, such as mine.py:Mine. Without it you drive them.")
+    ] = None,
+    map_: Annotated[str, typer.Option("--map", help="A map's name, or the path of its file.")] = "courtyard",
+    robots: Annotated[int, typer.Option(min=1, max=32, help="How many.")] = 1,
+    model: Annotated[str, typer.Option(help="The model of the robots.")] = "P2AT",
+    at: Annotated[
+        tuple[float, float, float] | None,
+        typer.Option(
+            metavar="X Y HEADING", help="Where the first one begins, in m and degrees; the middle if missing."
+        ),
+    ] = None,
+    seconds: Annotated[
+        float | None, typer.Option("--for", min=1, help="How long, s; until Ctrl-C if missing, 60 in one process.")
+    ] = None,
+    in_process: Annotated[bool, typer.Option("--in-process", help="In one process, without the bus.")] = False,
+    engine: EngineOption = None,
+    rate: Annotated[
+        str | None, typer.Option(metavar="X|max", help="Match seconds per second; max only in one process.")
+    ] = None,
+    seed: SeedOption = None,
+    headless: Annotated[bool, typer.Option("--headless", help="Open no window, even if there is a display.")] = False,
+    runs: Annotated[Path, typer.Option(help="Folder in which the run folder is made.")] = Path("runs"),
+    record: Annotated[bool, typer.Option(help="Record for Foxglove and the plot.")] = True,
+) -> None:
+    """Try a player on a map: nobody judges it. In the window TAB and the arrow keys drive a robot by hand."""
+    speed = rate_of(rate, in_process)
+    with fork_server(wanted=not in_process) as server, tempfile.TemporaryDirectory() as folder:
+        from vrg.commands.playing import Wish, play_match
+
+        lasting = seconds if seconds is not None else 60.0 if in_process else 0.0
+        target = None if strategy is None else whole_target(strategy)
+        file = Path(folder, "practice.toml")
+        file.write_text(match_text(map_, robots, model, target, lasting, at), encoding="utf-8")
+        wish = Wish(in_process=in_process, paced=rate not in (None, "max"), window=not headless, record=record)
+        play_match(str(file), runs, wish, server, engine=engine, seed=seed, rate=speed, base=Path.cwd())
+
+
+def match_text(
+    map_: str, robots: int, model: str, strategy: str | None, seconds: float, at: tuple[float, float, float] | None
+) -> str:
+    """The match file of a practice.
+
+    Args:
+        map_: a map's name or path. strategy: of every robot; None for one that waits.
+        seconds: how long, s; 0 = endless.
+        at: where the first one begins, m and degrees; None for the middle of the map.
+
+    Raises:
+        ConfigError: there is no such map or model, or no room.
+    """
+    from vrg.hal.models import robot_model
+    from vrg.hal.sim.map import load_map
+
+    ground = load_map(_whole(map_))
+    x_min, y_min, x_max, y_max = ground.bounds.bounds
+    body = robot_model(model)
+    middle = ((x_min + x_max) / 2, (y_min + y_max) / 2, 0.0)
+    places = []
+    for pose in _around(*(at or middle), (x_min, y_min, x_max, y_max)):
+        if ground.footprint_clear(pose, body.length, body.width):
+            places.append(pose)
+        elif at is not None and not places:
+            raise ConfigError([f"--at: expected a place on map {ground.name!r} that is free of walls, got {at}"])
+        if len(places) == robots:
+            break
+    if len(places) < robots:
+        raise ConfigError([f"--robots: map {ground.name!r} has room for {len(places)}, got {robots}"])
+    lines = [
+        'name = "practice"', 'game = "practice"', f"map = {_quoted(_whole(map_))}", "[rules]",
+        f"x = [{x_min}, {x_max}]", f"y = [{y_min}, {y_max}]", f"time = {seconds}",
+    ]  # fmt: skip
+    for number, pose in enumerate(places, 1):
+        lines += [
+            "[[players]]", f'name = "robot{number}"', 'role = "player"', f"model = {_quoted(model)}",
+            f"x = {pose.x:.3f}", f"y = {pose.y:.3f}", f"heading = {math.degrees(pose.theta):.1f}",
+        ]  # fmt: skip
+        if strategy is not None:
+            lines.append(f"strategy = {_quoted(strategy)}")
+    return "\n".join(lines) + "\n"
+
+
+def _around(x: float, y: float, heading: float, bounds: tuple[float, float, float, float]) -> Iterator[Pose]:
+    """A place, and those around it in squares that grow to the bounds."""
+    theta = math.radians(math.remainder(heading, 360.0))
+    yield Pose(x, y, theta)
+    for ring in range(1, int(max(bounds[2] - bounds[0], bounds[3] - bounds[1]) / _STEP) + 1):
+        for i in range(-ring, ring + 1):
+            for j in range(-ring, ring + 1):
+                if max(abs(i), abs(j)) == ring:
+                    yield Pose(x + i * _STEP, y + j * _STEP, theta)
+
+
+def _whole(map_: str) -> str:
+    return str(Path(map_).resolve()) if map_.endswith(".toml") else map_
+
+
+def _quoted(text: str) -> str:
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'

@@ -1,0 +1,114 @@
+"""The rules of practice: there are none. Everybody may always move, until the time is up or somebody ends it."""
+
+from collections.abc import Sequence
+
+from pydantic import Field as Setting
+from pydantic import model_validator
+
+from vrg.bus.messages import OfficialAction, PlayerStatus, Stage, Zone
+from vrg.coordinator.match import NOBODY
+from vrg.coordinator.rulebook import Contestant, Field, GameState, Verdict
+from vrg.errors import ConfigError
+from vrg.games.practice import GAME, TEAM
+from vrg.geometry import circumradius
+from vrg.regions import Rectangle
+from vrg.tables import Table
+
+
+class Settings(Table):
+    """The [rules] table of a match file. Lengths in m, times in s.
+
+    Args:
+        x, y: the (low, high) borders of a field that players are told of; without them there is none.
+        time: how long it lasts; 0 means until somebody ends it.
+    """
+
+    x: tuple[float, float] | None = None
+    y: tuple[float, float] | None = None
+    time: float = Setting(0.0, ge=0.0)
+
+    @model_validator(mode="after")
+    def _field_is_whole(self) -> "Settings":
+        if (self.x is None) != (self.y is None):
+            raise ValueError("x, y: expected both or neither")
+        for name, borders in (("x", self.x), ("y", self.y)):
+            if borders is not None and not borders[0] < borders[1]:
+                raise ValueError(f"{name}: expected the low border first, got {list(borders)}")
+        return self
+
+
+class Practice:
+    """The rule book of practice.
+
+    Args:
+        settings: the [rules] table of the match file.
+        contestants: the players.
+    """
+
+    name = GAME.name
+    round_word = GAME.round_word
+    rounds = 1
+    state_type = GameState
+    lineup_limit = 1.0
+
+    def __init__(self, settings: Settings, contestants: Sequence[Contestant]) -> None:
+        self._settings = settings
+        self._contestants = {c.name: c for c in contestants}
+
+    def initial(self) -> GameState:
+        """The only state that there is."""
+        return GameState()
+
+    def obstacles_to_start(self, state: GameState, now: Field) -> dict[str, str]:
+        """The players that the world has not reported yet."""
+        return {name: "is not in the world" for name in self._contestants if name not in now.poses}
+
+    def judge(self, state: GameState, before: Field, now: Field, clock: float) -> Verdict[GameState]:
+        """Judge nothing but the time."""
+        return Verdict(state, round_over=0.0 < self._settings.time <= clock)
+
+    def obstacles_to_resume(self, state: GameState, now: Field) -> list[str]:
+        """Always empty: there are no fouls."""
+        return []
+
+    def next_round(self, state: GameState, now: Field) -> Verdict[GameState]:
+        """The time is up, and nobody has won."""
+        return Verdict(state, winner=NOBODY)
+
+    def statuses(self, state: GameState, stage: Stage, now: Field) -> list[PlayerStatus]:
+        """Everybody may move while it lasts."""
+        return [
+            PlayerStatus(
+                name=name,
+                team=TEAM,
+                role=contestant.role,
+                state="active",
+                may_move=stage is Stage.PLAY_ROUND,
+                radius=circumradius(contestant.size),
+                pose=now.poses.get(name),
+            )
+            for name, contestant in self._contestants.items()
+        ]
+
+    def zones(self, state: GameState) -> list[Zone]:
+        """The field, if there is one."""
+        x, y = self._settings.x, self._settings.y
+        if x is None or y is None:
+            return []
+        return [Zone(name="field", kind="field", region=Rectangle(x[0], y[0], x[1], y[1]))]
+
+    def score(self, state: GameState) -> dict[str, int]:
+        """Nobody scores."""
+        return {TEAM: 0}
+
+    def speed_limits(self, seed: int) -> dict[str, float]:
+        """Every robot may be as fast as its model."""
+        return {}
+
+    def overrule(self, state: GameState, action: OfficialAction, subject: str, value: str) -> GameState:
+        """Refuse: there is nothing to overrule.
+
+        Raises:
+            ConfigError: always.
+        """
+        raise ConfigError([f"{action}: practice has no scores, roles or states"])
