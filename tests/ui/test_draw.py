@@ -98,7 +98,8 @@ def test_banners_say_why(scene_at):
 
     assert "a cable" in said(halted="a cable")
     assert "dory is not armed" in said(waiting=["dory is not armed"])
-    assert "Winner: Sharks" in said(stage=m.Stage.GAME_OVER, winner="sharks")
+    assert "Winner: Sharks (no minnow is left" in said(stage=m.Stage.GAME_OVER, winner="sharks")
+    assert "No winner" in said(stage=m.Stage.GAME_OVER, winner="nobody")
     assert "A draw" in said(stage=m.Stage.GAME_OVER, winner="draw")
     assert "No winner" in said(stage=m.Stage.GAME_OVER)
     assert banners(scene_at(10.0)) == []

@@ -75,6 +75,14 @@ def test_only_the_last_calls_are_kept():
     assert [call.number for call in builder.build(True).calls] == list(range(100 - CALLS_KEPT, 100))
 
 
+def test_what_an_official_was_refused_pushes_no_call_off_the_list():
+    builder = SceneBuilder()
+    builder.call(m.Call(number=1, rule="tag", text="", players=[], poses=[], clock=0.0))
+    for number in range(2, 100):
+        builder.call(m.Call(number=number, rule="refused", text="", players=[], poses=[], clock=0.0))
+    assert [call.number for call in builder.build(True).calls] == [1]
+
+
 def test_the_emergency_stop_is_shown_until_it_is_released_everywhere():
     builder = SceneBuilder()
     builder.estop(m.Estop(engaged=True, by="anna", reason="smoke"))

@@ -80,6 +80,7 @@ class Game:
         starts: the names of the roles that a player may begin in; all of them if it is empty.
         round_word: the game's word for a round.
         score_words: what the points of a team count, by team.
+        won_words: why a team has won, by team, where the score does not decide.
         out_of_play: the states in which a player is only an obstacle.
         moments: how calls are marked in plots, by rule.
         competitive: False if nobody can win, so that its end is just told as the end.
@@ -94,6 +95,7 @@ class Game:
     starts: tuple[str, ...] = ()
     round_word: str = "round"
     score_words: Mapping[str, str] = field(default_factory=dict)
+    won_words: Mapping[str, str] = field(default_factory=dict)
     out_of_play: frozenset[str] = frozenset()
     moments: Mapping[str, Moment] = field(default_factory=dict)
     competitive: bool = True

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 from vrg.bus.messages import Stage
 from vrg.colours import Rgb
-from vrg.coordinator.match import DRAW
+from vrg.coordinator.match import DRAW, NOBODY
+from vrg.games import game_of
 from vrg.games.game import title
 from vrg.ui import palette
 from vrg.ui.scene import Scene
@@ -53,8 +54,9 @@ def _stopped(heading: str, reason: str | None, way_out: str | None, colour: Rgb,
 
 def _result(scene: Scene) -> tuple[str, ...]:
     score = " · ".join(f"{title(team)} {points}" for team, points in scene.score)
-    if scene.winner is None:
+    if scene.winner is None or scene.winner == NOBODY:
         result = "No winner"
     else:
         result = "A draw" if scene.winner == DRAW else f"Winner: {title(scene.winner)}"
-    return (result, score) if score else (result,)
+    why = game_of(scene.game).won_words.get(scene.winner or "")
+    return tuple(line for line in (f"{result} ({why})" if why else result, score) if line)

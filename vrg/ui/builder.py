@@ -75,8 +75,9 @@ class SceneBuilder:
         self._state = state
 
     def call(self, call: m.Call) -> None:
-        """Take a referee's call in."""
-        self._calls.append(call)
+        """Take a referee's call in. What an official was refused is told to the official alone."""
+        if call.rule != "refused":
+            self._calls.append(call)
 
     def report(self, player: str, report: m.Report) -> None:
         """Take in what a player says of itself."""

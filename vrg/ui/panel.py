@@ -155,9 +155,10 @@ class PanelPainter:
             shapes.pill(pen.surface, badge.inflate(2 * PHYSICAL_RIM, 2 * PHYSICAL_RIM), palette.TEXT, radius=6)
         shapes.pill(pen.surface, badge, style.colour, radius=4)
         shapes.marker(pen.surface, badge.center, 1.5708, badge.width * 0.32, palette.INK, style.marker)
-        columns = (0.10, 0.46, 0.70)
-        state = "by hand" if driven or player.manual else player.state
+        columns = (0.10, 0.42, 0.62)
         quiet = player.out_of_play
+        does = player.state if quiet else player.mode.rpartition("/")[2] or player.state
+        state = "by hand" if driven or player.manual else does
         cells = (
             (player.name, Face.BOLD, palette.MUTED if quiet else palette.TEXT),
             (player.role, Face.REGULAR, style.colour if not quiet else palette.MUTED),

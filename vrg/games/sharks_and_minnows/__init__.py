@@ -20,6 +20,10 @@ GAME = Game(
     ),
     round_word="pass",
     score_words={SHARKS: "minnows caught", MINNOWS: "safe crossings"},
+    won_words={
+        SHARKS: "no minnow is left; the score does not decide",
+        MINNOWS: "a minnow is left after the last pass; the score does not decide",
+    },
     out_of_play=frozenset({INACTIVE}),
     moments={"tag": Moment("X", "tag"), "out_of_bounds": Moment("s", "out of bounds")},
 )
