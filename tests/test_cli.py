@@ -94,7 +94,7 @@ BAD: dict[str, tuple[list[tuple[str, str]], str | None, str]] = {
     "an unknown rule": ([("zone_depth", "zone_width")], "zone_width", "rules.zone_width: unknown field"),
     "an unknown field of a player": (first_player("age = 3"), "age = 3", "players.0.age: unknown field"),
     "no game": ([('game = "sharks-and-minnows"', "")], None, "game: missing"),
-    "an unknown game": ([('"sharks-and-minnows"', '"chess"')], "game =", "game: expected one of practice, sharks-and-minnows"),
+    "an unknown game": ([('"sharks-and-minnows"', '"chess"')], "game =", "game: expected one of practice,"),
     "an unknown map": ([('"courtyard"\nengine', '"moon"\nengine')], "map =", "map: "),
     "an unknown engine": ([('"pybullet"', '"magic"')], "engine =", "engine: expected one of "),
     "an unknown backend": (first_player('backend = "spirit"'), "backend", "players.0.backend: expected one of "),

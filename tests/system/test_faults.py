@@ -17,7 +17,7 @@ CULPRITS = {
     "printer": ("Prints", "OutputFloodError: it has printed more than 2 MB within 10 s (broken.py, line 22, in act)"),
     "eater": ("Eats", "MemoryError (broken.py, line 29, in act)"),
     "nan": ("Nan", "it fails too often: Nan.act: expected finite numbers of m/s and rad/s, got Twist(v=nan, w=0.0)"),
-    "absent": ("Missing", "vrg: "),
+    "absent": ("Missing", "/"),
 }
 """The players that are broken: the class of each, and what the referee says of it."""
 MENDED = """
@@ -60,10 +60,10 @@ def test_broken_players_are_named_and_out_and_can_be_replaced(start: Callable[..
     called = {call.players[0]: call.text for call in observer.heard.calls if call.rule == "disqualified"}
     for name, (_, why) in CULPRITS.items():
         if name in called:  # what was called before this observer came is in the journal alone
-            assert called[name].startswith(f"{name} is disqualified: {why}".removesuffix("vrg: "))
+            assert called[name].startswith(f"{name} is disqualified: {why}")
     journal = match.run.journal.read_text(encoding="utf-8")
     for name, (_, why) in CULPRITS.items():
-        assert f"{name} is disqualified: {why.removeprefix('vrg: ')}" in journal
+        assert f"{name} is disqualified: {why}" in journal
     assert "expected the name of a class in" in match.said(), "a class that is not there keeps nobody from playing"
 
     # A player that works is replaced at once; a typing error is told before anything is stopped.

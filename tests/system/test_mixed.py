@@ -131,14 +131,6 @@ def test_the_drives_stop_the_motors_of_a_player_that_fails(mixed: Match, tap: Ta
     observer.wait_until(lambda: tap.errors(0) & watchdog and tap.errors(1) & watchdog, "the drives to say why")
     sent = tap.setpoints(0, failed)
     assert sent <= 1, f"{sent} setpoints came from a process that does nothing"
-    late = "ann: its pose is older than"
-    if fault is signal.SIGKILL:
-        # One that died may be back before its pose is too old.
-        observer.wait_until(
-            lambda: halt_tells(mixed, late) or goes_on(mixed, "ann", old), "a halt, or ann to move again"
-        )
-    if fault is signal.SIGSTOP or observer.state.halted:
-        halted_because(mixed, late)
     mixed.wait_replaced("ann", old)
     if observer.state.halted:
         resume(mixed, tap)
@@ -163,9 +155,9 @@ def test_the_drives_stop_the_motors_of_a_player_in_an_endless_loop(
     assert tap.setpoints(2, stuck) == 0
     watchdog = messages.AxisError.WATCHDOG_TIMER_EXPIRED
     observer.wait_until(lambda: tap.errors(2) & watchdog and tap.errors(3) & watchdog, "the drives to say why")
-    halted_because(match, "bob: its pose is older than")
     match.wait_replaced("bob", old)
-    resume(match, tap)
+    if observer.state.halted:
+        resume(match, tap)
     observer.wait_until(lambda: observer.moving("ann", "bob"), "both to move again")
 
 

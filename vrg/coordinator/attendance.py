@@ -82,11 +82,13 @@ class Attendance:
         passing += [_lost(name) for name in self.lost if name not in out]
         return reasons, passing
 
-    def failing(self, tick: Tick, out: Container[str]) -> tuple[dict[str, str], list[str]]:
+    def failing(self, tick: Tick, out: Container[str], *, patient: bool) -> tuple[dict[str, str], list[str]]:
         """Who cannot go on playing.
 
         Args:
             out: the players that are disqualified already.
+            patient: wait for a player whose process has likely ended, also if its robot is a physical one: its drives'
+                own watchdogs stop that robot, so that it is where it was last.
 
         Returns:
             the players that have fallen silent, each with what it does not do; and the reasons why a match must be
@@ -100,11 +102,9 @@ class Attendance:
             # A stamp of a time to come is of before the world stepped back: that is no silence of the player's.
             if tick.time - report.stamp > PATIENCE:
                 silent[name] = f"has not reported for {PATIENCE:g} s"
-            elif name in self.lost and not self._age_below(name, tick, _ENDED):
-                silent[name] = "does not report, and nobody knows where its robot is"
             elif report.body.latched and (fault := _fault(name, report.body)):
                 halts.append(fault)
-            elif name in self.lost:
+            elif name in self.lost and not (patient and not self._age_below(name, tick, _ENDED)):
                 halts.append(_lost(name))
         return silent, halts
 

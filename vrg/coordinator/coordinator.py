@@ -190,7 +190,7 @@ class Coordinator(Node):
         changes = [match.reinstate(name, now) for name in self._attendance.back(tick, may_return)]
         if match.stage not in (Stage.PLAY_ROUND, Stage.FOUL) or match.halted is not None:
             return changes, []
-        silent, reasons = self._attendance.failing(tick, match.disqualified)
+        silent, reasons = self._attendance.failing(tick, match.disqualified, patient=self._disqualify)
         if self._disqualify:
             changes += [match.disqualify(name, f"it {why}", now) for name, why in silent.items()]
         else:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from vrg.blame import failure_of
 from vrg.bus.mailbox import Mailbox
 from vrg.config.setup import MatchSetup
-from vrg.errors import ConfigError
+from vrg.errors import ConfigError, StrategyError
 from vrg.launch.run_folder import RunFolder
 
 if TYPE_CHECKING:
@@ -94,7 +94,8 @@ def player_node(setup: MatchSetup, name: str) -> "Player":
     """Make a player with its device and its strategy.
 
     Raises:
-        ConfigError: there is no such player, or its strategy or its driver cannot be made.
+        ConfigError: there is no such player, or its driver cannot be made.
+        StrategyError: its strategy cannot be made.
     """
     from vrg.agents.player import Player
     from vrg.bus.radio import Radio
@@ -103,6 +104,10 @@ def player_node(setup: MatchSetup, name: str) -> "Player":
     from vrg.hal.models import robot_model
 
     player = setup.player(name)
+    try:
+        strategy = strategy_of(setup, name)
+    except ConfigError as error:
+        raise StrategyError(str(error), final=True) from error
     mailbox, keys = Mailbox(), setup.keys
     context = MatchContext(
         name=name,
@@ -116,7 +121,7 @@ def player_node(setup: MatchSetup, name: str) -> "Player":
     driver = open_driver(player.backend, context)
     device = Device(driver, keys, mailbox, start=player.pose, localisation=player.localisation)
     radio = Radio(keys, mailbox, name, player.team)
-    return Player(mailbox, keys, device, strategy_of(setup, name), radio=radio)
+    return Player(mailbox, keys, device, strategy, radio=radio)
 
 
 def recorder_node(setup: MatchSetup, folder: RunFolder) -> "Recorder":

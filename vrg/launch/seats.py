@@ -14,7 +14,7 @@ from vrg.bus.messages import (
     shortened,
 )
 from vrg.bus.topics import Keys
-from vrg.launch.managed import ManagedProcess
+from vrg.launch.managed import HANDOVER, ManagedProcess
 from vrg.launch.process_log import FLOOD, FLOOD_WINDOW
 
 LAUNCHER = "launcher"
@@ -94,6 +94,9 @@ class Seats:
         else:
             return False
         where = process.where()
+        # It works, so it can stop its robot.
+        process.terminate()
+        process.wait_stopped(now + HANDOVER)
         self.vacate(process, f"{why} ({where})" if where else why)
         return True
 

@@ -140,11 +140,13 @@ class Supervisor:
                     try:
                         self._check_start(process)
                     except LaunchError:
-                        # One student's bug does not keep the others from playing.
-                        if not (process.spec.seat and self._seats.disqualify):
+                        # One student's bug does not keep the others from playing; a robot that is not there does.
+                        students = process.exit_status in (None, FAILED_FOR_GOOD)
+                        if not (process.spec.seat and self._seats.disqualify and students):
                             raise
                         waiting.remove(process)
-                        self._seats.vacate(process, process.log.last_words(1) or "it did not start")
+                        words = process.log.last_words(1).removeprefix("vrg: ")
+                        self._seats.vacate(process, words or "it did not start")
             if stop.wait(_LOOK):
                 yield None
                 return
