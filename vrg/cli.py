@@ -22,6 +22,7 @@ COMMANDS: dict[str, tuple[str, str | None]] = {
     "play": ("vrg.commands.play:play", None),
     "practice": ("vrg.commands.practice:practice", None),
     "check": ("vrg.commands.play:check", None),
+    "new": ("vrg.commands.new:app", None),
     "estop": ("vrg.commands.official:estop", None),
     "official": ("vrg.commands.official:app", None),
     "result": ("vrg.commands.after:result", None),

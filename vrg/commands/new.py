@@ -1,0 +1,181 @@
+"""The command `vrg new`, which writes a player, a match, a map or a driver to begin with. Each works as it is."""
+
+import ast
+import json
+import keyword
+import os
+import re
+import shlex
+import sys
+from collections.abc import Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vrg.bus.topics import NAME_PATTERN, NAME_RULE
+from vrg.errors import ConfigError
+from vrg.templates import filled
+
+app = typer.Typer(no_args_is_help=True, help="Write a player, a match, a map or a driver to begin with.")
+
+NameArgument = Annotated[str, typer.Argument(metavar="NAME", help="Its name, which the file or folder gets, too.")]
+FolderOption = Annotated[Path, typer.Option(help="Folder to write into; it is made if it is not there.")]
+
+_IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
+
+
+@app.command()
+def player(name: NameArgument, folder: FolderOption = Path()) -> None:
+    """Write a player of Sharks and Minnows, NAME.py, which you can change."""
+    class_name = _class_name(name)
+    text = filled("player.py.template", class_name=class_name)
+    file = folder / f"{name}.py"
+    if name in sys.stdlib_module_names or name == "vrg":
+        raise ConfigError([f"{name}: choose another name: {file} could hide the module {name}"])
+    if class_name in {node.id for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Name)}:
+        raise ConfigError([f"{name}: choose another name: the player itself uses something called {class_name}"])
+    _write({file: text})
+    typer.echo(
+        f'\nIn a match file beside it, this line of a player lets it play:\n\n    strategy = "{file.name}:{class_name}"'
+    )
+    place = "" if folder == Path() else f" --folder {shlex.quote(str(folder))}"
+    target = shlex.quote(f"{file}:{class_name}")
+    typer.echo(f"\nTo write such a match file:\n\n    vrg new match first --player {target}{place}")
+
+
+@app.command()
+def match(
+    name: NameArgument,
+    player: Annotated[
+        str | None, typer.Option(metavar="FILE.py:CLASS", help="Your own player, which one of the robots gets.")
+    ] = None,
+    folder: FolderOption = Path(),
+) -> None:
+    """Write a short match of Sharks and Minnows, NAME.toml."""
+    _check_name(name)
+    if player is None:
+        strategy = '# strategy = "ann.py:Ann"'.ljust(32) + "# your own player, in a file beside this one"
+    else:
+        strategy = f"strategy = {_quoted(_seen_from(folder, player))}"
+    file = folder / f"{name}.toml"
+    _write({file: filled("match.toml.template", name=name, strategy=strategy)})
+    if player is None:
+        typer.echo("\nNo player of your own plays in it yet: `vrg new player ann` writes one.")
+    path = shlex.quote(str(file))
+    typer.echo(f"\nTo check it, and to play it:\n\n    vrg check {path}\n    vrg play {path}")
+
+
+@app.command("map")
+def new_map(name: NameArgument, folder: FolderOption = Path()) -> None:
+    """Write a map, NAME.toml: a yard with a wall around it."""
+    _check_name(name)
+    file = folder / f"{name}.toml"
+    _write({file: filled("map.toml.template", name=name)})
+    typer.echo(f"\nA match file beside it names it by this line:\n\n    map = {_quoted(file.name)}")
+
+
+@app.command()
+def driver(name: NameArgument, folder: FolderOption = Path()) -> None:
+    """Write a driver for a robot of your own: a Python package in the folder NAME, with its tests."""
+    class_name = _class_name(name) + "Driver"
+    package = folder / name
+    if os.path.lexists(package):
+        raise ConfigError([_already_there(package)])
+    if name == "tests" or _is_installed(name):
+        raise ConfigError([f"{name}: choose another name: another Python package has this name"])
+    words = {"name": name, "class_name": class_name}
+    _write(
+        {
+            package / "pyproject.toml": filled("driver/pyproject.toml.template", **words),
+            package / name / "__init__.py": filled("driver/package.py.template", **words),
+            package / name / "driver.py": filled("driver/driver.py.template", **words),
+            package / name / "robot.py": filled("driver/robot.py.template", **words),
+            package / "tests" / "test_driver.py": filled("driver/test_driver.py.template", **words),
+        }
+    )
+    path = shlex.quote(str(package))
+    typer.echo(
+        f"\nIt drives a robot that is only computed: put what speaks to yours into {package / name / 'robot.py'}."
+        "\n\nTo test it, and to install it, in the environment of VRG:"
+        f"\n\n    python -m pytest {path}\n    python -m pip install -e {path}"
+        f'\n\nThen a player in a match file may have this line:\n\n    backend = "{name}"'
+    )
+
+
+def _class_name(name: str) -> str:
+    """The name of the class for a module's name: `old_ann` becomes `OldAnn`.
+
+    Raises:
+        ConfigError: the name cannot be the name of a module.
+    """
+    class_name = "".join(part[:1].upper() + part[1:] for part in name.split("_"))
+    if not _IDENTIFIER.fullmatch(name):
+        raise ConfigError([f"expected a name of 1 to 64 of A-Z a-z 0-9 _ beginning with a letter, got {name!r}"])
+    if keyword.iskeyword(name) or keyword.iskeyword(class_name):
+        raise ConfigError([f"{name}: choose another name: it is a word of Python itself"])
+    return class_name
+
+
+def _check_name(name: str) -> None:
+    """Raise a ConfigError if the name cannot be the name of a match or a map."""
+    if not NAME_PATTERN.fullmatch(name):
+        raise ConfigError([f"{NAME_RULE}, got {name!r}"])
+
+
+def _is_installed(name: str) -> bool:
+    """Whether a package or a module has this name. A folder that only happens to be on the path does not count."""
+    spec = find_spec(name)
+    return spec is not None and spec.origin is not None
+
+
+def _seen_from(folder: Path, target: str) -> str:
+    """A player as a match file in a folder names it.
+
+    It is imported, so that a mistake is told before anything is written.
+
+    Raises:
+        ConfigError: there is no such player, or it cannot be imported.
+    """
+    from vrg.launch.nodes import strategy_class  # only this loads a student's code
+
+    strategy_class(target, Path.cwd())
+    path, colon, name = target.rpartition(":")
+    if not path.endswith(".py"):
+        return target
+    return Path(os.path.relpath(path, folder)).as_posix() + colon + name
+
+
+def _write(files: Mapping[Path, str]) -> None:
+    """Write new files, and say so. None is written if one of them is there already.
+
+    Raises:
+        ConfigError: a file is there already, or cannot be written.
+    """
+    there = [_already_there(file) for file in files if os.path.lexists(file)]
+    if there:
+        raise ConfigError(there)
+    for file, text in files.items():
+        try:
+            file.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise ConfigError([f"{file.parent}: the folder cannot be made: {error.strerror}"]) from None
+        try:
+            # "x" refuses a file that somebody else has made since.
+            with file.open("x", encoding="utf-8") as opened:
+                opened.write(text)
+        except FileExistsError:
+            raise ConfigError([_already_there(file)]) from None
+        except OSError as error:
+            raise ConfigError([f"{file}: cannot be written: {error.strerror}"]) from None
+        typer.echo(f"wrote {file}")
+
+
+def _already_there(path: Path) -> str:
+    return f"{path}: already there, and never overwritten: choose another name, or another folder by --folder"
+
+
+def _quoted(text: str) -> str:
+    """A text as a TOML string, which has the same escapes as one of JSON."""
+    return json.dumps(text, ensure_ascii=False)
