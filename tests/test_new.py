@@ -70,8 +70,6 @@ def with_line(text: str, after: str, line: str) -> str:
 
 
 class TestPlayer(StrategyContract):
-    """The player keeps what every strategy promises."""
-
     @pytest.fixture
     def match_file(self, vrg: Vrg, tmp_path: Path) -> Path:
         good(vrg, "new", "player", "ann")

@@ -32,7 +32,7 @@ class _Shape(Struct, frozen=True, tag_field="shape", forbid_unknown_fields=True)
         raise NotImplementedError
 
     def nearest(self, x: float, y: float) -> Vector:
-        """The point of the region that is nearest to (x, y), which is (x, y) itself if it is inside."""
+        """The point of the region that is nearest to (x, y), which is (x, y) itself if it is inside, m."""
         raise NotImplementedError
 
     def shrunk(self, margin: float) -> "Region":
@@ -40,18 +40,18 @@ class _Shape(Struct, frozen=True, tag_field="shape", forbid_unknown_fields=True)
         raise NotImplementedError
 
     def outline(self) -> list[Vector]:
-        """The corners, counter-clockwise. An arc is replaced by points whose chords follow it within CHORD."""
+        """The corners (x, y), counter-clockwise, m. Points stand for an arc; their chords are within 0.01 m of it."""
         raise NotImplementedError
 
     @property
     def middle(self) -> Vector:
-        """A point inside, where a name can be written: the middle of the bounds."""
+        """A point inside, where a name can be written: the middle of the bounds, m."""
         x_min, y_min, x_max, y_max = self.bounds
         return (x_min + x_max) / 2, (y_min + y_max) / 2
 
     @property
     def bounds(self) -> Bounds:
-        """The axis-aligned rectangle around the region."""
+        """The axis-aligned rectangle around the region: (x_min, y_min, x_max, y_max), m."""
         points = self.outline()
         xs, ys = [x for x, _ in points], [y for _, y in points]
         return min(xs), min(ys), max(xs), max(ys)
@@ -74,7 +74,11 @@ class _Shape(Struct, frozen=True, tag_field="shape", forbid_unknown_fields=True)
 
 
 class Rectangle(_Shape, frozen=True, tag="rectangle"):
-    """An axis-aligned rectangle."""
+    """An axis-aligned rectangle.
+
+    Args:
+        x_min: the left border, m. y_min: the lower border, m. x_max: the right border, m. y_max: the upper border, m.
+    """
 
     x_min: Metres
     y_min: Metres
@@ -127,7 +131,11 @@ class Rectangle(_Shape, frozen=True, tag="rectangle"):
 
 
 class Circle(_Shape, frozen=True, tag="circle"):
-    """A full circle about (x, y)."""
+    """A full circle about (x, y).
+
+    Args:
+        x, y: the centre, m. radius: the radius, m.
+    """
 
     x: Metres
     y: Metres
@@ -173,8 +181,9 @@ class Sector(_Shape, frozen=True, tag="sector"):
     """A part of a circle about (x, y), such as the quarter circle in a corner of a field.
 
     Args:
-        start: the direction of its first edge, rad. sweep: the angle counter-clockwise from there to the other edge,
-            rad, at most pi.
+        x, y: the centre of the circle, which is the corner of the sector, m. radius: the radius, m.
+        start: the direction of the first edge, rad, counter-clockwise from +x.
+        sweep: the angle counter-clockwise from there to the other edge, rad, at most pi.
     """
 
     x: Metres
@@ -245,7 +254,7 @@ class Polygon(_Shape, frozen=True, tag="polygon"):
     """A convex polygon.
 
     Args:
-        points: its corners, counter-clockwise, at least three.
+        points: its corners (x, y), counter-clockwise, at least three, m.
     """
 
     points: Annotated[tuple[tuple[Metres, Metres], ...], Meta(min_length=3, max_length=1000)]

@@ -30,7 +30,11 @@ Vector = tuple[float, float]
 
 
 class Pose(Struct, frozen=True, forbid_unknown_fields=True):
-    """The position of a body's centre and its heading, counter-clockwise from +x, in the map's frame."""
+    """The position of a body's centre and its heading in the map's frame.
+
+    Args:
+        x, y: the position, m. theta: the heading, rad, counter-clockwise from +x.
+    """
 
     x: Metres
     y: Metres
@@ -38,7 +42,11 @@ class Pose(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Twist(Struct, frozen=True, forbid_unknown_fields=True):
-    """A body's velocity in its own frame: `v` ahead in m/s, `w` counter-clockwise in rad/s."""
+    """A body's velocity in its own frame.
+
+    Args:
+        v: the speed ahead, m/s. w: the turn rate, rad/s, counter-clockwise, which is to the left.
+    """
 
     v: Speed
     w: AngularSpeed

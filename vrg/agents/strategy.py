@@ -35,7 +35,8 @@ class View:
         me: this player as the referee sees it.
         readings: the readings of its own robot.
         referee: the referee's state, which everybody is told.
-        velocities: the velocity of every player whose pose is published, m/s, estimated from those poses.
+        velocities: the velocity (x, y) of every player whose pose is published, by its name, m/s in the map's frame. It
+            is estimated from those poses.
         robot: the description of its own robot.
         pose: where this player is according to its robot's own measurement, in the map's frame.
         heard: what others of its team have said since the last tick.
@@ -52,7 +53,7 @@ class View:
 
     @property
     def position(self) -> Vector:
-        """The position of this player, m."""
+        """The position (x, y) of this player by `pose`, m in the map's frame."""
         return self.pose.x, self.pose.y
 
     @property

@@ -30,12 +30,14 @@ class PlayerStatus(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
     """A player as the referee sees it.
 
     Args:
+        name: its name. team: the team that it plays for during the whole match.
         role: its role in the game's own word, such as `shark`.
         state: its state in the game's own word, such as `active` or `inactive`; or `disqualified`.
         may_move: True if its robot may be driven now.
         radius: the radius of the circle around its body, m.
-        pose: its pose; None where the world has not reported it, or where the game does not publish it.
-        mark: the pose at which it is asked to line up; None if it is not asked to.
+        pose: its pose in the map's frame; None where the world has not reported it, or where the game does not
+            publish it.
+        mark: the pose in the map's frame at which it is asked to line up; None if it is not asked to.
     """
 
     name: Name
@@ -55,7 +57,7 @@ class Zone(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
         name: the word that is written on it.
         kind: `field`, `safe`, `start` or a word of the game's own. It decides how the zone is drawn, and players find
             the zone by it.
-        region: where it is.
+        region: where it is, in the map's frame.
     """
 
     name: Name
@@ -67,12 +69,14 @@ class RefereeState(Message, frozen=True, kw_only=True):
     """The whole state of a match that everybody may know.
 
     Args:
+        game: the name of the game. stage: the stage of the match, one of the values of `Stage`.
         halted: why play is halted, in words; None while it is not.
         way_out: how play can go on again, in words; None while it is not halted.
         waiting: the reasons why the stage does not go on.
         clock: the time of play in this round, s. total: the time of play in the match, s.
         round: the number of this round, from 1. rounds: how many there are. In Sharks and Minnows a round is a pass.
         score: the points of each team.
+        players: every player of the match. zones: the marked parts of the field, as they are in this round.
         winner: the winning team when the game is over; `draw` is possible.
         estop: True while the emergency stop is engaged.
     """

@@ -13,14 +13,19 @@ P = TypeVar("P", bound=SensorSpec)
 
 @dataclass(frozen=True, kw_only=True)
 class RobotModel:
-    """A skid-steer robot. Lengths are in m, mass in kg, speeds in m/s, accelerations in m/s^2, angles in rad.
+    """A skid-steer robot: the wheels of each side turn together, and it turns as they skid.
 
     Args:
-        track: distance between the centre lines of the left and right wheels.
-        effective_track: the track that a unicycle model needs to predict the turn rate of the skidding body:
+        name: the model's name in match files.
+        length: length of the body, m. width: width of the body, m. height: height of the body, m.
+        mass: mass with the battery and the sensors, kg.
+        wheel_radius: radius of a wheel, m. wheel_width: width of a wheel, m.
+        wheelbase: distance between the axles of one side, m.
+        track: distance between the centre lines of the left and right wheels, m.
+        effective_track: the track in m that a unicycle model needs to predict the turn rate of the skidding body:
             w = (v_right - v_left) / effective_track.
-        v_max, w_max: top speed ahead and top turn rate.
-        a_max: acceleration. brake: deceleration with locked wheels, used by watchdogs and stops.
+        v_max: top speed ahead, m/s. w_max: top turn rate, rad/s.
+        a_max: acceleration, m/s^2. brake: deceleration with locked wheels, used by watchdogs and stops, m/s^2.
         battery_wh: energy of a full battery, Wh. idle_w: power of the electronics, W. rolling: rolling resistance, as a
             fraction of the weight. drive_efficiency: mechanical power divided by electrical power.
         sensors: the specs of its sensors.

@@ -11,7 +11,7 @@ class Battery(SensorMessage, frozen=True, kw_only=True):
     """How much charge is left.
 
     Args:
-        charge: from 1 (full) to 0 (empty).
+        charge: the fraction of a full battery that is left: 1 is full, 0 is empty.
     """
 
     kind = "battery"

@@ -10,7 +10,7 @@ class Encoders(SensorMessage, frozen=True, kw_only=True):
     """The counts of the encoders of the left and of the right wheels since the start. Forward is positive.
 
     Args:
-        left, right: the encoders' ticks; the model's spec tells how many make a turn.
+        left, right: the encoder's ticks; the model's spec tells how many make a turn of a wheel.
     """
 
     kind = "encoders"

@@ -23,7 +23,7 @@ class Laser(SensorMessage, frozen=True, kw_only=True):
 
     Args:
         angle_min: the angle of the first beam in the robot's frame, rad. angle_step: the angle between beams, rad.
-        range_max: the longest range, m; a beam that met nothing reads range_max.
+        range_max: the longest range, m. A beam that met nothing reads range_max.
         data: the ranges in m, as little-endian float32.
     """
 

@@ -11,8 +11,9 @@ class Odometry(SensorMessage, frozen=True, kw_only=True):
     """How far the robot has come according to its wheels. The error of this grows with the way.
 
     Args:
-        pose: the robot's pose relative to where the odometry began.
-        twist: the velocity of the body now.
+        pose: the robot's pose relative to where the odometry began: x was straight ahead there. theta grows beyond pi
+            if the robot goes on turning.
+        twist: the velocity of the body now, in its own frame.
     """
 
     kind = "odometry"
