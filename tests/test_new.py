@@ -134,7 +134,11 @@ def test_a_match_names_a_player_of_another_folder(vrg: Vrg, tmp_path: Path) -> N
 
 def test_a_match_is_not_written_for_a_player_that_cannot_play(vrg: Vrg, tmp_path: Path) -> None:
     (tmp_path / "broken.py").write_text("import nosuchmodule\n", encoding="utf-8")
-    for player, said in (("bob.py:Bob", "bob.py"), ("broken.py:Bob", "nosuchmodule"), ("bob", "expected one of ")):
+    for player, said in (
+        ("bob.py:Bob", "bob.py:Bob: no such file: bob.py"),
+        ("broken.py:Bob", "nosuchmodule"),
+        ("bob", "expected one of "),
+    ):
         status, _, err = vrg("new", "match", "final", "--player", player)
         assert (status, "Traceback" in err) == (1, False)
         assert said in err

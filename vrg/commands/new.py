@@ -140,9 +140,12 @@ def _seen_from(folder: Path, target: str) -> str:
     """
     from vrg.launch.nodes import strategy_class  # only this loads a student's code
 
-    strategy_class(target, Path.cwd())
     path, colon, name = target.rpartition(":")
-    if not path.endswith(".py"):
+    own_file = path.endswith(".py")
+    if own_file and not Path(path).is_file():
+        raise ConfigError([f"{target}: no such file: {path}; `vrg new player` writes one"])
+    strategy_class(target, Path.cwd())
+    if not own_file:
         return target
     return Path(os.path.relpath(path, folder)).as_posix() + colon + name
 
