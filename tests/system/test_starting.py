@@ -10,6 +10,7 @@ import psutil
 import pytest
 
 from tests.system.harness import PATIENCE, PLAYERS, Match, long_match, short_match, wait_until
+from tests.system.observer import Observer
 
 pytestmark = pytest.mark.system
 
@@ -94,13 +95,32 @@ def test_an_import_that_blocks_harms_its_own_player_alone(start: Callable[..., M
     assert observer.playing
     assert observer.moving("ann", "cid")
     assert observer.standing("bob")
-    # A player that stays away halts the match, and the halt says so.
+    # A player that stays away is out, and the others play on. It is back from the next pass once it is there again.
+    observer.wait_until(lambda: _called(observer, "bob is disqualified: it has not reported for 5 s"), "bob to be out")
+    assert observer.playing
+    (tmp_path / "blocks").unlink()
+    match.child("bob").kill()
+    observer.wait_until(lambda: _called(observer, "bob plays again from the next pass"), "bob to be back")
+    assert {name: match.child(name).pid for name in others} == before
+
+
+def test_with_the_other_policy_a_player_that_stays_away_halts_the_match(
+    start: Callable[..., Match], tmp_path: Path
+) -> None:
+    text = long_match("strict").replace("seed = 5", 'seed = 5\non_fault = "halt"')
+    match = start(with_strategy(text, tmp_path, BLOCKS))
+    observer = match.observer
+    (tmp_path / "blocks").touch()
+    match.child("bob").kill()
     observer.wait_until(lambda: observer.state.halted, "bob to be missed")
     assert "bob has not reported" in (observer.state.halted or "")
     (tmp_path / "blocks").unlink()
     match.child("bob").kill()
     match.resume()
-    assert {name: match.child(name).pid for name in others} == before
+
+
+def _called(observer: Observer, text: str) -> bool:
+    return any(call.text == text for call in observer.heard.calls)
 
 
 @pytest.mark.parametrize("with_launcher", [True, False], ids=["everything", "all-but-the-launcher"])
