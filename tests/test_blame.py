@@ -16,7 +16,7 @@ def test_the_innermost_line_that_is_no_librarys_is_named() -> None:
     with pytest.raises(ValueError, match="Expecting") as caught:
         fails()
     told = failure_of(caught.value)
-    assert str(told).startswith("json.decoder.JSONDecodeError: Expecting property name")
+    assert str(told).startswith("JSONDecodeError: Expecting property name")
     assert str(told).endswith(f"(test_blame.py, line {fails.__code__.co_firstlineno + 1}, in fails)")
     assert told.__cause__ is caught.value
     assert not told.final

@@ -3,7 +3,7 @@
 import sys
 import traceback
 from pathlib import Path
-from types import TracebackType
+from types import FrameType, TracebackType
 
 from vrg.errors import StrategyError
 
@@ -16,7 +16,7 @@ class OutputFloodError(Exception):
 
 
 class DecisionTimeoutError(BaseException):
-    """A strategy takes too long to decide. No `except Exception` of a student's can catch it."""
+    """A strategy takes too long to decide. A student's `except Exception` does not catch it."""
 
 
 FINAL = (MemoryError, OutputFloodError)
@@ -25,8 +25,8 @@ FINAL = (MemoryError, OutputFloodError)
 
 def failure_of(error: BaseException) -> StrategyError:
     """What a strategy has raised, in one line: the exception, and the innermost place in the student's own code."""
-    last = traceback.format_exception_only(error)[-1].strip()
-    words = last.removeprefix(f"{__name__}.")
+    said = " ".join(str(error).split()).encode("utf-8", "backslashreplace").decode()
+    words = f"{type(error).__name__}: {said}" if said else type(error).__name__
     if isinstance(error, SyntaxError) and error.filename:
         where = f"{Path(error.filename).name}, line {error.lineno}"
     else:
@@ -49,6 +49,15 @@ def place_of(trace: TracebackType | None) -> str:
     return f"{Path(frame.filename).name}, line {frame.lineno}, in {frame.name}"
 
 
+def place_of_frame(frame: FrameType | None) -> str:
+    """The innermost place of a stack that is a student's, such as `ann.py, line 7, in act`; empty if there is none."""
+    while frame is not None:
+        if is_students(frame.f_code.co_filename):
+            return f"{Path(frame.f_code.co_filename).name}, line {frame.f_lineno}, in {frame.f_code.co_name}"
+        frame = frame.f_back
+    return ""
+
+
 def place_of_method(owner: object, name: str) -> str:
     """Where a method of an object is written, such as `ann.py, line 7, in act`; empty if nobody can tell."""
     code = getattr(getattr(owner, name, None), "__code__", None)
@@ -57,4 +66,4 @@ def place_of_method(owner: object, name: str) -> str:
 
 def is_students(file: str) -> bool:
     """Whether a file of Python code is neither VRG's own nor a library's."""
-    return not file.startswith((_OWN, *_LIBRARIES, "<frozen"))
+    return not file.startswith("<frozen") and not any(Path(file).is_relative_to(own) for own in (_OWN, *_LIBRARIES))

@@ -292,7 +292,9 @@ def test_a_strategy_that_ends_the_program_has_failed_like_any_other(bench: Bench
 
 def test_a_player_that_gives_way_stands_and_says_why(bench: Bench) -> None:
     bench.tick()
+    bench.robot.told.clear()
     bench.player.give_way("a: no idea")
+    assert bench.robot.told == ["stop"]
     report = bench.report()
     assert (report.fault, report.mode) == ("a: no idea", "Stop/failed")
 

@@ -34,8 +34,10 @@ class Table:
         players: Sequence[Contestant] | None = None,
         *,
         disqualify: bool = True,
+        rate: float = 1.0,
         settings: Settings = SETTINGS,
     ) -> None:
+        self.rate = rate
         self.journal = Journal(folder / "journal.jsonl", HEADER)
         self.mailbox = Mailbox()
         self.book = SharksAndMinnows(settings, players or contestants())
@@ -67,7 +69,7 @@ class Table:
             ]
             self.hear(KEYS.poses, m.Poses(bodies=bodies))
             self.world_tick += 5
-            self.hear(KEYS.clock, m.Clock(time=self.time, tick=self.world_tick, epoch=0, rate=1.0, estop=estop))
+            self.hear(KEYS.clock, m.Clock(time=self.time, tick=self.world_tick, epoch=0, rate=self.rate, estop=estop))
             for name in self.places:
                 if name not in self.silent:
                     report = m.Report(mode="-", armed=True, estop=name in self.stopped, fault=self.faults.get(name))
@@ -215,6 +217,65 @@ def test_a_player_that_is_gone_for_long_is_out_until_the_next_round_in_which_it_
     table.ticks(10)
     assert table.calls[-1].text == "m1 plays again from the next pass"
     assert table.rules().count("reinstated") == 1
+
+
+def test_after_a_stall_of_the_bus_nobody_is_out(table: Table) -> None:
+    """The clock has gone on meanwhile, and every report is old: that is nobody's silence."""
+    table.ticks(2)
+    table.time += 20.0
+    table.silent = set(table.places)
+    table.ticks(3)
+    table.silent = set()
+    state = table.ticks(5)
+    assert state.stage is m.Stage.PLAY_ROUND
+    assert "disqualified" not in table.rules()
+
+
+def test_if_nobody_reports_it_is_no_players_failure(table: Table) -> None:
+    table.ticks(2)
+    table.silent = set(table.places)
+    state = table.ticks(80)
+    assert state.halted == "no player reports"
+    assert "disqualified" not in table.rules()
+
+
+def test_at_a_higher_rate_a_player_has_as_much_real_time(tmp_path: Path) -> None:
+    table = Table(tmp_path, rate=4.0)
+    table.ticks(2)
+    table.silent = {"m1"}
+    table.ticks(int(4 * PATIENCE / 0.1) - 5)
+    assert "disqualified" not in table.rules()
+    table.ticks(10)
+    assert table.rules()[-1] == "disqualified"
+
+
+def test_a_robot_whose_player_is_out_but_runs_is_still_watched(table: Table) -> None:
+    table.ages = {"m1": 0.0}
+    table.ticks(2)
+    table.decide(m.OfficialAction.DISQUALIFY, "m1")
+    table.silent = {"m1"}
+    table.hear(KEYS.report("m1"), m.Report(mode="-", armed=False, fault="node 1: it is on", latched=True))
+    assert table.tick().halted == "m1: node 1: it is on"
+    table.decide(m.OfficialAction.RESUME)
+    assert table.calls[-1].rule == "refused"
+
+
+def test_whoever_is_reinstated_before_a_round_plays_in_it(tmp_path: Path) -> None:
+    table = Table(tmp_path, contestants(sharks=1, minnows=6))
+    table.ticks(2)
+    table.decide(m.OfficialAction.DISQUALIFY, "m1")
+    for name in table.places:
+        if name.startswith("m") and name != "m1":
+            table.places[name] = Pose(table.places[name].x, 2.0, 0.0)
+    table.ticks(40)
+    assert table.tick().stage is m.Stage.INITIALIZE
+    table.decide(m.OfficialAction.REINSTATE, "m1")
+    assert table.calls[-1].text == "m1 plays again"
+    table.places = {p.name: p.mark for p in table.tick().players if p.mark is not None}
+    state = table.ticks(3)
+    back = state.player("m1")
+    assert back is not None
+    assert (state.stage, back.state, back.may_move) == (m.Stage.PLAY_ROUND, "active", True)
 
 
 def test_whom_a_person_has_disqualified_does_not_come_back_by_reporting(table: Table) -> None:

@@ -13,7 +13,7 @@ import pytest
 
 from vrg.blame import DecisionTimeoutError, OutputFloodError
 from vrg.launch import bounds
-from vrg.launch.bounds import DecisionAlarm, bounded_memory, printing_to
+from vrg.launch.bounds import DecisionAlarm, MemoryBound, printing_to
 from vrg.launch.output import FLOOD, WINDOW, BoundedOutput
 from vrg.launch.process_log import FLOOD_WINDOW, LONGEST, ProcessLog
 
@@ -63,6 +63,14 @@ class TestLog:
             counts.append(log.grow(now))
         assert counts == [100, 200, 200, 100]
 
+    def test_what_was_written_before_another_player_came_does_not_count(self, tmp_path: Path) -> None:
+        log = ProcessLog(tmp_path / "ann.log")
+        with log.open() as file:
+            file.write(b"x" * 100)
+        assert log.grow(0.0) == 100
+        log.forget()
+        assert log.grow(1.0) == 0
+
     def test_a_log_that_is_not_there_yet_has_said_nothing(self, tmp_path: Path) -> None:
         log = ProcessLog(tmp_path / "ann.log")
         assert (log.size, log.grow(0.0), log.last_words(3), log.place(0)) == (0, 0, "", "")
@@ -91,12 +99,26 @@ class TestLog:
 class TestMemory:
     def test_who_asks_for_more_than_the_bound_gets_an_error_and_the_bound_is_lifted(self) -> None:
         before = resource.getrlimit(resource.RLIMIT_DATA)
-        with bounded_memory(300):
+        with MemoryBound(300):
             bytearray(200_000_000)
             with pytest.raises(MemoryError):
                 bytearray(400_000_000)
         assert resource.getrlimit(resource.RLIMIT_DATA) == before
         bytearray(400_000_000)
+
+
+class TestStubborn:
+    def test_one_that_catches_everything_ends_the_process_and_is_named(self, tmp_path: Path) -> None:
+        program = tmp_path / "stubborn.py"
+        program.write_text(
+            "from vrg.launch import bounds\nbounds.BUDGET = bounds._STUBBORN = 0.5\n"
+            "def act():\n    while True:\n        try:\n            pass\n        except:\n            pass\n"
+            "with bounds.DecisionAlarm(None) as alarm, alarm.deciding():\n    while True:\n        try:\n"
+            "            act()\n        except BaseException:\n            pass\n"
+        )
+        done = subprocess.run([sys.executable, str(program)], capture_output=True, text=True, timeout=60, check=False)
+        assert done.returncode == 1
+        assert "a strategy cannot be interrupted (stubborn.py, line " in done.stderr
 
 
 class TestTime:
@@ -117,7 +139,6 @@ class TestTime:
         looks: list[int] = []
         with DecisionAlarm(None) as alarm:
             look = alarm._look
-            monkeypatch.setattr(alarm, "_look", look)
             signal.signal(signal.SIGALRM, lambda number, frame: (looks.append(number), look(number, frame))[1])
             _until(lambda: len(looks) > 20)
 

@@ -9,7 +9,7 @@ outer loop can ask for views and give actions in place of a strategy.
 
 from vrg.agents.motion import VelocityEstimator
 from vrg.agents.strategy import Action, Strategy, View, action_of
-from vrg.blame import failure_of, place_of_method
+from vrg.blame import DecisionTimeoutError, failure_of, place_of_method
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import RefereeState, Report, shortened
@@ -119,7 +119,7 @@ class Player(Node):
         if action.say is not None:
             try:
                 self._radio.say(action.say)
-            except (TypeError, ValueError) as error:
+            except Exception as error:
                 raise self._wrong(f"what it says cannot be sent: {error}") from None
         twist = action.twist if self._makes_sense(action.twist) else STILL
         manual = self._device.lease(view.time)
@@ -200,7 +200,9 @@ class Player(Node):
         try:
             answer = self._strategy.act(view)
             self._mode = str(self._strategy.mode)
-        except (Exception, SystemExit) as error:
+        except DecisionTimeoutError:
+            raise
+        except BaseException as error:  # a student's code may raise anything
             raise failure_of(error) from error
         try:
             return action_of(answer)

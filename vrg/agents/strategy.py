@@ -111,6 +111,6 @@ def action_of(answer: object) -> Action:
         raise TypeError(f"expected a Twist(v, w) or an Action, got {answer!r}")
     try:
         plain = Twist(float(twist.v), float(twist.w))
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise TypeError(f"expected a Twist of two numbers, got {twist!r}") from None
     return Action(plain, action.say)

@@ -144,7 +144,7 @@ class Keys:
         "referee/state", m.RefereeState, STATE, "referee", "all", "stage, score, clock, players, zones"
     )
     referee_event = Line("referee/event", m.Call, EVENT, "referee", "all", "each call, in words and numbers")
-    official = Line("official", m.Official, EVENT, "windows, commands", "referee", "what an official decides")
+    official = Line("official", m.Official, EVENT, "windows, commands, launcher", "referee", "what an official decides")
     estop = Line("estop", m.Estop, EVENT, "anyone", "all", "the emergency stop, engaged or released")
     seat_request = Line("seat/request", m.SeatRequest, EVENT, "commands", "launcher", "put another player into a seat")
     seat_answer = Line("seat/answer", m.SeatAnswer, EVENT, "launcher", "commands", "whether that was done")

@@ -26,7 +26,8 @@ def result(run: RunArgument) -> None:
     if not records:
         raise LaunchError(f"{folder.journal}: nothing was decided in this match")
     state = Match(rulebook_of(setup), records[-1].standing).state(Field({}), estop=False)
-    ended = "game over" if state.stage is Stage.GAME_OVER else "broken off: its launcher ended before the match"
+    over = state.stage is Stage.GAME_OVER
+    ended = results.ended_of(state) if over else "broken off: its launcher ended before the match"
     found = results.write_result(setup, folder, state, ended)
     typer.echo(f"{results.headline(found)}{results.summary(found)}")
     typer.echo(f"Written to {folder.result}.")

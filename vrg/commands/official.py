@@ -3,6 +3,7 @@
 import getpass
 import time
 import uuid
+from concurrent.futures import ThreadPoolExecutor
 from typing import Annotated
 
 import typer
@@ -192,17 +193,18 @@ def estop(
     else:
         several = [(m.match, m.router) for m in running.running()] if match is None and router is None else []
         targets = several or [which_match(match, router)]
-    failed = False
-    for name, endpoint in targets:
-        try:
-            _order_estop(name, endpoint, Estop(engaged=not release, by=me(), reason=reason))
-        except BusError as error:
-            failed = True
-            typer.echo(f"{name}: {error}", err=True)
-            continue
-        done = "released: go on with `vrg official resume`" if release else "emergency stop engaged"
-        typer.echo(f"{name}: {done}")
-    if failed:
+    order = Estop(engaged=not release, by=me(), reason=reason)
+    # All at once, so that no match waits for another one that does not answer.
+    with ThreadPoolExecutor(max_workers=len(targets)) as pool:
+        asked = [(name, pool.submit(_order_estop, name, endpoint, order)) for name, endpoint in targets]
+        errors = {name: error for name, done in asked if (error := done.exception()) is not None}
+    for name, _ in asked:
+        if name in errors:
+            typer.echo(f"{name}: {errors[name]}", err=True)
+        else:
+            done = "released: go on with `vrg official resume`" if release else "emergency stop engaged"
+            typer.echo(f"{name}: {done}")
+    if errors:
         raise typer.Exit(1)
 
 

@@ -72,6 +72,7 @@ def own_match(match: str | None, router: str | None, what: str) -> tuple[str, st
 
 
 def whole_target(strategy: str) -> str:
-    """A strategy as it was typed, `file.py:Class` with the whole path of the file."""
+    """A strategy as it was typed; that of a file, or of a module in the working folder, with the whole path."""
     path, colon, name = strategy.rpartition(":")
-    return f"{Path(path).resolve()}{colon}{name}" if path.endswith(".py") else strategy
+    file = path if path.endswith(".py") else f"{path}.py"
+    return f"{Path(file).resolve()}{colon}{name}" if colon and Path(file).is_file() else strategy

@@ -22,14 +22,12 @@ from vrg.bus.session import DEFAULT_ENDPOINT, Session, open_session
 from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.config.loading import check_strategies, load_match, match_path
 from vrg.config.setup import MatchSetup, write_setup
-from vrg.coordinator.match import NOBODY
 from vrg.errors import LaunchError
-from vrg.games import game_of
 from vrg.launch import in_process, nodes
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.keeping import keep
 from vrg.launch.local import LocalMatch, free_endpoint
-from vrg.launch.result import headline, plot, summary, write_result
+from vrg.launch.result import ended_of, headline, plot, summary, write_result
 from vrg.launch.run_folder import RunFolder
 from vrg.ui.table import TerminalTable
 
@@ -248,8 +246,7 @@ def _conclude(
         said = str(failure).splitlines()
         ended = f"given up: {said[0].rstrip(':')}" + (f": {said[-1]}" if len(said) > 1 else "")
     elif over:
-        by_hand = state is not None and state.winner == NOBODY and game_of(setup.game).competitive
-        ended = "ended by an official" if by_hand else "game over"
+        ended = ended_of(state) if state else ""
     else:
         ended = "interrupted" if interrupted else "broken off: it took too long"
     result = write_result(setup, folder, state, ended)

@@ -12,7 +12,7 @@ from vrg.bus.messages import SeatRequest
 from vrg.bus.session import open_session
 from vrg.bus.topics import Keys
 from vrg.commands.official import me
-from vrg.commands.options import EndpointOption, own_match, whole_target
+from vrg.commands.options import EndpointOption, which_match, whole_target
 from vrg.errors import BusError, ConfigError
 
 _PATIENCE = 10.0
@@ -33,7 +33,7 @@ def substitute(
 
     target = whole_target(strategy)
     strategy_class(target, Path.cwd())  # a mistake is told before the old player is stopped
-    name, endpoint = own_match(match, router, f"replace {player}")
+    name, endpoint = which_match(match, router)
     keys, mailbox, number = Keys(name), Mailbox(), uuid.uuid4().hex
     answers = mailbox.subscribe(keys.seat_answer)
     with open_session(endpoint, patience=_PATIENCE) as session:

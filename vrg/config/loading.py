@@ -170,7 +170,7 @@ class _Checker:
         wrong = {place[0] for place in mistakes if place}
         bad_players = {place[1] for place in mistakes if place[0] == "players" and len(place) > 1}
         tables = data.get("players")
-        if "game" in wrong or ("players" in wrong and not bad_players) or not isinstance(tables, list):
+        if wrong & {"game", "backends"} or ("players" in wrong and not bad_players) or not isinstance(tables, list):
             return None
         self._numbers = [number for number in range(len(tables)) if number not in bad_players]
         rest = {key: value for key, value in data.items() if key not in wrong}

@@ -12,7 +12,12 @@ from vrg.coordinator.match import LONGEST
 SILENCE = 1.0
 """The match time in s without a report after which a player counts as absent."""
 PATIENCE = 5.0
-"""The match time in s without a report after which something is done about a player in play."""
+"""The time in s for which a player in play may be silent, while the match goes on, before something is done about it.
+
+At a higher rate it is so many times longer in match time, because it takes real time to start a process again.
+"""
+_STEP = 0.2
+"""The longest match time in s that one tick adds to a player's silence: where the bus stalled, nobody was heard."""
 POSE_TIMEOUT = 0.5
 """The age in s of a physical robot's pose above which a match in play is halted."""
 _ENDED = 0.3
@@ -36,6 +41,7 @@ class Attendance:
         self._reports = mailbox.subscribe(keys.report())
         self._keys = {name: keys.report(name).key for name in names}
         self._out_since: dict[str, float] = {}
+        self._silence: dict[str, float] = dict.fromkeys(names, 0.0)
         self.lost: list[str] = []
 
     def report(self, name: str) -> Received[Report] | None:
@@ -66,7 +72,8 @@ class Attendance:
         reasons, passing, starting = [], [], 0
         for name in self._names:
             report = self.report(name)
-            if name in out:
+            # A robot whose player is out, but still runs, may yet have a fault that somebody must look at.
+            if name in out and not (report is not None and report.body.latched and self.reports_now(name, tick)):
                 continue
             if report is None:
                 starting += 1
@@ -82,11 +89,24 @@ class Attendance:
         passing += [_lost(name) for name in self.lost if name not in out]
         return reasons, passing
 
-    def failing(self, tick: Tick, out: Container[str], *, patient: bool) -> tuple[dict[str, str], list[str]]:
+    def listen(self, tick: Tick, dt: float) -> None:
+        """Count for how long each player has been silent; called once a tick.
+
+        Args:
+            dt: the match time since the last tick, s.
+        """
+        for name in self._names:
+            now = self.report(name) is None or self.reports_now(name, tick)
+            self._silence[name] = 0.0 if now else self._silence[name] + min(dt, _STEP)
+
+    def failing(
+        self, tick: Tick, out: Container[str], *, rate: float, patient: bool
+    ) -> tuple[dict[str, str], list[str]]:
         """Who cannot go on playing.
 
         Args:
             out: the players that are disqualified already.
+            rate: match seconds per real second.
             patient: wait for a player whose process has likely ended, also if its robot is a physical one: its drives'
                 own watchdogs stop that robot, so that it is where it was last.
 
@@ -97,10 +117,9 @@ class Attendance:
         silent, halts = {}, []
         for name in self._names:
             report = self.report(name)
-            if name in out or report is None:
+            if report is None or (name in out and not self.reports_now(name, tick)):
                 continue
-            # A stamp of a time to come is of before the world stepped back: that is no silence of the player's.
-            if tick.time - report.stamp > PATIENCE:
+            if SILENCE + self._silence[name] > PATIENCE * max(1.0, rate):
                 silent[name] = f"has not reported for {PATIENCE:g} s"
             elif report.body.latched and (fault := _fault(name, report.body)):
                 halts.append(fault)

@@ -180,6 +180,7 @@ class Coordinator(Node):
         """Who is out or back again; and halts for reasons outside the rules: no clock, a faulty robot, a lost pose."""
         if tick.live:
             self._stalled = 0
+            self._attendance.listen(tick, 0.0 if self._last_time is None else max(0.0, tick.time - self._last_time))
         elif self._clock.latest is not None:
             # In a world that stalls for a moment time stands still for everybody; only physical robots go on.
             self._stalled += 1
@@ -190,8 +191,13 @@ class Coordinator(Node):
         changes = [match.reinstate(name, now) for name in self._attendance.back(tick, may_return)]
         if match.stage not in (Stage.PLAY_ROUND, Stage.FOUL) or match.halted is not None:
             return changes, []
-        silent, reasons = self._attendance.failing(tick, match.disqualified, patient=self._disqualify)
-        if self._disqualify:
+        rate = self._clock.latest.body.rate if self._clock.latest is not None else 1.0
+        silent, reasons = self._attendance.failing(tick, match.disqualified, rate=rate, patient=self._disqualify)
+        left = [name for name in self._names if name not in match.disqualified]
+        if silent and len(silent) == len(left):
+            # It is not each of them that has failed, but what they have in common.
+            reasons.append("no player reports")
+        elif self._disqualify:
             changes += [match.disqualify(name, f"it {why}", now) for name, why in silent.items()]
         else:
             reasons += [f"{name} {why}" for name, why in silent.items()]

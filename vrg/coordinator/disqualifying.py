@@ -15,7 +15,8 @@ S = TypeVar("S", bound=GameState)
 def disqualify(state: S, name: str, why: str, now: Field, *, by_official: bool) -> tuple[S, Outcome]:
     """Take a player out. One that is out already gets the new reason, unless an official has decided the old one."""
     before = state.disqualified.get(name)
-    if before is not None and (before.why == why or (before.by_official and not by_official)):
+    known = before is not None and before.why == why and not before.returns
+    if known or (before is not None and before.by_official and not by_official):
         return state, Outcome()
     text = f"{name} is disqualified: {why}"
     state = _with(state, name, Disqualification(why=why, by_official=by_official))

@@ -138,7 +138,7 @@ class Match:
             self._before = None
             self.waiting = list(absent)
             return Outcome()
-        if all(name in self.disqualified for name in self.names):
+        if all(name in self.disqualified and not self.disqualified[name].returns for name in self.names):
             return Outcome(announce("game_over", "game over: everybody is disqualified").calls, [self.end(DRAW)])
         self.in_stage += dt
         if self.stage is Stage.INITIALIZE:

@@ -1,6 +1,7 @@
 """Bounds for code that a student has written: memory, output, and the time of a decision."""
 
 import faulthandler
+import os
 import resource
 import signal
 import sys
@@ -12,37 +13,49 @@ from typing import TextIO
 
 import psutil
 
-from vrg.blame import DecisionTimeoutError
+from vrg.blame import DecisionTimeoutError, place_of_frame
 from vrg.bus.stopping import StopSignal
 from vrg.launch.output import BoundedOutput
 
 BUDGET = 5.0
 """The real time in s that a decision may take in a match in one process. In a process of its own a player that takes
 half as long is taken to hang."""
+_STUBBORN = 5.0
+"""The real time in s more after which a decision that catches every exception ends the whole process."""
 _LOOK = 0.25
 """The real time in s between two looks at whether a decision goes on."""
 
 
-@contextmanager
-def bounded_memory(megabytes: int) -> Iterator[None]:
-    """Let this process get so much more memory than it has, and not more; who asks for it gets a MemoryError.
+class MemoryBound:
+    """Lets this process get so much more memory than it has, and not more; who asks for it gets a MemoryError.
 
-    macOS accepts the bound and does not keep it.
+    A context manager. macOS accepts the bound and does not keep it.
+
+    Args:
+        megabytes: so much more.
     """
-    before = resource.getrlimit(resource.RLIMIT_DATA)
-    grant_memory(megabytes)
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_DATA, before)
 
+    def __init__(self, megabytes: int) -> None:
+        self._more = megabytes * 1_000_000
+        self._before = resource.getrlimit(resource.RLIMIT_DATA)
 
-def grant_memory(megabytes: int) -> None:
-    """Let this process get so much more memory than it has now."""
-    has = getattr(psutil.Process().memory_info(), "data", 0)
-    _, hard = resource.getrlimit(resource.RLIMIT_DATA)
-    wanted = has + megabytes * 1_000_000
-    resource.setrlimit(resource.RLIMIT_DATA, (wanted if hard == resource.RLIM_INFINITY else min(wanted, hard), hard))
+    def __enter__(self) -> "MemoryBound":
+        self.begin()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.lift()
+
+    def begin(self) -> None:
+        """Bound it from now on, by what the process has now."""
+        _, hard = self._before
+        wanted = getattr(psutil.Process().memory_info(), "data", 0) + self._more
+        soft = wanted if hard == resource.RLIM_INFINITY else min(wanted, hard)
+        resource.setrlimit(resource.RLIMIT_DATA, (soft, hard))
+
+    def lift(self) -> None:
+        """Bound it no more. This itself needs no memory."""
+        resource.setrlimit(resource.RLIMIT_DATA, self._before)
 
 
 @contextmanager
@@ -102,12 +115,18 @@ class DecisionAlarm:
         finally:
             self._deciding = False
 
-    def _look(self, _number: int, _frame: FrameType | None) -> None:
+    def _look(self, _number: int, frame: FrameType | None) -> None:
         if not self._deciding:
             return
         # Looks are counted, not seconds, because a computer that slept is no fault of the strategy's.
         self._looks += 1
         stopping = self._stop is not None and self._stop.is_set()
+        if self._looks * _LOOK >= BUDGET + _STUBBORN:
+            where = place_of_frame(frame)
+            print(
+                f"vrg: a strategy cannot be interrupted ({where}): the match is ended", file=sys.__stderr__, flush=True
+            )
+            os._exit(1)
         if stopping or self._looks * _LOOK >= BUDGET:
             why = "the match is to stop" if stopping else f"a decision may take {BUDGET:g} s"
             raise DecisionTimeoutError(f"it was still deciding after {self._looks * _LOOK:g} s ({why})")

@@ -1,20 +1,20 @@
 """A player in a match that runs in one process: its failures are contained, as they are in a process of its own."""
 
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from vrg.agents.player import Player
 from vrg.agents.strategy import Strategy
 from vrg.blame import DecisionTimeoutError, failure_of
-from vrg.bus.messages import FAILED, REASON_LENGTH, Official, OfficialAction, shortened
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys
 from vrg.errors import ConfigError, LaunchError, StrategyError
-from vrg.launch.bounds import DecisionAlarm, grant_memory, printing_to
+from vrg.launch.bounds import DecisionAlarm, MemoryBound, printing_to
 from vrg.launch.output import BoundedOutput
 from vrg.launch.process_log import ProcessLog
-from vrg.launch.seats import LAUNCHER
+from vrg.launch.seats import disqualification
 from vrg.launch.strikes import Strikes
 
 _TRIM = 10.0
@@ -27,10 +27,9 @@ class ContainedPlayer(Node):
     Args:
         player: the player. keys: the keys of the match.
         make: makes its strategy anew.
-        alarm: ends its decisions when they take too long.
+        alarm: ends its decisions when they take too long. memory: bounds what the whole match uses.
         log: the file for what it prints; None lets it print.
         disqualify: True disqualifies it when it has failed too often; False ends the match.
-        memory: what it may use, MB.
     """
 
     kind = "player"
@@ -41,10 +40,10 @@ class ContainedPlayer(Node):
         keys: Keys,
         make: Callable[[], Strategy],
         alarm: DecisionAlarm,
+        memory: MemoryBound,
         log: Path | None,
         *,
         disqualify: bool,
-        memory: int,
     ) -> None:
         super().__init__(player.name, player.mailbox, player.period)
         self._player = player
@@ -62,8 +61,9 @@ class ContainedPlayer(Node):
     def start(self) -> None:
         """Open its log and connect to its robot."""
         if self._log is not None:
-            stream = io.TextIOWrapper(self._log.open(), encoding="utf-8", write_through=True)
-            self._output = BoundedOutput(stream)
+            stream = io.TextIOWrapper(self._log.open(), encoding="utf-8", errors="backslashreplace", write_through=True)
+            # By match time, so that it does not depend on how fast this computer is.
+            self._output = BoundedOutput(stream, lambda: self.mailbox.now)
         self._player.start()
 
     def tick(self, tick: Tick) -> None:
@@ -75,14 +75,14 @@ class ContainedPlayer(Node):
         if self._out:
             return
         try:
-            if self._output is None:
-                with self._alarm.deciding():
-                    self._player.tick(tick)
-            else:
-                with self._alarm.deciding(), printing_to(self._output):
-                    self._player.tick(tick)
+            with self._bounds():
+                self._player.tick(tick)
         except StrategyError as error:
             self._fail(error, tick, again=self._strikes.failure(tick.time) and not error.final)
+        except MemoryError as error:
+            # What catches a MemoryError needs memory, too, and may get the next one.
+            self._memory.lift()
+            self._fail(failure_of(error.__context__ or error), tick, again=False)
         except DecisionTimeoutError as error:
             self._fail(failure_of(error), tick, again=self._strikes.hang(tick.time))
         if self._log is not None and tick.time >= self._trim_at:
@@ -95,31 +95,46 @@ class ContainedPlayer(Node):
         if self._output is not None:
             self._output.close()
 
+    @contextmanager
+    def _bounds(self) -> Iterator[None]:
+        """Bounds for a student's code."""
+        with ExitStack() as stack:
+            stack.enter_context(self._alarm.deciding())
+            if self._output is not None:
+                stack.enter_context(printing_to(self._output))
+            yield
+
     def _fail(self, error: StrategyError, tick: Tick, *, again: bool) -> None:
         """Its robot stands; it gets a fresh strategy, or is out."""
+        if isinstance(error.__cause__, MemoryError):
+            self._memory.lift()
         self._note(f"{tick.time:.1f} s: {error}\n")
         self._player.give_way(f"{self.name}: {error}")
         why = str(error)
-        if isinstance(error.__cause__, MemoryError):
-            grant_memory(self._memory)  # what one has taken is not missing to the others
         if again:
-            try:
-                self._player.play_by(self._make())
+            fresh = self._fresh()
+            if isinstance(fresh, Strategy):
+                self._player.play_by(fresh)
                 return
-            except ConfigError as problem:
-                why = str(problem)
+            why = fresh
         elif not error.final:
             why = f"it fails too often: {why}"
+        if isinstance(error.__cause__, MemoryError):
+            self._memory.begin()  # what one has taken is not missing to the others
         if not self._disqualify:
             raise LaunchError(f"{self.name}: {why}")
         self._out = True
-        reason = shortened(why, REASON_LENGTH)
-        decision = Official(
-            action=OfficialAction.DISQUALIFY, by=LAUNCHER, reason=reason, subject=self.name, value=FAILED
-        )
-        self.mailbox.publish(self._keys.official, decision)
+        self.mailbox.publish(self._keys.official, disqualification(self.name, why))
+
+    def _fresh(self) -> Strategy | str:
+        """A new strategy, or why there is none."""
+        try:
+            with self._bounds():
+                return self._make()
+        except (ConfigError, DecisionTimeoutError) as problem:
+            return str(failure_of(problem) if isinstance(problem, DecisionTimeoutError) else problem)
 
     def _note(self, text: str) -> None:
         if self._log is not None:
             with self._log.open() as log:
-                log.write(text.encode())
+                log.write(text.encode("utf-8", "backslashreplace"))

@@ -13,7 +13,7 @@ from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import Journal
 from vrg.coordinator.rulebook import Field
 from vrg.errors import ConfigError
-from vrg.launch.bounds import DecisionAlarm, bounded_memory
+from vrg.launch.bounds import DecisionAlarm, MemoryBound
 from vrg.launch.contained import ContainedPlayer
 from vrg.launch.nodes import coordinator_node, player_node, strategy_of, world_node
 
@@ -60,15 +60,15 @@ def play(
     if setup.physical:
         raise ConfigError([f"{', '.join(setup.physical)}: only robots of backend 'sim' can be played in one process"])
     coordinator = coordinator_node(setup, journal)
-    alarm = DecisionAlarm(stop)
-    players = [_contained(setup, player.name, alarm, logs) for player in setup.players]
+    alarm, memory = DecisionAlarm(stop), MemoryBound(setup.memory)
+    players = [_contained(setup, player.name, alarm, memory, logs) for player in setup.players]
     world = world_node(setup)
     executor = Lockstep(world, [coordinator, *players, *watchers], strict=strict)
     linger = 0.0
     with ExitStack() as stack:
         stack.callback(executor.stop)
         stack.enter_context(alarm)
-        stack.enter_context(bounded_memory(setup.memory))
+        stack.enter_context(memory)
         # The match goes on for one more second, so that every node hears how it ended.
         while linger < 1.0 and executor.time < limit:
             executor.step()
@@ -79,14 +79,16 @@ def play(
     return Ending(coordinator.match.state(Field({}), estop=False), executor.time)
 
 
-def _contained(setup: MatchSetup, name: str, alarm: DecisionAlarm, logs: Path | None) -> ContainedPlayer:
+def _contained(
+    setup: MatchSetup, name: str, alarm: DecisionAlarm, memory: MemoryBound, logs: Path | None
+) -> ContainedPlayer:
     """A player whose failures do not end the match."""
     return ContainedPlayer(
         player_node(setup, name),
         setup.keys,
         lambda: strategy_of(setup, name),
         alarm,
+        memory,
         None if logs is None else logs / f"{name}.log",
         disqualify=setup.on_fault == "disqualify",
-        memory=setup.memory,
     )

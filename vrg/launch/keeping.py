@@ -64,10 +64,20 @@ def keep(setup: MatchSetup, folder: RunFolder) -> None:
         target = folder.path / place
         target.parent.mkdir(parents=True, exist_ok=True)
         if source.is_dir():
-            shutil.copytree(source, target, dirs_exist_ok=True, ignore=shutil.ignore_patterns("__pycache__"))
+            shutil.copytree(source, target, dirs_exist_ok=True, ignore=lambda at, names: _left_out(folder, at, names))
         else:
             shutil.copy2(source, target)
     folder.match_file.write_text(kept.text, encoding="utf-8")
+
+
+def _left_out(folder: RunFolder, at: str, names: list[str]) -> list[str]:
+    """What is not copied of a package: what Python makes by itself, and the folders of runs."""
+    own = folder.path.resolve()
+
+    def is_run(path: Path) -> bool:
+        return path.resolve() == own or ((path / folder.match_file.name).is_file() and (path / "logs").is_dir())
+
+    return [name for name in names if name == "__pycache__" or name.startswith(".") or is_run(Path(at, name))]
 
 
 class _Keeper:

@@ -194,6 +194,7 @@ class ManagedProcess:
         self.wait_stopped(time.monotonic() + HANDOVER)
         self.spec = replace(self.spec, arguments=arguments)
         self.strikes = Strikes()
+        self.log.forget()
         self.start()
 
     def kill(self) -> None:

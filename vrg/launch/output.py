@@ -3,7 +3,7 @@
 import io
 import time
 from collections.abc import Callable
-from typing import TextIO
+from typing import Any, TextIO
 
 from vrg.blame import OutputFloodError
 
@@ -25,6 +25,19 @@ class BoundedOutput(io.TextIOBase):
         self._now = now
         self._since = now()
         self._count = 0
+
+    @property
+    def encoding(self) -> str:  # type: ignore[override]
+        """That of the stream below."""
+        return self._stream.encoding
+
+    def writable(self) -> bool:
+        """It is."""
+        return True
+
+    def __getattr__(self, name: str) -> Any:
+        """Everything else is as in the stream below."""
+        return getattr(self._stream, name)
 
     def write(self, text: str) -> int:
         """Write a text.

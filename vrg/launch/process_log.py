@@ -77,6 +77,11 @@ class ProcessLog:
             self._begin_anew()
         return sum(count for _, count in self._written)
 
+    def forget(self) -> None:
+        """Count what is written from now on."""
+        self._size = self.size
+        self._written.clear()
+
     def _begin_anew(self) -> None:
         # The process has the file open, so its content is moved and not the file. A line in between may be lost.
         try:

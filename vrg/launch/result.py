@@ -8,7 +8,7 @@ from vrg import __version__
 from vrg.bus.messages import RefereeState
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import read_journal
-from vrg.coordinator.match import DRAW
+from vrg.coordinator.match import DRAW, NOBODY
 from vrg.errors import JournalError
 from vrg.games import game_of
 from vrg.launch.run_folder import RunFolder, write_json
@@ -50,6 +50,12 @@ def write_result(setup: MatchSetup, folder: RunFolder, state: RefereeState | Non
     except OSError as error:
         log.error("the result cannot be kept: %s", error)
     return result
+
+
+def ended_of(state: RefereeState) -> str:
+    """How a match that is over has ended, in words."""
+    by_hand = state.winner == NOBODY and game_of(state.game).competitive
+    return "ended by an official" if by_hand else "game over"
 
 
 def headline(result: dict[str, Any]) -> str:

@@ -1,6 +1,7 @@
 """The seats of a match: players whose processes fail for good, and others that are put into their places."""
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import (
@@ -11,9 +12,11 @@ from vrg.bus.messages import (
     OfficialAction,
     SeatAnswer,
     SeatRequest,
+    Stage,
     shortened,
 )
 from vrg.bus.topics import Keys
+from vrg.launch.child import arguments_of
 from vrg.launch.managed import HANDOVER, ManagedProcess
 from vrg.launch.process_log import FLOOD, FLOOD_WINDOW
 
@@ -25,6 +28,12 @@ _SLACK, _OWN = 1.25, 500
 """A process may use this many times the memory that its strategy may use, and so many MB more."""
 _AGAIN = 1.0
 """The real time in s after which the referee is told once more, if it has not done it."""
+
+
+def disqualification(name: str, why: str) -> Official:
+    """What tells the referee that a player has failed for good."""
+    reason = shortened(why, REASON_LENGTH)
+    return Official(action=OfficialAction.DISQUALIFY, by=LAUNCHER, reason=reason, subject=name, value=FAILED)
 
 
 class Seats:
@@ -82,6 +91,10 @@ class Seats:
         what = "disqualified" if self.disqualify else "the match is halted"
         self._announce(f"{name}: {why}: {what} (log: {process.log.path})")
 
+    def take(self, name: str) -> None:
+        """Somebody plays for this player again, in a process that the launcher has not started."""
+        self.vacant.pop(name, None)
+
     def _is_greedy(self, process: ManagedProcess, now: float) -> bool:
         """End a player that uses up memory or writes without end, where the bounds within its process have failed."""
         written = process.log.grow(now) if process.ready else 0
@@ -109,7 +122,7 @@ class Seats:
             return []
         self._announce(f"{request.player} is replaced: it plays by {request.strategy} (asked by {request.by})")
         kind, router, run, name, *_ = process.spec.arguments
-        process.play((kind, router, run, name, request.strategy))
+        process.play(arguments_of(kind, router=router, run=Path(run), name=name, strategy=request.strategy))
         self.vacant.pop(request.player, None)
         self._answer(request, None)
         return [process]
@@ -125,11 +138,9 @@ class Seats:
             return
         for name, why in self.vacant.items():
             player = state.body.player(name)
-            done = (
-                player is None or player.state == DISQUALIFIED
-                if self.disqualify
-                else state.body.halted is not None and name in state.body.halted
-            )
+            halted = not self.disqualify and f"{name}: " in (state.body.halted or "")
+            over = state.body.stage is Stage.GAME_OVER
+            done = player is None or player.state == DISQUALIFIED or halted or over
             first = name not in self._told
             if (first or not done) and now - self._told.get(name, -_AGAIN) >= _AGAIN:
                 self._told[name] = now
@@ -137,6 +148,5 @@ class Seats:
 
     def _decision(self, name: str, why: str) -> Official:
         if self.disqualify:
-            reason = shortened(why, REASON_LENGTH)
-            return Official(action=OfficialAction.DISQUALIFY, by=LAUNCHER, reason=reason, subject=name, value=FAILED)
+            return disqualification(name, why)
         return Official(action=OfficialAction.HALT, by=LAUNCHER, reason=shortened(f"{name}: {why}", REASON_LENGTH))

@@ -17,7 +17,7 @@ from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError, StrategyError
 from vrg.launch import nodes
-from vrg.launch.bounds import bounded_memory, printing_to, say_where_on_request
+from vrg.launch.bounds import MemoryBound, printing_to, say_where_on_request
 from vrg.launch.output import BoundedOutput
 from vrg.launch.run_folder import RunFolder, write_json, write_whole
 
@@ -95,7 +95,7 @@ def _students_code(memory: int) -> Iterator[None]:
     """
     say_where_on_request()
     try:
-        with bounded_memory(memory), printing_to(BoundedOutput(sys.stdout)):
+        with MemoryBound(memory), printing_to(BoundedOutput(sys.stdout)):
             yield
     except StrategyError as error:
         log.error("the strategy has failed", exc_info=error.__cause__ or error)

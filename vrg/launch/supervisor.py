@@ -145,8 +145,11 @@ class Supervisor:
                         if not (process.spec.seat and self._seats.disqualify and students):
                             raise
                         waiting.remove(process)
-                        words = process.log.last_words(1).removeprefix("vrg: ")
-                        self._seats.vacate(process, words or "it did not start")
+                        if process.exit_status is None:
+                            where = process.where()
+                            self._seats.vacate(process, f"it does not start{f' ({where})' if where else ''}")
+                        else:
+                            self._seats.vacate(process, process.log.last_words(1).removeprefix("vrg: "))
             if stop.wait(_LOOK):
                 yield None
                 return
@@ -189,6 +192,9 @@ class Supervisor:
         alive = [p for p in self.processes if p.spec.pulse in felt and p.pid is not None]
         for process in alive:
             process.ready = True
+        for process in self.processes:
+            if process.spec.pulse in felt and process.pid is None:
+                self._seats.take(process.spec.name)
         self._pulses.feel((process.spec.name for process in alive), time.monotonic())
 
     def _bury(self, process: ManagedProcess, now: float) -> None:

@@ -208,7 +208,7 @@ class SharksAndMinnows:
             structs.replace(
                 state,
                 roles=roles,
-                states={n: INACTIVE if n in state.disqualified else ACTIVE for n in state.states},
+                states=dict.fromkeys(state.states, ACTIVE),
                 round=state.round + 1,
                 goal=goal,
                 marks={n: marks[n] for n in state.marks},
