@@ -13,7 +13,7 @@ import pytest
 
 from vrg.blame import DecisionTimeoutError, OutputFloodError
 from vrg.launch import bounds
-from vrg.launch.bounds import DecisionAlarm, MemoryBound, printing_to
+from vrg.launch.bounds import Bounded, DecisionAlarm, MemoryBound, printing_to
 from vrg.launch.output import FLOOD, WINDOW, BoundedOutput
 from vrg.launch.process_log import FLOOD_WINDOW, LONGEST, ProcessLog
 
@@ -113,7 +113,7 @@ class TestStubborn:
         program.write_text(
             "from vrg.launch import bounds\nbounds.BUDGET = bounds._STUBBORN = 0.5\n"
             "def act():\n    while True:\n        try:\n            pass\n        except:\n            pass\n"
-            "with bounds.DecisionAlarm(None) as alarm, alarm.deciding():\n    while True:\n        try:\n"
+            "with bounds.DecisionAlarm(None) as alarm, bounds.Bounded(alarm, None):\n    while True:\n        try:\n"
             "            act()\n        except BaseException:\n            pass\n"
         )
         done = subprocess.run([sys.executable, str(program)], capture_output=True, text=True, timeout=60, check=False)
@@ -157,7 +157,7 @@ def _print_for_ever(output: BoundedOutput) -> None:
 
 
 def _decide_for_ever(alarm: DecisionAlarm) -> None:
-    with alarm.deciding():
+    with Bounded(alarm, None):
         while True:
             try:
                 time.sleep(0.01)

@@ -102,18 +102,13 @@ class DecisionAlarm:
             signal.setitimer(signal.ITIMER_REAL, 0.0)
             signal.signal(signal.SIGALRM, self._before)  # type: ignore[arg-type]
 
-    @contextmanager
-    def deciding(self) -> Iterator[None]:
-        """While this lasts, a decision is made.
-
-        Raises:
-            DecisionTimeoutError: it takes too long.
-        """
+    def begin(self) -> None:
+        """A decision begins. Until its `end` a DecisionTimeoutError may come at any point."""
         self._looks, self._deciding = 0, True
-        try:
-            yield
-        finally:
-            self._deciding = False
+
+    def end(self) -> None:
+        """It has been made."""
+        self._deciding = False
 
     def _look(self, _number: int, frame: FrameType | None) -> None:
         if not self._deciding:
@@ -130,3 +125,26 @@ class DecisionAlarm:
         if stopping or self._looks * _LOOK >= BUDGET:
             why = "the match is to stop" if stopping else f"a decision may take {BUDGET:g} s"
             raise DecisionTimeoutError(f"it was still deciding after {self._looks * _LOOK:g} s ({why})")
+
+
+class Bounded:
+    """Runs a student's code in a match in one process; a context manager that can be used again and again.
+
+    Args:
+        alarm: ends it when it takes too long. output: what it prints goes there; None lets it print.
+    """
+
+    def __init__(self, alarm: DecisionAlarm, output: BoundedOutput | None) -> None:
+        self._alarm = alarm
+        self._output = output
+        self._before = sys.stdout, sys.stderr
+
+    def __enter__(self) -> None:
+        self._before = sys.stdout, sys.stderr
+        if self._output is not None:
+            sys.stdout = sys.stderr = self._output
+        self._alarm.begin()
+
+    def __exit__(self, *_: object) -> None:
+        self._alarm.end()
+        sys.stdout, sys.stderr = self._before

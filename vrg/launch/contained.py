@@ -1,8 +1,7 @@
 """A player in a match that runs in one process: its failures are contained, as they are in a process of its own."""
 
 import io
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable
 from pathlib import Path
 
 from vrg.agents.player import Player
@@ -11,7 +10,7 @@ from vrg.blame import DecisionTimeoutError, failure_of
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys
 from vrg.errors import ConfigError, LaunchError, StrategyError
-from vrg.launch.bounds import DecisionAlarm, MemoryBound, printing_to
+from vrg.launch.bounds import Bounded, DecisionAlarm, MemoryBound
 from vrg.launch.output import BoundedOutput
 from vrg.launch.process_log import ProcessLog
 from vrg.launch.seats import disqualification
@@ -56,6 +55,7 @@ class ContainedPlayer(Node):
         self._out = False
         self._log = None if log is None else ProcessLog(log)
         self._output: BoundedOutput | None = None
+        self._bounds = Bounded(alarm, None)
         self._trim_at = 0.0
 
     def start(self) -> None:
@@ -64,6 +64,7 @@ class ContainedPlayer(Node):
             stream = io.TextIOWrapper(self._log.open(), encoding="utf-8", errors="backslashreplace", write_through=True)
             # By match time, so that it does not depend on how fast this computer is.
             self._output = BoundedOutput(stream, lambda: self.mailbox.now)
+            self._bounds = Bounded(self._alarm, self._output)
         self._player.start()
 
     def tick(self, tick: Tick) -> None:
@@ -75,7 +76,7 @@ class ContainedPlayer(Node):
         if self._out:
             return
         try:
-            with self._bounds():
+            with self._bounds:
                 self._player.tick(tick)
         except StrategyError as error:
             self._fail(error, tick, again=self._strikes.failure(tick.time) and not error.final)
@@ -94,15 +95,6 @@ class ContainedPlayer(Node):
         self._player.stop()
         if self._output is not None:
             self._output.close()
-
-    @contextmanager
-    def _bounds(self) -> Iterator[None]:
-        """Bounds for a student's code."""
-        with ExitStack() as stack:
-            stack.enter_context(self._alarm.deciding())
-            if self._output is not None:
-                stack.enter_context(printing_to(self._output))
-            yield
 
     def _fail(self, error: StrategyError, tick: Tick, *, again: bool) -> None:
         """Its robot stands; it gets a fresh strategy, or is out."""
@@ -129,7 +121,7 @@ class ContainedPlayer(Node):
     def _fresh(self) -> Strategy | str:
         """A new strategy, or why there is none."""
         try:
-            with self._bounds():
+            with self._bounds:
                 return self._make()
         except (ConfigError, DecisionTimeoutError) as problem:
             return str(failure_of(problem) if isinstance(problem, DecisionTimeoutError) else problem)

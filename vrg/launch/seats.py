@@ -1,5 +1,6 @@
 """The seats of a match: players whose processes fail for good, and others that are put into their places."""
 
+import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -24,6 +25,8 @@ LAUNCHER = "launcher"
 """Who decides that a player has failed, for the journal."""
 _GREED = 1.0
 """The real time in s between two looks at what the processes use."""
+_LATE = 2.0
+"""The real time in s for which a process that has ended may still be heard."""
 _SLACK, _OWN = 1.25, 500
 """A process may use this many times the memory that its strategy may use, and so many MB more."""
 _AGAIN = 1.0
@@ -62,6 +65,7 @@ class Seats:
         self._requests = mailbox.subscribe(keys.seat_request)
         self._looked = 0.0
         self._told: dict[str, float] = {}
+        self._vacated: dict[str, float] = {}
 
     def look(self, processes: Sequence[ManagedProcess], now: float) -> list[ManagedProcess]:
         """Find players that use too much, put others into seats where somebody asks for it, and tell the referee.
@@ -87,13 +91,16 @@ class Seats:
         process.kill()
         why = why.removeprefix(f"{name}: ")
         self.vacant[name] = why
+        self._vacated[name] = time.monotonic()
         self._told.pop(name, None)
         what = "disqualified" if self.disqualify else "the match is halted"
         self._announce(f"{name}: {why}: {what} (log: {process.log.path})")
 
-    def take(self, name: str) -> None:
-        """Somebody plays for this player again, in a process that the launcher has not started."""
-        self.vacant.pop(name, None)
+    def take(self, name: str, now: float) -> None:
+        """A sign of life has come of a player whose process has ended: somebody else plays for it by now."""
+        # The last sign of the process itself may come late.
+        if now - self._vacated.get(name, now) > _LATE:
+            self.vacant.pop(name, None)
 
     def _is_greedy(self, process: ManagedProcess, now: float) -> bool:
         """End a player that uses up memory or writes without end, where the bounds within its process have failed."""

@@ -194,7 +194,7 @@ class Supervisor:
             process.ready = True
         for process in self.processes:
             if process.spec.pulse in felt and process.pid is None:
-                self._seats.take(process.spec.name)
+                self._seats.take(process.spec.name, time.monotonic())
         self._pulses.feel((process.spec.name for process in alive), time.monotonic())
 
     def _bury(self, process: ManagedProcess, now: float) -> None:
