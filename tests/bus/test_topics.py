@@ -14,7 +14,7 @@ def test_every_key_of_a_match_is_under_its_name() -> None:
         assert topic.key.startswith("vrg/final/")
 
 
-@pytest.mark.parametrize("name", ["", "a/b", "*", "two words", "-x", "a" * 65, "ü", "a$b", "../x"])
+@pytest.mark.parametrize("name", ["", "a/b", "*", "two words", "-x", "a" * 65, "a$b", "../x"])
 def test_a_name_that_cannot_be_part_of_a_key_is_refused(name: str) -> None:
     with pytest.raises(ConfigError, match="match name"):
         Keys(name)

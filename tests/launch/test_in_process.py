@@ -21,8 +21,9 @@ from vrg.geometry import outline_distance
 from vrg.hal.models import robot_model
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.in_process import Ending, play
-from vrg.launch.nodes import open_journal
+from vrg.launch.nodes import open_journal, recorder_node
 from vrg.launch.run_folder import RunFolder
+from vrg.recording.reader import read_tracks
 from vrg.regions import Rectangle
 
 
@@ -203,3 +204,14 @@ def test_a_player_that_never_lines_up_does_not_keep_the_others_from_playing(tmp_
     placed = [c for c in calls if c.rule == "placed"]
     assert 1 <= len(placed) <= 3
     assert "player7" in placed[0].text
+
+
+def test_players_may_have_names_in_their_own_language(tmp_path: Path) -> None:
+    text = match_path("sharks-and-minnows").read_text().replace('"player2"', '"Ольга"').replace('"player3"', '"José"')
+    (tmp_path / "match.toml").write_text(text, encoding="utf-8")
+    setup, run = load_match(tmp_path / "match.toml", engine="planar", lasers=False), RunFolder(tmp_path)
+    recorder = recorder_node(setup, run)
+    with open_journal(setup, run) as journal:
+        ending = play(setup, journal, watchers=[recorder], limit=900.0, strict=True)
+    assert ending.state.stage is Stage.GAME_OVER
+    assert {"Ольга", "José"} < set(read_tracks(run.recording))

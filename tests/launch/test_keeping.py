@@ -16,13 +16,13 @@ from vrg.launch.keeping import files_of
 STRATEGY = """
 import json
 
-import helper
-from talk.words import HELLO
+import kept_helper
+from kept_talk.words import HELLO
 from vrg.agents import Strategy, Twist
 
 
 class Mine(Strategy):
-    mode = helper.MODE + HELLO
+    mode = kept_helper.MODE + HELLO
 
     def act(self, view):
         return Twist(v=0.0, w=0.0)
@@ -34,17 +34,21 @@ def match(tmp_path: Path) -> Path:
     """A match file that names files beside it, below it and elsewhere; strategies import what is beside them."""
     mine, other = tmp_path / "mine", tmp_path / "other"
     for folder in (mine, other):
-        (folder / "talk").mkdir(parents=True)
-        (folder / "talk" / "__init__.py").touch()
-        (folder / "talk" / "words.py").write_text(f"HELLO = '{folder.name}'\n")
-        (folder / "helper.py").write_text("MODE = 'helped '\n")
+        (folder / "kept_talk").mkdir(parents=True)
+        (folder / "kept_talk" / "__init__.py").touch()
+        (folder / "kept_talk" / "words.py").write_text(f"HELLO = '{folder.name}'\n")
+        (folder / "kept_helper.py").write_text("MODE = 'helped '\n")
         (folder / "unused.py").touch()
-        (folder / "mine.py").write_text(STRATEGY)
+        (folder / "kept_strategy.py").write_text(STRATEGY)
     (other / "yard.toml").write_text(
         'name = "yard"\nbounds = { x_min = -50.0, y_min = -50.0, x_max = 50.0, y_max = 50.0 }\n'
     )
     text = short_match("kept").replace('map = "open"', 'map = "../other/yard.toml"')
-    for player, strategy in (("ann", "mine.py:Mine"), ("bob", f"{other}/mine.py:Mine"), ("cid", "mine:Mine")):
+    for player, strategy in (
+        ("ann", "kept_strategy.py:Mine"),
+        ("bob", f"{other}/kept_strategy.py:Mine"),
+        ("cid", "kept_strategy:Mine"),
+    ):
         text = text.replace(f'name = "{player}"', f'name = "{player}"\nstrategy = "{strategy}"')
     (mine / "match.toml").write_text(text)
     return mine / "match.toml"
@@ -52,8 +56,7 @@ def match(tmp_path: Path) -> Path:
 
 def test_every_file_and_what_it_imports_is_kept(match: Path) -> None:
     kept = files_of(load_match(match))
-    beside = {"mine.py", "helper.py", "talk"}
-    beside = {"mine.py", "helper.py", "talk"}
+    beside = {"kept_strategy.py", "kept_helper.py", "kept_talk"}
     elsewhere = {f"files/1/{name}" for name in (*beside, "yard.toml")}
     assert {place.as_posix() for place in kept.copies} == beside | elsewhere
     assert "other" not in kept.text
@@ -73,8 +76,8 @@ def test_a_run_can_be_played_again_without_what_it_was_played_from(match: Path, 
     again = play(first / "match.toml", "again")
     assert (again / "journal.jsonl").read_bytes() == (first / "journal.jsonl").read_bytes()
     setup = load_match(again / "match.toml")
-    assert setup.player("bob").strategy == "files/1/mine.py:Mine"
-    assert (again / "files" / "1" / "talk" / "words.py").read_text() == "HELLO = 'other'\n"
+    assert setup.player("bob").strategy == "files/1/kept_strategy.py:Mine"
+    assert (again / "files" / "1" / "kept_talk" / "words.py").read_text() == "HELLO = 'other'\n"
 
 
 def test_what_the_launcher_did_not_make_any_more_is_made_later(tmp_path: Path) -> None:

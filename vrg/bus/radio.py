@@ -15,6 +15,7 @@ import msgspec
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import SAY_LIMIT, Say
+from vrg.bus.names import name_of
 from vrg.bus.topics import Keys
 from vrg.types import Vector
 
@@ -104,7 +105,7 @@ class Radio:
         """
         now = self._mailbox.now
         for message in self._inlet.take():
-            speaker = message.key.rsplit("/", 1)[1]
+            speaker = name_of(message.key.rsplit("/", 1)[1])
             if speaker == self._name:
                 continue
             delay = self._link.delay(
@@ -122,7 +123,10 @@ class Radio:
         self._coming.sort(key=lambda item: (item[0], item[1].key, item[1].sequence))
         arrived = [message for due, message in self._coming if due <= now + 1e-9]
         self._coming = self._coming[len(arrived) :]
-        return [Heard(message.key.rsplit("/", 1)[1], message.stamp, _decode(message.body.words)) for message in arrived]
+        return [
+            Heard(name_of(message.key.rsplit("/", 1)[1]), message.stamp, _decode(message.body.words))
+            for message in arrived
+        ]
 
 
 def plain(value: object) -> object:

@@ -11,14 +11,12 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar, overload
 
 from vrg.bus import messages as m
-from vrg.errors import ConfigError
+from vrg.bus.names import check_name, chunk_of, name_of
 
 M = TypeVar("M", bound=m.Message)
 S = TypeVar("S", bound=m.SensorMessage)
 T_co = TypeVar("T_co", bound=m.Message, covariant=True)
 
-NAME_PATTERN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
-NAME_RULE = "expected 1 to 64 of A-Z a-z 0-9 _ - beginning with a letter or digit"
 _HOLE = re.compile(r"\{(\w+)\}")
 
 
@@ -93,21 +91,10 @@ class NamedLine(Line[M]):
 
         def topic(*names: str) -> Topic[M]:
             given = iter(names)
-            path = _HOLE.sub(lambda _: next(given, "*"), self.path)
+            path = _HOLE.sub(lambda _: chunk_of(next(given, "*")), self.path)
             return Topic(f"{root}/{path}", self.message, self.qos)
 
         return topic
-
-
-def check_name(name: str, what: str = "name") -> str:
-    """Return `name` if it can be one chunk of a key expression.
-
-    Raises:
-        ConfigError: it is empty, longer than 64 characters, or has characters other than A-Z a-z 0-9 _ -.
-    """
-    if not NAME_PATTERN.fullmatch(name):
-        raise ConfigError([f"{what}: {NAME_RULE}, got {name!r}"])
-    return name
 
 
 class Keys:
@@ -152,7 +139,7 @@ class Keys:
 
     def __init__(self, match: str) -> None:
         self.match = check_name(match, "match name")
-        self.root = f"vrg/{match}"
+        self.root = f"vrg/{chunk_of(match)}"
 
     def sensor(self, message: type[S], robot: str = "*", name: str = "*") -> Topic[S]:
         """The topic of the readings of one sensor of a robot, which the world publishes for the player's device.
@@ -160,7 +147,7 @@ class Keys:
         Args:
             message: the message class of this kind of sensor. name: the sensor's name on its robot.
         """
-        return Topic(f"{self.root}/robot/{robot}/sensor/{message.kind}/{name}", message, LATEST)
+        return Topic(f"{self.root}/robot/{chunk_of(robot)}/sensor/{message.kind}/{chunk_of(name)}", message, LATEST)
 
     def alive(self, kind: str = "*", name: str = "*", instance: str = "*") -> str:
         """The key expression of a node's liveliness token.
@@ -168,7 +155,7 @@ class Keys:
         Args:
             instance: an id that tells two processes of one name apart, so that the second can be refused.
         """
-        return f"{self.root}/alive/{kind}/{name}/{instance}"
+        return f"{self.root}/alive/{kind}/{chunk_of(name)}/{instance}"
 
     def topic_of(
         self, key: str, sensors: Callable[[str], type[m.SensorMessage] | None] = lambda _: None
@@ -185,7 +172,7 @@ class Keys:
         if key_matches(f"{self.root}/robot/*/sensor/*/*", key):
             _, _, _, robot, _, kind, name = key.split("/")
             message = sensors(kind)
-            return None if message is None else self.sensor(message, robot, name)
+            return None if message is None else self.sensor(message, name_of(robot), name_of(name))
         return None
 
     @classmethod
@@ -210,4 +197,4 @@ def key_matches(expression: str, key: str) -> bool:
 
 def name_in(key: str) -> str:
     """The robot's or player's name in a key such as `vrg/<match>/robot/<name>/drive`."""
-    return key.split("/")[3]
+    return name_of(key.split("/")[3])

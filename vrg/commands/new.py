@@ -14,7 +14,7 @@ from typing import Annotated
 
 import typer
 
-from vrg.bus.topics import NAME_PATTERN, NAME_RULE
+from vrg.bus.names import NAME_RULE, is_name
 from vrg.errors import ConfigError
 from vrg.templates import filled
 
@@ -120,7 +120,7 @@ def _class_name(name: str) -> str:
 
 def _check_name(name: str) -> None:
     """Raise a ConfigError if the name cannot be the name of a match or a map."""
-    if not NAME_PATTERN.fullmatch(name):
+    if not is_name(name):
         raise ConfigError([f"{NAME_RULE}, got {name!r}"])
 
 

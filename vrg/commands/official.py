@@ -10,8 +10,9 @@ import typer
 
 from vrg.bus.mailbox import Inlet, Mailbox
 from vrg.bus.messages import REASON_LENGTH, Call, Estop, Official, OfficialAction, RefereeState
+from vrg.bus.names import is_name
 from vrg.bus.session import Session, open_session
-from vrg.bus.topics import NAME_PATTERN, Keys
+from vrg.bus.topics import Keys
 from vrg.commands.options import EndpointOption, NameOption, own_match, which_match
 from vrg.errors import BusError
 
@@ -36,7 +37,7 @@ def me() -> str:
         name = getpass.getuser()
     except (KeyError, OSError):
         return "official"
-    return name if NAME_PATTERN.fullmatch(name) else "official"
+    return name if is_name(name) else "official"
 
 
 class _Referee:

@@ -15,6 +15,7 @@ import msgspec
 import typer
 
 from vrg.bus.codec import decode
+from vrg.bus.names import name_of
 from vrg.bus.session import Session, open_session
 from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys, key_matches
@@ -75,7 +76,7 @@ def list_topics(
     with _listening(endpoint) as (stop, session):
         session.watch_raw(f"{keys.root}/**", arrived)
         stop.wait(seconds)
-        nodes = sorted("/".join(key.split("/")[3:5]) for key in session.alive(keys.alive()))
+        nodes = sorted("/".join(map(name_of, key.split("/")[3:5])) for key in session.alive(keys.alive()))
     rows = []
     for key in sorted(counts):
         topic = keys.topic_of(key, message_of)

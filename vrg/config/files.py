@@ -5,7 +5,7 @@ from typing import Any, Literal
 
 from pydantic import Field, field_validator
 
-from vrg.bus.topics import NAME_PATTERN, NAME_RULE
+from vrg.bus.names import NAME_RULE, is_name, normal
 from vrg.games import GAMES
 from vrg.hal.backends import BACKENDS
 from vrg.hal.models import MODELS
@@ -18,7 +18,8 @@ PROCESS_NAMES = ("router", "world", "referee", "recorder", "spectator", "drives"
 
 
 def _check_name(value: str) -> str:
-    if not NAME_PATTERN.fullmatch(value):
+    value = normal(value)
+    if not is_name(value):
         raise ValueError(NAME_RULE)
     return value
 

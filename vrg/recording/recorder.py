@@ -23,6 +23,7 @@ from msgspec import Struct
 from vrg.bus import messages as m
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
+from vrg.bus.names import name_of
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys, name_in
 from vrg.games import UNKNOWN, game_of
@@ -210,7 +211,8 @@ class Recorder(Node):
         self._write("/scene", fg.SceneUpdate([], entities), received)
 
     def _write_reading(self, received: Received[m.SensorMessage]) -> None:
-        _, _, _, robot, _, kind, sensor = received.key.split("/")
+        _, _, _, coded, _, kind, sensor = received.key.split("/")
+        robot = name_of(coded)
         record: Struct = received.body
         if isinstance(record, Laser):
             # A viewer draws a scan where the laser was; before the first pose nobody knows where that is.

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import TYPE_CHECKING
 
-from vrg.bus.topics import check_name
+from vrg.bus.names import check_name
 from vrg.errors import ConfigError, Path, Problem
 from vrg.hal.models import RobotModel, robot_model
 from vrg.types import Pose

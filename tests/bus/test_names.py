@@ -1,0 +1,63 @@
+"""Names in every language, and the ASCII keys that are made of them."""
+
+import re
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vrg.bus import messages as m
+from vrg.bus.names import check_name, chunk_of, is_name, name_of, normal
+from vrg.bus.topics import Keys, key_matches, name_in
+from vrg.errors import ConfigError
+from vrg.hal.sensors import message_of
+from vrg.hal.sensors.laser import Laser
+
+SOME = ["ann", "player-1", "Ольга", "山田", "José", "Αθηνά", "หนึ่ง", "ö", "7-zwerge"]
+
+
+@pytest.mark.parametrize("name", SOME)
+def test_names_of_every_language_are_names(name: str) -> None:
+    assert check_name(name) == name
+
+
+@pytest.mark.parametrize(
+    "text", ["", " ", "a b", "-a", "_a", "a/b", "a*", "a" * 65, "x--a", "́a", "a\n", "🙂", "Jose\u0301"]
+)
+def test_what_is_no_name_is_told(text: str) -> None:
+    with pytest.raises(ConfigError, match="expected 1 to 64 letters, digits, _ and -"):
+        check_name(text)
+
+
+def test_a_mark_that_is_typed_after_its_letter_is_the_same_name() -> None:
+    assert normal("Jose\u0301") == "José"
+
+
+@given(st.text(min_size=1, max_size=64).map(normal).filter(is_name))
+def test_a_key_is_ascii_and_tells_the_name_again(name: str) -> None:
+    chunk = chunk_of(name)
+    assert re.fullmatch(r"[A-Za-z0-9_-]+", chunk)
+    assert name_of(chunk) == name
+
+
+@given(st.text(alphabet="abcxyz019-_", max_size=20))
+def test_whatever_comes_on_the_bus_is_read(chunk: str) -> None:
+    assert isinstance(name_of(chunk), str)
+
+
+def test_different_names_have_different_keys() -> None:
+    assert len({chunk_of(name) for name in SOME}) == len(SOME)
+
+
+def test_the_topics_of_such_names() -> None:
+    name = "Ольга"
+    keys = Keys("Зимний")
+    topic = keys.report(name)
+    assert topic.key.isascii()
+    assert name_in(topic.key) == name
+    assert key_matches(keys.report().key, topic.key)
+    assert keys.topic_of(topic.key) == keys.report()
+    scan = keys.sensor(Laser, name, "main")
+    assert keys.topic_of(scan.key, message_of) == scan
+    assert name_of(keys.alive("player", name).split("/")[4]) == name
+    assert topic.type is m.Report
