@@ -128,3 +128,16 @@ def test_closing_gives_the_player_back_and_ends_no_match(controls, key):
 def test_other_keys_do_nothing(controls):
     controls.press(pygame.K_x, PLAYERS)
     assert (said(controls), controls.quit, controls.picture) == ([], False, False)
+
+
+def test_the_keys_are_listed_until_the_key_is_pressed_again(controls):
+    for wanted in (True, False):
+        controls.press(pygame.K_QUESTION, PLAYERS)
+        assert controls.help is wanted
+    assert said(controls) == []
+
+
+def test_f11_asks_for_the_whole_screen(controls):
+    controls.press(pygame.K_F11, PLAYERS)
+    assert controls.whole_screen
+    assert said(controls) == []

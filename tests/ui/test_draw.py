@@ -15,7 +15,7 @@ from vrg.regions import Circle, Polygon, Rectangle, Sector
 from vrg.types import Pose
 from vrg.ui import ground, palette, text
 from vrg.ui.banner import banners
-from vrg.ui.draw import Painter, render_png, save_png
+from vrg.ui.draw import BannerPainter, Painter, render_png, save_png
 from vrg.ui.palette import ink_on
 from vrg.ui.scene import Scene
 from vrg.ui.text import Face, Fonts
@@ -87,9 +87,53 @@ def test_a_banner_appears(scene_at, changes, colour, heading):
     scene = scene_at(10.0, **changes)
     assert [banner.heading for banner in banners(scene)] == [heading]
     surface, _ = painted(scene)
-    left_end = (110, 50)
+    left_end = (110, 28)
     assert close_to(colours_near(surface, left_end, 5), colour) > 80
     assert close_to(colours_near(plain, left_end, 5), colour) == 0
+
+
+@pytest.mark.parametrize("size", [(800, 600), (1280, 800), (1920, 1080)])
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"stage": m.Stage.INITIALIZE, "waiting": [f"{name} is not on its mark" for name in "abcdefgh"]},
+        {"halted": "a cable " * 40, "way_out": "plug it in " * 20},
+        {"estop": True, "live": False, "halted": "smoke"},
+        {"stage": m.Stage.GAME_OVER, "winner": "sharks"},
+    ],
+)
+def test_no_banner_covers_the_field(scene_at, changes, size):
+    scene = scene_at(10.0, **changes)
+    surface = pygame.Surface(size)
+    view = Painter().draw(surface, scene)
+    ui = min(2.5, max(0.8, math.sqrt(size[0] * size[1] / (1280 * 800))))
+    area = pygame.Rect(0, 0, size[0] - round(min(340 * ui, 0.45 * size[0])), size[1])
+    banner = BannerPainter(Fonts()).height(area, scene, ui)
+    corners = [view.point(x, y) for zone in scene.zones for x, y in zone.region.outline()]
+    assert min(y for _, y in corners) >= min(banner, size[1] // 2)
+
+
+@pytest.mark.parametrize("size", [(800, 600), (1280, 800)])
+def test_the_list_of_24_players_leaves_room_for_the_referees_words(scene_at, size):
+    few = scene_at(10.0)
+    many = dataclasses.replace(
+        few, players=tuple(dataclasses.replace(few.players[i % 7], name=f"player{i}") for i in range(24))
+    )
+    without = dataclasses.replace(many, calls=())
+    drawn = []
+    for scene in (many, without):
+        surface = pygame.Surface(size)
+        Painter().draw(surface, scene)
+        drawn.append(pygame.image.tobytes(surface, "RGB"))
+    assert drawn[0] != drawn[1], "the calls are seen"
+
+
+def test_the_keys_are_listed_over_the_field_when_asked_for(scene_at):
+    plain, listed = pygame.Surface((1280, 800)), pygame.Surface((1280, 800))
+    Painter().draw(plain, scene_at(10.0))
+    Painter().draw(listed, scene_at(10.0), keys=True)
+    assert pygame.image.tobytes(plain, "RGB") != pygame.image.tobytes(listed, "RGB")
 
 
 def test_banners_say_why(scene_at):

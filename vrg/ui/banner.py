@@ -18,12 +18,14 @@ class Banner:
     Args:
         lines: what happened, then how it is left, where the referee says so.
         hint: the key that helps, where there are keys; empty where the lines already say what to do.
+        brief: it is told in one line, because it is no more than news.
     """
 
     heading: str
     lines: tuple[str, ...]
     colour: Rgb
     hint: str = ""
+    brief: bool = False
 
 
 def banners(scene: Scene) -> list[Banner]:
@@ -43,7 +45,7 @@ def banners(scene: Scene) -> list[Banner]:
         hint = "R lets robots clear their faults, then C continues" if latched else "C continues"
         found.append(_stopped("HALT", scene.halted, scene.way_out, palette.CAUTION, hint))
     elif scene.waiting and scene.halted is None:
-        found.append(Banner("Waiting for", scene.waiting, palette.CALM))
+        found.append(Banner("Waiting for", scene.waiting, palette.CALM, brief=True))
     return found
 
 

@@ -28,6 +28,8 @@ class Controls:
         driving: the player that the user drives by hand, or None.
         quit: the user wants the window closed; the match goes on.
         picture: the user wants a picture of the window; whoever takes it sets this back.
+        whole_screen: the user wants the window to change between whole screen and not; whoever does it sets this back.
+        help: the keys are listed.
     """
 
     mailbox: Mailbox
@@ -36,6 +38,8 @@ class Controls:
     driving: str | None = None
     quit: bool = False
     picture: bool = False
+    whole_screen: bool = False
+    help: bool = False
     _held: set[int] = field(default_factory=set)
 
     def press(self, key: int, players: Sequence[str], *, shift: bool = False) -> None:
@@ -62,6 +66,10 @@ class Controls:
                 self.give_back()
             case pygame.K_p:
                 self.picture = True
+            case pygame.K_F11:
+                self.whole_screen = True
+            case pygame.K_QUESTION | pygame.K_F1:
+                self.help = not self.help
             case pygame.K_q | pygame.K_END:
                 self.close()
             case _ if key in _AHEAD or key in _ASIDE:

@@ -28,12 +28,13 @@ class Painter:
         self._fonts = Fonts()
         self._field = FieldPainter(self._fonts)
         self._panel = PanelPainter(self._fonts)
+        self._banners = BannerPainter(self._fonts)
 
-    def draw(self, surface: pygame.Surface, scene: Scene, driving: str | None = None) -> View:
+    def draw(self, surface: pygame.Surface, scene: Scene, driving: str | None = None, *, keys: bool = False) -> View:
         """Draw the scene on the whole surface.
 
         Args:
-            driving: the player that the user drives by hand, or None.
+            driving: the player that the user drives by hand, or None. keys: list the keys over the field.
 
         Returns:
             How the field's coordinates became pixels.
@@ -43,10 +44,13 @@ class Painter:
         panel = round(min(340 * ui, 0.45 * width)) if width >= NARROW else 0
         surface.fill(palette.BACKGROUND)
         area = pygame.Rect(0, 0, max(1, width - panel), max(1, height))
-        view = self._field.draw(surface, (*area.topleft, *area.size), scene, ui, driving)
+        top = min(self._banners.height(area, scene, ui), area.height // 2)
+        view = self._field.draw(surface, (area.left, top, area.width, area.height - top), scene, ui, driving)
         if panel:
             self._panel.draw(surface, pygame.Rect(width - panel, 0, panel, height), scene, ui, driving)
-        _draw_banners(surface, area, scene, self._fonts, ui)
+        self._banners.draw(surface, area, scene, ui)
+        if keys:
+            self._panel.help(surface, area, ui)
         if driving is not None:
             self._hand(surface, area, driving, ui)
         return view
@@ -94,36 +98,65 @@ def save_png(surface: pygame.Surface, path: Path) -> None:
         raise OSError(f"{path}: cannot write the picture: {error}") from None
 
 
-def _draw_banners(surface: pygame.Surface, area: pygame.Rect, scene: Scene, fonts: Fonts, ui: float) -> None:
-    """Draw them below each other at the top of the area."""
-    gap = round(10 * ui)
-    width = min(area.width - 2 * gap, round(760 * ui))
-    y = area.top + gap
-    if width < 40:
-        return
-    for banner in banners(scene):
-        place = _draw_banner(surface, pygame.Rect(area.centerx - width // 2, y, width, 0), banner, fonts, ui)
-        y = place.bottom + gap
+class BannerPainter:
+    """Draws the banners below each other at the top of an area. They have it for themselves: no robot is below them."""
 
+    def __init__(self, fonts: Fonts) -> None:
+        self._fonts = fonts
 
-def _draw_banner(surface: pygame.Surface, place: pygame.Rect, banner: Banner, fonts: Fonts, ui: float) -> pygame.Rect:
-    pad = round(14 * ui)
-    size, step = round(15 * ui), round(21 * ui)
-    wrapped = [line for text in banner.lines for line in fonts.wrap(text, place.width - 2 * pad, size, lines=2)]
-    if len(wrapped) > BANNER_LINES:
-        rest = len(wrapped) - BANNER_LINES + 1
-        wrapped = [*wrapped[: BANNER_LINES - 1], f"… and {rest} more"]
-    if banner.hint:
-        wrapped.append(fonts.shorten(banner.hint, place.width - 2 * pad, size))
-    ink = ink_on(banner.colour)
-    heading = fonts.render(banner.heading, round(26 * ui), ink, Face.BOLD)
-    place.height = heading.get_height() + step * len(wrapped) + 2 * pad - round(4 * ui)
-    shapes.pill(surface, place.move(0, round(3 * ui)), (0, 0, 0), 90, 10)
-    shapes.pill(surface, place, banner.colour, radius=10)
-    surface.blit(heading, heading.get_rect(midtop=(place.centerx, place.top + pad - round(4 * ui))))
-    y = place.top + pad + heading.get_height()
-    for line in wrapped:
-        text = fonts.render(line, size, ink)
-        surface.blit(text, text.get_rect(midtop=(place.centerx, y)))
-        y += step
-    return place
+    def height(self, area: pygame.Rect, scene: Scene, ui: float) -> int:
+        """The height in pixels that is kept for them, which is that of a brief one where there is none."""
+        gap = round(10 * ui)
+        heights = [self._place(area, banner, ui).height for banner in banners(scene)]
+        return max(sum(heights) + gap * len(heights), self._brief_height(ui) + gap) + gap
+
+    def draw(self, surface: pygame.Surface, area: pygame.Rect, scene: Scene, ui: float) -> None:
+        """Draw the banners of a scene."""
+        y = area.top + round(10 * ui)
+        for banner in banners(scene):
+            place = self._place(area, banner, ui).move(0, y)
+            if place.width < 40:
+                return
+            self._draw_one(surface, place, banner, ui)
+            y = place.bottom + round(10 * ui)
+
+    @staticmethod
+    def _brief_height(ui: float) -> int:
+        return round(34 * ui)
+
+    def _place(self, area: pygame.Rect, banner: Banner, ui: float) -> pygame.Rect:
+        """Where a banner is, but for its top."""
+        width = min(area.width - round(20 * ui), round(760 * ui))
+        if banner.brief:
+            height = self._brief_height(ui)
+        else:
+            heading = self._fonts.render(banner.heading, round(26 * ui), palette.INK, Face.BOLD).get_height()
+            height = heading + round(21 * ui) * len(self._lines(banner, width, ui)) + round(24 * ui)
+        return pygame.Rect(area.centerx - width // 2, 0, width, height)
+
+    def _lines(self, banner: Banner, width: int, ui: float) -> list[str]:
+        size, room = round(15 * ui), width - round(28 * ui)
+        wrapped = [line for text in banner.lines for line in self._fonts.wrap(text, room, size, lines=2)]
+        if len(wrapped) > BANNER_LINES:
+            rest = len(wrapped) - BANNER_LINES + 1
+            wrapped = [*wrapped[: BANNER_LINES - 1], f"… and {rest} more"]
+        return [*wrapped, self._fonts.shorten(banner.hint, room, size)] if banner.hint else wrapped
+
+    def _draw_one(self, surface: pygame.Surface, place: pygame.Rect, banner: Banner, ui: float) -> None:
+        shapes.pill(surface, place.move(0, round(3 * ui)), (0, 0, 0), 90, 10)
+        shapes.pill(surface, place, banner.colour, radius=10)
+        ink, size = ink_on(banner.colour), round(15 * ui)
+        if banner.brief:
+            more = f" and {len(banner.lines) - 1} more" if len(banner.lines) > 1 else ""
+            words = f"{banner.heading}: {banner.lines[0] if banner.lines else ''}"
+            room = place.width - round(28 * ui) - self._fonts.render(more, size, ink).get_width()
+            text = self._fonts.render(self._fonts.shorten(words, room, size) + more, size, ink)
+            surface.blit(text, text.get_rect(center=place.center))
+            return
+        heading = self._fonts.render(banner.heading, round(26 * ui), ink, Face.BOLD)
+        surface.blit(heading, heading.get_rect(midtop=(place.centerx, place.top + round(10 * ui))))
+        y = place.top + round(14 * ui) + heading.get_height()
+        for line in self._lines(banner, place.width, ui):
+            text = self._fonts.render(line, size, ink)
+            surface.blit(text, text.get_rect(midtop=(place.centerx, y)))
+            y += round(21 * ui)

@@ -11,7 +11,8 @@ from vrg.games import UNKNOWN, game_of
 from vrg.games.game import title
 from vrg.ui import palette, shapes
 from vrg.ui.palette import ink_on
-from vrg.ui.scene import Scene, ScenePlayer, clock_text
+from vrg.ui.roster import RosterPainter
+from vrg.ui.scene import Scene, clock_text
 from vrg.ui.text import Face, Fonts
 
 KEYS: Final = (
@@ -24,11 +25,13 @@ KEYS: Final = (
     ("ARROWS", "steer"),
     ("ESC", "give it back"),
     ("P", "picture"),
+    ("F11", "whole screen"),
+    ("?", "these keys"),
     ("Q", "close window"),
 )
 
-PHYSICAL_RIM: Final = 2
-"""Pixels of white around the badge of a player with a physical robot, as around its body."""
+_PLAYERS_SHARE: Final = 0.45
+"""The part of the panel's height that the list of players may have."""
 
 
 @dataclass
@@ -38,6 +41,8 @@ class _Pen:
     surface: pygame.Surface
     left: int
     right: int
+    top: int
+    bottom: int
     y: int
 
     @property
@@ -50,6 +55,7 @@ class PanelPainter:
 
     def __init__(self, fonts: Fonts) -> None:
         self._fonts = fonts
+        self._roster = RosterPainter(fonts)
         self._game = UNKNOWN
 
     def draw(self, surface: pygame.Surface, area: pygame.Rect, scene: Scene, ui: float, driving: str | None) -> None:
@@ -60,7 +66,7 @@ class PanelPainter:
         surface.set_clip(area.clip(before))
         self._game = game_of(scene.game)
         pad = round(18 * ui)
-        pen = _Pen(surface, area.left + pad, area.right - pad, area.top + pad)
+        pen = _Pen(surface, area.left + pad, area.right - pad, area.top, area.bottom, area.top + pad)
         self._heading(pen, scene, ui)
         self._scores(pen, scene, ui)
         self._players(pen, scene, ui, driving)
@@ -69,8 +75,23 @@ class PanelPainter:
         if pen.y + keys + round(70 * ui) < floor:
             floor -= keys
             self._keys(pen, floor, ui)
+        else:
+            hint = self._fonts.render("? shows the keys", round(11 * ui), palette.MUTED)
+            floor -= hint.get_height() + round(4 * ui)
+            surface.blit(hint, (pen.left, floor))
         self._calls(pen, scene, ui, floor - round(8 * ui))
         surface.set_clip(before)
+
+    def help(self, surface: pygame.Surface, area: pygame.Rect, ui: float) -> None:
+        """List the keys on a plate in the middle of an area."""
+        width, pad = min(area.width - round(20 * ui), round(330 * ui)), round(16 * ui)
+        height = self._keys_height(ui) + 2 * pad
+        plate = pygame.Rect(0, 0, width, height)
+        plate.center = area.center
+        shapes.pill(surface, plate, palette.PANEL, 245, 10)
+        pygame.draw.rect(surface, palette.LINE, plate, 1, border_radius=10)
+        pen = _Pen(surface, plate.left + pad, plate.right - pad, plate.top, plate.bottom, plate.top + pad)
+        self._keys(pen, plate.top + pad, ui)
 
     def _heading(self, pen: _Pen, scene: Scene, ui: float) -> None:
         size = round(21 * ui)
@@ -137,46 +158,8 @@ class PanelPainter:
         if not scene.players:
             return
         self._section(pen, "PLAYERS", ui)
-        physical = {body.name for body in scene.bodies if body.physical}
-        for player in scene.players:
-            self._player(pen, player, ui, driven=player.name == driving, physical=player.name in physical)
-        pen.y += round(10 * ui)
-
-    def _player(self, pen: _Pen, player: ScenePlayer, ui: float, *, driven: bool, physical: bool) -> None:
-        row = round(24 * ui)
-        if driven:
-            back = pygame.Rect(pen.left - round(8 * ui), pen.y, pen.width + round(16 * ui), row)
-            shapes.pill(pen.surface, back, palette.mix(palette.PANEL, palette.CAUTION, 0.22), radius=6)
-        style = self._game.style(player.role, player.state)
-        middle = pen.y + row // 2
-        badge = pygame.Rect(0, 0, round(18 * ui), round(18 * ui))
-        badge.center = (pen.left + badge.width // 2, middle)
-        if physical:
-            shapes.pill(pen.surface, badge.inflate(2 * PHYSICAL_RIM, 2 * PHYSICAL_RIM), palette.TEXT, radius=6)
-        shapes.pill(pen.surface, badge, style.colour, radius=4)
-        shapes.marker(pen.surface, badge.center, 1.5708, badge.width * 0.32, palette.INK, style.marker)
-        columns = (0.10, 0.42, 0.62)
-        quiet = player.out_of_play
-        does = player.state if quiet else player.mode.rpartition("/")[2] or player.state
-        state = "by hand" if driven or player.manual else does
-        cells = (
-            (player.name, Face.BOLD, palette.MUTED if quiet else palette.TEXT),
-            (player.role, Face.REGULAR, style.colour if not quiet else palette.MUTED),
-            (state, Face.REGULAR, palette.CAUTION if state == "by hand" else palette.MUTED),
-        )
-        size = round(13 * ui)
-        for (words, face, colour), begin, end in zip(cells, columns, (*columns[1:], 1.0), strict=True):
-            room = round(pen.width * (end - begin)) - round(6 * ui)
-            text = self._fonts.render(self._fonts.shorten(words, room, size, face), size, colour, face)
-            pen.surface.blit(text, text.get_rect(midleft=(pen.left + round(pen.width * begin), middle)))
-        pen.y += row
-        if player.fault:
-            size = round(11 * ui)
-            indent = round(pen.width * columns[0])
-            for line in self._fonts.wrap(player.fault, pen.width - indent, size, lines=3):
-                warning = self._fonts.render(line, size, palette.CAUTION)
-                pen.surface.blit(warning, (pen.left + indent, pen.y))
-                pen.y += round(15 * ui)
+        room = pygame.Rect(pen.left, pen.y, pen.width, round((pen.bottom - pen.top) * _PLAYERS_SHARE))
+        pen.y = self._roster.draw(pen.surface, room, scene, self._game, ui, driving) + round(10 * ui)
 
     def _calls(self, pen: _Pen, scene: Scene, ui: float, floor: int) -> None:
         """Write the last calls, the newest on top, as many as there is room for."""
@@ -205,7 +188,7 @@ class PanelPainter:
         return round((20 + 22 * ((len(KEYS) + 1) // 2)) * ui)
 
     def _keys(self, pen: _Pen, top: int, ui: float) -> None:
-        heading = _Pen(pen.surface, pen.left, pen.right, top)
+        heading = _Pen(pen.surface, pen.left, pen.right, pen.top, pen.bottom, top)
         self._section(heading, "KEYS", ui)
         rows = (len(KEYS) + 1) // 2
         size = round(11 * ui)

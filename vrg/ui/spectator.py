@@ -130,7 +130,9 @@ class Spectator(Node):
         for event in pygame.event.get():
             match event.type:
                 case pygame.KEYDOWN:
-                    controls.press(event.key, players, shift=bool(event.mod & pygame.KMOD_SHIFT))
+                    # On most keyboards ? is another key with SHIFT.
+                    key = pygame.K_QUESTION if getattr(event, "unicode", "") == "?" else event.key
+                    controls.press(key, players, shift=bool(event.mod & pygame.KMOD_SHIFT))
                 case pygame.KEYUP:
                     controls.release(event.key)
                 case pygame.WINDOWFOCUSLOST:
@@ -149,7 +151,13 @@ class Spectator(Node):
         window = pygame.display.get_surface()
         if window is None or self._painter is None:
             return
-        self._painter.draw(window, self._scene, self._controls.driving)
+        if self._controls.whole_screen:
+            self._controls.whole_screen = False
+            try:
+                pygame.display.toggle_fullscreen()
+            except pygame.error as error:
+                log.warning("the window cannot fill the screen: %s", error)
+        self._painter.draw(window, self._scene, self._controls.driving, keys=self._controls.help)
         pygame.display.flip()
         if self._controls.picture:
             self._controls.picture = False
