@@ -6,7 +6,8 @@ from collections.abc import Iterator
 import pytest
 
 from tests.system.conftest import Arena
-from tests.system.harness import MINNOWS, Match, long_match
+from tests.system.harness import MINNOWS, Match, long_match, short_match
+from vrg.bus.messages import Stage
 
 pytestmark = pytest.mark.system
 
@@ -31,3 +32,16 @@ def test_a_window_that_fails_is_opened_again_and_play_goes_on(watched: Match, fa
     assert observer.playing
     assert observer.moving(*MINNOWS)
     assert observer.heard.calls[calls:] == [], "nothing was called, nobody was halted"
+
+
+def test_the_end_is_shown_until_the_window_is_closed(arena: Arena, display: str) -> None:
+    match = arena.start(short_match("ending"), environment={"DISPLAY": display}, window=True)
+    try:
+        observer = match.observer
+        observer.wait_until(lambda: observer.state.stage is Stage.GAME_OVER, "the end", patience=90.0)
+        observer.time_passes(20.0, "the end to be read")
+        assert "close the window (Q) to end the match" in match.said()
+        match.child("spectator").terminate()
+        assert match.wait_ended() == 0
+    finally:
+        match.close()

@@ -31,8 +31,6 @@ from vrg.launch.result import ended_of, headline, plot, summary, write_result
 from vrg.launch.run_folder import RunFolder
 from vrg.ui.table import TerminalTable
 
-LINGER = 5.0
-"""The real time in s that windows stay open when the game is over."""
 ENDPOINTS_TRIED = 3
 """The number of endpoints that are tried. Launchers that are started together may choose the same one at first."""
 
@@ -192,9 +190,8 @@ def _play_processes(
             if table.ident is not None:
                 table.join()
 
-        linger = LINGER if show.window else 1.0
         try:
-            local.run(stop, progress=ready, started=started, ending=ending, linger=linger)
+            local.run(stop, progress=ready, started=started, ending=ending, until_closed=show.window)
         except LaunchError as failure:
             return local.state, failure
         return local.state, None

@@ -17,8 +17,10 @@ from vrg.launch.fork_server import ForkServer
 from vrg.launch.managed import ProcessSpec
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.running import RunningMatch, registered
-from vrg.launch.supervisor import Supervisor
+from vrg.launch.supervisor import WINDOW, Supervisor
 
+LINGER = 1.0
+"""The real time in s that all processes go on after the game is over, so that everybody hears how it ended."""
 POLL_PERIOD = 0.05
 """The real time in s between two looks at the processes."""
 
@@ -65,7 +67,7 @@ def specs(setup: MatchSetup, folder: RunFolder, endpoint: str, *, window: bool, 
     if record:
         found.append(node("recorder", "recorder", "recorder", essential=False))
     if window:
-        found.append(node("spectator", "spectator", "window", essential=False))
+        found.append(node(WINDOW, "spectator", "window", essential=False))
     for player in setup.players:
         waits = player.physical and bool(setup.companions)
         found.append(node(player.name, "player", player.name, group=2 if waits else 1, stop=0))
@@ -98,6 +100,7 @@ class LocalMatch:
         server: ForkServer | None = None,
     ) -> None:
         self._setup = setup
+        self._announce = announce
         self._folder = folder
         self.endpoint = endpoint
         self.state: RefereeState | None = None
@@ -142,7 +145,7 @@ class LocalMatch:
         progress: Callable[[str], None],
         started: Callable[[Session], None],
         ending: Callable[[], None],
-        linger: float,
+        until_closed: bool,
     ) -> None:
         """Start, supervise and stop the processes of the match. No process is left behind, whatever happens.
 
@@ -151,7 +154,7 @@ class LocalMatch:
             progress: called with the name of each process that is ready.
             started: called with the launcher's session when all processes are ready.
             ending: called before the processes are stopped.
-            linger: the real time in s that all processes go on after the game is over, for spectators.
+            until_closed: go on after the game is over until the window is closed.
 
         Raises:
             LaunchError: a process does not start or dies too often.
@@ -173,8 +176,11 @@ class LocalMatch:
                     if referee.latest is not None:
                         self.state = referee.latest.body
                     if self.state is not None and self.state.stage is Stage.GAME_OVER:
+                        shown = until_closed and supervisor.shows
+                        if over_since is None and shown:
+                            self._announce("the game is over: close the window (Q) to end the match")
                         over_since = over_since or time.monotonic()
-                        if time.monotonic() - over_since >= linger:
+                        if not shown and time.monotonic() - over_since >= LINGER:
                             break
         finally:
             try:

@@ -7,7 +7,7 @@ from typing import Any
 from vrg import __version__
 from vrg.bus.messages import RefereeState
 from vrg.config.setup import MatchSetup
-from vrg.coordinator.journal import read_journal
+from vrg.coordinator.journal import Record, read_journal
 from vrg.coordinator.match import DRAW, NOBODY
 from vrg.errors import JournalError
 from vrg.games import game_of
@@ -23,10 +23,7 @@ def write_result(setup: MatchSetup, folder: RunFolder, state: RefereeState | Non
         state: the last state of the referee; None if there is none.
         ended: how the match ended, in words, such as `game over` or `interrupted`.
     """
-    try:
-        _, records = read_journal(folder.journal)
-    except JournalError:
-        records = []
+    records = _records(folder)
     result: dict[str, Any] = {
         "match": setup.name,
         "game": setup.game,
@@ -76,6 +73,14 @@ def summary(result: dict[str, Any]) -> str:
     return f" ({', '.join(points)})" if points else ""
 
 
+def _records(folder: RunFolder) -> list[Record]:
+    """What the journal holds; nothing if it cannot be read."""
+    try:
+        return read_journal(folder.journal)[1]
+    except JournalError:
+        return []
+
+
 def _statistics(folder: RunFolder) -> dict[str, Any]:
     """The statistics that each process wrote when it stopped, by name."""
     found = {}
@@ -96,5 +101,8 @@ def plot(setup: MatchSetup, folder: RunFolder) -> None:
     """
     from vrg.ui.plot import plot_trajectories  # noqa: PLC0415 - matplotlib takes a second to load
 
-    title = f"{setup.name}: {game_of(setup.game).title}, seed {setup.seed}"
+    records = _records(folder)
+    winner = records[-1].standing.winner if records else None
+    won = {None: "", NOBODY: "", DRAW: "; a draw"}.get(winner, f"; {winner} win")
+    title = f"{setup.name}: {game_of(setup.game).title}, seed {setup.seed}{won}"
     plot_trajectories(folder.recordings(), folder.plot, title=title)

@@ -21,6 +21,8 @@ ROUTER_START = 10.0
 """The real time in s from a router's start after which it must answer."""
 QUIET = 10.0
 """The real time in s without a sign of life of any process after which a person is told."""
+WINDOW = "spectator"
+"""The name of the process of the window that the launcher opens."""
 LINES = 15
 """The number of last lines of a log that are shown when a process has ended."""
 _LOOK = 0.02
@@ -64,6 +66,11 @@ class Supervisor:
         self._cut_since: float | None = None
         self._told_of_quiet = False
         self.processes = [ManagedProcess(spec, logs / f"{spec.name}.log", server or ForkServer()) for spec in specs]
+
+    @property
+    def shows(self) -> bool:
+        """Whether a window shows the match."""
+        return any(p.spec.name == WINDOW for p in self.processes)
 
     @property
     def _routers(self) -> list[ManagedProcess]:

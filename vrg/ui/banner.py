@@ -39,7 +39,7 @@ def banners(scene: Scene) -> list[Banner]:
     if not scene.live:
         found.append(Banner("NO CLOCK", ("No clock from the world: what you see is old, robots stop.",), palette.LOST))
     if scene.stage is Stage.GAME_OVER:
-        found.append(Banner("GAME OVER", _result(scene), palette.GOOD))
+        found.append(Banner("GAME OVER", _result(scene), palette.GOOD, "Q closes the window"))
     elif scene.halted is not None and not scene.estop:
         latched = any(player.latched for player in scene.players)
         hint = "R lets robots clear their faults, then C continues" if latched else "C continues"
