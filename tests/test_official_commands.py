@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 from vrg.bus.messages import Estop
 from vrg.cli import make_app
 from vrg.commands import official
+from vrg.commands.options import whole_target
 from vrg.errors import BusError, ConfigError
 from vrg.launch.running import RunningMatch, registered
 
@@ -78,3 +79,11 @@ def test_somebody_elses_match_must_be_named(ordered: list[tuple[str, bool]]) -> 
             assert "the only match that runs here is theirs, started in /somewhere/else" in str(done.exception)
         run("estop", "--release", "--match", "theirs")
     assert ordered == [("theirs", False)]
+
+
+def test_a_module_in_the_working_folder_is_meant_by_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").touch()
+    assert whole_target("mine:Mine") == whole_target("mine.py:Mine") == f"{tmp_path / 'mine.py'}:Mine"
+    assert whole_target("elsewhere.players:Mine") == "elsewhere.players:Mine"
+    assert whole_target("sharks-and-minnows") == "sharks-and-minnows"

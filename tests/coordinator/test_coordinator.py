@@ -292,6 +292,15 @@ def test_whom_a_person_has_disqualified_does_not_come_back_by_reporting(table: T
     assert table.calls[-1].rule == "refused"
 
 
+def test_a_match_in_which_everybody_is_out_but_one_returns_goes_on(table: Table) -> None:
+    table.ticks(2)
+    for name in table.places:
+        table.hear(KEYS.official, m.Official(action=m.OfficialAction.DISQUALIFY, by="ann", subject=name))
+    table.hear(KEYS.official, m.Official(action=m.OfficialAction.REINSTATE, by="ann", subject="m1"))
+    table.tick()
+    assert "game over: everybody is disqualified" not in [call.text for call in table.calls]
+
+
 def test_a_match_in_which_everybody_is_disqualified_ends(table: Table) -> None:
     table.ticks(2)
     for name in table.places:

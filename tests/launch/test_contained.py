@@ -151,6 +151,25 @@ def test_the_culprit_is_named_and_the_others_play_on(
     assert "broken.py" in (tmp_path / "logs" / "bob.log").read_text()
 
 
+def test_what_is_printed_now_and_then_is_no_flood_however_fast_the_match_is(tmp_path: Path) -> None:
+    """By match time it is 30 kB a second; all of it is printed within a second or two."""
+    (tmp_path / "broken.py").write_text(
+        "from vrg.games.sharks_and_minnows.player import SharksAndMinnowsPlayer\n\n\n"
+        "class Chatty(SharksAndMinnowsPlayer):\n    def act(self, view):\n"
+        "        print('x' * 15_000)\n        return super().act(view)\n"
+    )
+    text = short_match("chatty").replace('name = "bob"', 'name = "bob"\nstrategy = "broken.py:Chatty"')
+    (tmp_path / "match.toml").write_text(text)
+    run = RunFolder(tmp_path)
+    run.prepare()
+    setup = load_match(tmp_path / "match.toml")
+    with open_journal(setup, run) as journal:
+        ending = play(setup, journal, limit=300.0, logs=run.logs)
+    bob = ending.state.player("bob")
+    assert bob is not None
+    assert bob.state != DISQUALIFIED
+
+
 def test_who_fails_once_goes_on_with_a_fresh_strategy(tmp_path: Path) -> None:
     ending, calls = played(tmp_path, "Once")
     assert ending.state.stage is Stage.GAME_OVER

@@ -80,6 +80,23 @@ def test_a_run_can_be_played_again_without_what_it_was_played_from(match: Path, 
     assert (again / "files" / "1" / "kept_talk" / "words.py").read_text() == "HELLO = 'other'\n"
 
 
+def test_a_package_that_holds_the_runs_is_not_copied_into_itself(tmp_path: Path) -> None:
+    team = tmp_path / "kept_team"
+    team.mkdir()
+    (team / "__init__.py").touch()
+    (team / "player.py").write_text(
+        "from vrg.games.sharks_and_minnows.player import SharksAndMinnowsPlayer as Player\n"
+    )
+    text = short_match("inside").replace('name = "ann"', 'name = "ann"\nstrategy = "kept_team.player:Player"')
+    (tmp_path / "match.toml").write_text(text)
+    command = ["play", str(tmp_path / "match.toml"), "--in-process", "--no-record", "--runs", str(team / "runs")]
+    for _ in range(3):
+        assert CliRunner().invoke(make_app("play"), command).exit_code == 0
+    for run in (team / "runs").iterdir():
+        assert (run / "kept_team" / "player.py").is_file()
+        assert not list((run / "kept_team").rglob("match.toml"))
+
+
 def test_what_the_launcher_did_not_make_any_more_is_made_later(tmp_path: Path) -> None:
     (tmp_path / "match.toml").write_text(short_match("late"))
     runner = CliRunner()

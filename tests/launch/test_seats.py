@@ -1,0 +1,114 @@
+"""What the referee is told of players that have failed for good, and for how long; nothing is started here."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from msgspec import structs
+
+from vrg.bus.codec import Received
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import (
+    DISQUALIFIED,
+    Official,
+    OfficialAction,
+    PlayerStatus,
+    RefereeState,
+    SeatAnswer,
+    SeatRequest,
+    Stage,
+)
+from vrg.bus.topics import Keys
+from vrg.launch.fork_server import ForkServer
+from vrg.launch.managed import ManagedProcess, ProcessSpec
+from vrg.launch.seats import Seats
+
+KEYS = Keys("seats")
+
+
+class Bench:
+    """The seats of a match with one player, `ann`, whose process never runs; the referee is the test."""
+
+    def __init__(self, folder: Path, *, disqualify: bool) -> None:
+        self.mailbox = Mailbox()
+        self.announced: list[str] = []
+        self.seats = Seats(self.mailbox, KEYS, self.announced.append, disqualify=disqualify, memory=1000)
+        spec = ProcessSpec("ann", ("player", "tcp/127.0.0.1:1", str(folder), "ann"), "pulse", 1, 0, seat=True)
+        self.process = ManagedProcess(spec, folder / "ann.log", ForkServer())
+        self.now = 100.0
+        self.state = RefereeState(
+            game="g", stage=Stage.PLAY_ROUND, halted=None, way_out=None, waiting=[], clock=0.0, total=0.0, round=1,
+            rounds=1, score={}, zones=[],
+            players=[PlayerStatus(name="ann", team="t", role="r", state="active", may_move=True, radius=0.3)],
+        )  # fmt: skip
+
+    def hear(self, body: Any) -> None:
+        for inlet in self.mailbox.inlets:
+            if inlet.topic.type is type(body):
+                inlet.offer(Received(inlet.topic.key, 0.0, 0, body))
+        self.mailbox.handover(0.0)
+
+    def look(self, seconds: float = 1.1, **state: Any) -> list[Any]:
+        """A second later: what is published."""
+        self.now += seconds
+        self.hear(structs.replace(self.state, **state))
+        self.seats.look([self.process], self.now)
+        return [out.message.body for out in self.mailbox.collect()]
+
+    def disqualified(self) -> list[PlayerStatus]:
+        return [structs.replace(self.state.players[0], state=DISQUALIFIED)]
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Bench:
+    return Bench(tmp_path, disqualify=True)
+
+
+def test_the_referee_is_told_again_until_it_has_done_it_and_not_longer(bench: Bench) -> None:
+    bench.seats.vacate(bench.process, "ann: it hangs")
+    for _ in range(3):
+        (told,) = bench.look()
+        assert (told.action, told.subject, told.reason) == (OfficialAction.DISQUALIFY, "ann", "it hangs")
+    assert bench.look(0.2) == [], "not at every look"
+    for _ in range(3):
+        assert bench.look(players=bench.disqualified()) == []
+    assert "ann: it hangs: disqualified" in bench.announced[0]
+
+
+def test_nobody_is_told_when_the_game_is_over(bench: Bench) -> None:
+    bench.seats.vacate(bench.process, "it hangs")
+    bench.look()
+    assert bench.look(stage=Stage.GAME_OVER) == []
+
+
+def test_a_match_that_is_to_halt_is_halted_until_the_player_is_out(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, disqualify=False)
+    bench.seats.vacate(bench.process, "it hangs")
+    (told,) = bench.look()
+    assert (told.action, told.reason) == (OfficialAction.HALT, "ann: it hangs")
+    assert bench.look(halted="called by hannah") != [], "that is another halt"
+    assert bench.look(halted="called by launcher (ann: it hangs)") == []
+    assert bench.look(players=bench.disqualified()) == [], "an official has taken it out: play may go on"
+
+
+def test_somebody_else_who_plays_for_it_is_not_disqualified(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vrg.launch.seats.time.monotonic", lambda: bench.now)
+    bench.seats.vacate(bench.process, "it hangs")
+    bench.seats.take("ann", bench.now + 0.1)
+    assert "ann" in bench.seats.vacant, "that was the last sign of the process that has ended"
+    bench.seats.take("ann", bench.now + 5.0)
+    assert bench.look() == []
+
+
+def test_a_request_for_nobody_is_refused(bench: Bench) -> None:
+    bench.hear(SeatRequest(player="nemo", strategy="mine.py:Mine", by="bob", id="7"))
+    (answer,) = [body for body in bench.look() if isinstance(body, SeatAnswer)]
+    assert answer.id == "7"
+    assert answer.refused == "expected a player of this match (ann), got 'nemo'"
+
+
+def test_no_decision_is_longer_than_its_message(bench: Bench) -> None:
+    bench.seats.vacate(bench.process, "x" * 5000)
+    (told,) = bench.look()
+    assert isinstance(told, Official)
+    assert len(told.reason) == 300
