@@ -46,14 +46,14 @@ def place_of(trace: TracebackType | None) -> str:
         return ""
     foreign = [frame for frame in frames if is_students(frame.filename)]
     frame = (foreign or frames)[-1]
-    return f"{Path(frame.filename).name}, line {frame.lineno}, in {frame.name}"
+    return place_text(frame.filename, frame.lineno, frame.name)
 
 
 def place_of_frame(frame: FrameType | None) -> str:
     """The innermost place of a stack that is a student's, such as `ann.py, line 7, in act`; empty if there is none."""
     while frame is not None:
         if is_students(frame.f_code.co_filename):
-            return f"{Path(frame.f_code.co_filename).name}, line {frame.f_lineno}, in {frame.f_code.co_name}"
+            return place_text(frame.f_code.co_filename, frame.f_lineno, frame.f_code.co_name)
         frame = frame.f_back
     return ""
 
@@ -61,7 +61,12 @@ def place_of_frame(frame: FrameType | None) -> str:
 def place_of_method(owner: object, name: str) -> str:
     """Where a method of an object is written, such as `ann.py, line 7, in act`; empty if nobody can tell."""
     code = getattr(getattr(owner, name, None), "__code__", None)
-    return "" if code is None else f"{Path(code.co_filename).name}, line {code.co_firstlineno}, in {name}"
+    return "" if code is None else place_text(code.co_filename, code.co_firstlineno, name)
+
+
+def place_text(file: str, line: object, name: str) -> str:
+    """A place in a program as it is told, such as `ann.py, line 7, in act`."""
+    return f"{Path(file).name}, line {line}, in {name}"
 
 
 def is_students(file: str) -> bool:

@@ -1,5 +1,6 @@
 """TOML as text: the line of each field, which neither tomllib nor pydantic tells, and the replacement of values."""
 
+import json
 import re
 import tomllib
 from collections.abc import Iterator, Sequence
@@ -96,7 +97,12 @@ def with_values(text: str, values: dict[str, str | int | float | bool]) -> str:
     return "\n".join([*fresh, *lines]) + "\n"
 
 
+def quoted(text: str) -> str:
+    """A text as a TOML string, which has the same escapes as one of JSON."""
+    return json.dumps(text, ensure_ascii=False)
+
+
 def _toml(value: str | float | bool) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
-    return f'"{value}"' if isinstance(value, str) else repr(value)
+    return quoted(value) if isinstance(value, str) else repr(value)

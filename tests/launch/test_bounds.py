@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.system.harness import wait_until
 from vrg.blame import DecisionTimeoutError, OutputFloodError
 from vrg.launch import bounds
 from vrg.launch.bounds import Bounded, DecisionAlarm, MemoryBound, printing_to
@@ -86,9 +87,9 @@ class TestLog:
         with log.open() as output:
             process = subprocess.Popen([sys.executable, str(program)], stdout=output, stderr=output)
         try:
-            _until(lambda: "ready" in log.last_words(1))
+            wait_until(lambda: "ready" in log.last_words(1), "it to be ready")
             process.send_signal(signal.SIGUSR1)
-            _until(lambda: log.place(0))
+            wait_until(lambda: log.place(0), "it to say where it is")
             assert log.place(0) in ("stuck.py, line 3, in spin", "stuck.py, line 4, in spin")
             assert log.place(log.size) == "", "an old dump is no news"
         finally:
@@ -140,7 +141,7 @@ class TestTime:
         with DecisionAlarm(None) as alarm:
             look = alarm._look
             signal.signal(signal.SIGALRM, lambda number, frame: (looks.append(number), look(number, frame))[1])
-            _until(lambda: len(looks) > 20)
+            wait_until(lambda: len(looks) > 20, "twenty looks")
 
     def test_its_signal_is_given_back(self) -> None:
         before = signal.getsignal(signal.SIGALRM)
@@ -163,10 +164,3 @@ def _decide_for_ever(alarm: DecisionAlarm) -> None:
                 time.sleep(0.01)
             except Exception:
                 continue
-
-
-def _until(condition: object) -> None:
-    deadline = time.monotonic() + 30.0
-    while not condition():  # type: ignore[operator]
-        assert time.monotonic() < deadline
-        time.sleep(0.01)

@@ -105,7 +105,7 @@ class Radio:
         """
         now = self._mailbox.now
         for message in self._inlet.take():
-            speaker = name_of(message.key.rsplit("/", 1)[1])
+            speaker = _speaker(message.key)
             if speaker == self._name:
                 continue
             delay = self._link.delay(
@@ -123,10 +123,7 @@ class Radio:
         self._coming.sort(key=lambda item: (item[0], item[1].key, item[1].sequence))
         arrived = [message for due, message in self._coming if due <= now + 1e-9]
         self._coming = self._coming[len(arrived) :]
-        return [
-            Heard(name_of(message.key.rsplit("/", 1)[1]), message.stamp, _decode(message.body.words))
-            for message in arrived
-        ]
+        return [Heard(_speaker(message.key), message.stamp, _decode(message.body.words)) for message in arrived]
 
 
 def plain(value: object) -> object:
@@ -151,3 +148,8 @@ def _decode(words: bytes) -> Any:
         return msgspec.msgpack.decode(words)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
         return words
+
+
+def _speaker(key: str) -> str:
+    """Who has said what came on this key."""
+    return name_of(key.rsplit("/", 1)[1])

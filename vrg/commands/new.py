@@ -1,7 +1,6 @@
 """The command `vrg new`, which writes a player, a match, a map or a driver to begin with. Each works as it is."""
 
 import ast
-import json
 import keyword
 import os
 import re
@@ -17,6 +16,7 @@ import typer
 from vrg.bus.names import NAME_RULE, is_name
 from vrg.errors import ConfigError
 from vrg.templates import filled
+from vrg.toml_text import quoted
 
 app = typer.Typer(no_args_is_help=True, help="Write a player, a match, a map or a driver to begin with.")
 
@@ -58,7 +58,7 @@ def match(
     if player is None:
         strategy = '# strategy = "ann.py:Ann"'.ljust(32) + "# your own player, in a file beside this one"
     else:
-        strategy = f"strategy = {_quoted(_seen_from(folder, player))}"
+        strategy = f"strategy = {quoted(_seen_from(folder, player))}"
     file = folder / f"{name}.toml"
     _write({file: filled("match.toml.template", name=name, strategy=strategy)})
     if player is None:
@@ -73,7 +73,7 @@ def new_map(name: NameArgument, folder: FolderOption = Path()) -> None:
     _check_name(name)
     file = folder / f"{name}.toml"
     _write({file: filled("map.toml.template", name=name)})
-    typer.echo(f"\nA match file beside it names it by this line:\n\n    map = {_quoted(file.name)}")
+    typer.echo(f"\nA match file beside it names it by this line:\n\n    map = {quoted(file.name)}")
 
 
 @app.command()
@@ -177,8 +177,3 @@ def _write(files: Mapping[Path, str]) -> None:
 
 def _already_there(path: Path) -> str:
     return f"{path}: already there, and never overwritten: choose another name, or another folder by --folder"
-
-
-def _quoted(text: str) -> str:
-    """A text as a TOML string, which has the same escapes as one of JSON."""
-    return json.dumps(text, ensure_ascii=False)

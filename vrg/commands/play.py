@@ -22,6 +22,15 @@ def _known_engine(engine: str | None) -> str | None:
 EngineOption = Annotated[
     str | None, typer.Option(callback=_known_engine, help="Physics engine that replaces the match file's.")
 ]
+InProcessOption = Annotated[
+    bool, typer.Option("--in-process", help="Play in one process, in lockstep, without the bus.")
+]
+RateOption = Annotated[
+    str | None, typer.Option(metavar="X|max", help="Match seconds per second; max only in one process.")
+]
+HeadlessOption = Annotated[bool, typer.Option("--headless", help="Open no window, even if there is a display.")]
+RunsOption = Annotated[Path, typer.Option(help="Folder in which the run folder is made.")]
+RecordOption = Annotated[bool, typer.Option(help="Record for Foxglove and the plot.")]
 SeedOption = Annotated[int | None, typer.Option(min=0, help="Seed that replaces the match file's.")]
 
 
@@ -43,17 +52,13 @@ def check(match: MatchArgument) -> None:
 
 def play(
     match: MatchArgument,
-    in_process: Annotated[
-        bool, typer.Option("--in-process", help="Play in one process, in lockstep, without the bus.")
-    ] = False,
+    in_process: InProcessOption = False,
     engine: EngineOption = None,
-    rate: Annotated[
-        str | None, typer.Option(metavar="X|max", help="Match seconds per second; max only in one process.")
-    ] = None,
+    rate: RateOption = None,
     seed: SeedOption = None,
-    headless: Annotated[bool, typer.Option("--headless", help="Open no window, even if there is a display.")] = False,
-    runs: Annotated[Path, typer.Option(help="Folder in which the run folder is made.")] = Path("runs"),
-    record: Annotated[bool, typer.Option(help="Record for Foxglove and the plot.")] = True,
+    headless: HeadlessOption = False,
+    runs: RunsOption = Path("runs"),
+    record: RecordOption = True,
 ) -> None:
     """Play a match on this machine, show it, and say who won and where the run is recorded."""
     speed = rate_of(rate, in_process)

@@ -9,9 +9,19 @@ from typing import Annotated
 import typer
 
 from vrg.commands.options import whole_target
-from vrg.commands.play import EngineOption, SeedOption, rate_of
+from vrg.commands.play import (
+    EngineOption,
+    HeadlessOption,
+    InProcessOption,
+    RateOption,
+    RecordOption,
+    RunsOption,
+    SeedOption,
+    rate_of,
+)
 from vrg.errors import ConfigError
 from vrg.launch.fork_server import fork_server
+from vrg.toml_text import quoted
 from vrg.types import Pose
 
 _STEP = 1.5
@@ -34,15 +44,13 @@ def practice(
     seconds: Annotated[
         float | None, typer.Option("--for", min=1, help="How long, s; until Ctrl-C if missing, 60 in one process.")
     ] = None,
-    in_process: Annotated[bool, typer.Option("--in-process", help="In one process, without the bus.")] = False,
+    in_process: InProcessOption = False,
     engine: EngineOption = None,
-    rate: Annotated[
-        str | None, typer.Option(metavar="X|max", help="Match seconds per second; max only in one process.")
-    ] = None,
+    rate: RateOption = None,
     seed: SeedOption = None,
-    headless: Annotated[bool, typer.Option("--headless", help="Open no window, even if there is a display.")] = False,
-    runs: Annotated[Path, typer.Option(help="Folder in which the run folder is made.")] = Path("runs"),
-    record: Annotated[bool, typer.Option(help="Record for Foxglove and the plot.")] = True,
+    headless: HeadlessOption = False,
+    runs: RunsOption = Path("runs"),
+    record: RecordOption = True,
 ) -> None:
     """Try a player on a map: nobody judges it. In the window TAB and the arrow keys drive a robot by hand."""
     speed = rate_of(rate, in_process)
@@ -88,16 +96,16 @@ def match_text(
     if len(places) < robots:
         raise ConfigError([f"--robots: map {ground.name!r} has room for {len(places)}, got {robots}"])
     lines = [
-        'name = "practice"', 'game = "practice"', f"map = {_quoted(_whole(map_))}", "[rules]",
+        'name = "practice"', 'game = "practice"', f"map = {quoted(_whole(map_))}", "[rules]",
         f"x = [{x_min}, {x_max}]", f"y = [{y_min}, {y_max}]", f"time = {seconds}",
     ]  # fmt: skip
     for number, pose in enumerate(places, 1):
         lines += [
-            "[[players]]", f'name = "robot{number}"', 'role = "player"', f"model = {_quoted(model)}",
+            "[[players]]", f'name = "robot{number}"', 'role = "player"', f"model = {quoted(model)}",
             f"x = {pose.x:.3f}", f"y = {pose.y:.3f}", f"heading = {math.degrees(pose.theta):.1f}",
         ]  # fmt: skip
         if strategy is not None:
-            lines.append(f"strategy = {_quoted(strategy)}")
+            lines.append(f"strategy = {quoted(strategy)}")
     return "\n".join(lines) + "\n"
 
 
@@ -114,7 +122,3 @@ def _around(x: float, y: float, heading: float, bounds: tuple[float, float, floa
 
 def _whole(map_: str) -> str:
     return str(Path(map_).resolve()) if map_.endswith(".toml") else map_
-
-
-def _quoted(text: str) -> str:
-    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'

@@ -9,7 +9,7 @@ from collections import deque
 from pathlib import Path
 from typing import IO
 
-from vrg.blame import is_students
+from vrg.blame import is_students, place_text
 
 LONGEST = 5_000_000
 """The size in bytes above which a log is moved to one with the ending `.1`, and begins anew."""
@@ -60,7 +60,7 @@ class ProcessLog:
         """
         dump = self._tail(since).rpartition("(most recent call first):")
         frames = [m for m in _FRAME.finditer(dump[2]) if is_students(m["file"])] if dump[1] else []
-        return f"{Path(frames[0]['file']).name}, line {frames[0]['line']}, in {frames[0]['name']}" if frames else ""
+        return place_text(frames[0]["file"], frames[0]["line"], frames[0]["name"]) if frames else ""
 
     def grow(self, now: float) -> int:
         """Look how much was written within FLOOD_WINDOW, bytes, and begin the file anew if it is too long.
