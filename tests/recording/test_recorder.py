@@ -26,9 +26,10 @@ from vrg.hal.models.pioneer import P2AT
 from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.laser import Laser
 from vrg.hal.sensors.touch import Touch
+from vrg.hal.sim.map import WALL_HEIGHT
 from vrg.recording.reader import read_setting, read_tracks
 from vrg.recording.recorder import Recorder
-from vrg.types import Pose
+from vrg.types import Pose, Twist
 
 
 def test_a_viewer_finds_schemas_it_knows(file):
@@ -43,7 +44,8 @@ def test_a_viewer_finds_schemas_it_knows(file):
     assert names["/player/nemo/report"] == "vrg.Report"
     assert {schema.encoding for schema in schemas.values()} == {"jsonschema"}
     assert {channel.message_encoding for channel in summary.channels.values()} == {"json"}
-    assert summary.statistics.channel_message_counts[1] == 400
+    [pose] = [number for number, channel in summary.channels.items() if channel.topic == "/robot/nemo/pose"]
+    assert summary.statistics.channel_message_counts[pose] == 400
 
 
 def test_times_are_match_time_in_nanoseconds(file):
@@ -53,10 +55,14 @@ def test_times_are_match_time_in_nanoseconds(file):
     assert json.loads(poses[11][2].data)["timestamp"] == {"sec": 1, "nsec": 100_000_000}
 
 
-def test_the_scene_shows_robots_and_zones_at_every_instant(file):
+def entities_of(message):
+    return {entity["id"]: entity for entity in json.loads(message.data)["entities"]}
+
+
+def test_the_scene_shows_robots_at_every_instant(file):
     for _, _, message in messages_of(file, topics="/scene")[::50]:
-        entities = {entity["id"]: entity for entity in json.loads(message.data)["entities"]}
-        assert set(entities) == {*synthetic.NAMES, "zone:field", "zone:safe zone", "zone:start"}
+        entities = entities_of(message)
+        assert set(entities) == set(synthetic.NAMES)
         place = entities["nemo"]["cubes"][0]["pose"]["position"]
         assert place["x"] == synthetic.pose_at("nemo", message.log_time / 1e9).x
     colours = {name: json.dumps(entities[name]["cubes"][0]["color"]) for name in synthetic.NAMES}
@@ -66,10 +72,61 @@ def test_the_scene_shows_robots_and_zones_at_every_instant(file):
 
 def test_the_colours_of_the_scene_are_the_games(file):
     _, _, message = messages_of(file, topics="/scene")[0]
-    entities = {entity["id"]: entity for entity in json.loads(message.data)["entities"]}
+    entities = entities_of(message)
     for name, colour in (("bruce", VERMILLION), ("nemo", SKY_BLUE)):
         drawn = entities[name]["cubes"][0]["color"]
         assert [round(255 * drawn[part]) for part in "rgb"] == list(colour)
+
+
+def test_the_whole_field_is_shown_anew_when_its_zones_change(file):
+    fields = messages_of(file, topics="/field")
+    assert [message.log_time for _, _, message in fields] == [0, 20_100_000_000], "the ends swap after the first pass"
+    for _, _, message in fields:
+        assert set(entities_of(message)) == {"zone:field", "zone:safe zone", "zone:start"}
+        assert [deleted["type"] for deleted in json.loads(message.data)["deletions"]] == [1], "all of what was shown"
+    north, south = (entities_of(message)["zone:safe zone"]["lines"][0]["points"][0]["y"] for _, _, message in fields)
+    assert north > south
+
+
+def test_walls_and_obstacles_are_blocks_as_high_as_in_the_world(tmp_path):
+    path = tmp_path / "match.mcap"
+    record(path, 1.0, obstacles=synthetic.OBSTACLES).stop()
+    [(schema, _, message)] = messages_of(path, topics="/map")
+    assert schema.name == "foxglove.SceneUpdate"
+    blocks = entities_of(message)
+    assert set(blocks) == {"obstacle:0", "obstacle:1", "obstacle:2"}
+    [wall] = blocks["obstacle:0"]["triangles"]
+    assert {(p["x"], p["y"]) for p in wall["points"]} == set(synthetic.OBSTACLES[0].outline())
+    assert {p["z"] for p in wall["points"]} == {0.0, WALL_HEIGHT}
+    assert len(wall["indices"]) == 3 * (2 + 2 * 4), "two triangles on top and two on each of four sides"
+    corners = np.array([[p["x"], p["y"], p["z"]] for p in wall["points"]])
+    triangles = corners[np.array(wall["indices"])].reshape(-1, 3, 3)
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    outward = ((triangles.mean(axis=1) - corners.mean(axis=0)) * normals).sum(axis=1)
+    assert (outward > 0).all(), "a viewer may draw only the sides that face it"
+
+
+def test_how_a_robot_moves_and_is_told_to_move_and_its_battery_are_recorded(tmp_path):
+    path = tmp_path / "match.mcap"
+    recorder = record(path, 0.1)
+    match = synthetic.Match(KEYS)
+    for number, charge in enumerate((0.5001, 0.5002, 0.4, None)):
+        command = None if charge is None else Twist(0.1 * number, -0.2)
+        said = m.Report(mode="x", armed=True, command=command, battery=charge)
+        match.say(recorder.mailbox, KEYS.report("nemo"), said, 1.0 + number / 10, number)
+        recorder.mailbox.handover(1.0 + number / 10)
+        recorder.tick(Tick(1.0 + number / 10))
+    recorder.stop()
+
+    def written(topic):
+        return [(message.log_time / 1e9, json.loads(message.data)) for _, _, message in messages_of(path, topics=topic)]
+
+    assert [(body["v"], body["w"]) for _, body in written("/robot/nemo/twist")] == [(0.9, 0.1)]
+    commands = written("/robot/nemo/command")
+    assert [at for at, _ in commands] == pytest.approx([1.0, 1.1, 1.2])
+    assert [body["v"] for _, body in commands] == pytest.approx([0.0, 0.1, 0.2])
+    assert [body["charge"] for _, body in written("/robot/nemo/battery")] == [0.5, 0.4], "what changed, and no more"
+    assert [body["mode"] for _, body in written("/player/nemo/report")] == ["Minnow/Cross", "x"]
 
 
 def test_a_zone_of_any_shape_is_outlined_in_the_scene_and_read_back(tmp_path):
@@ -77,8 +134,8 @@ def test_a_zone_of_any_shape_is_outlined_in_the_scene_and_read_back(tmp_path):
     recorder = Recorder("recorder", Mailbox(), KEYS, path)
     synthetic.Match(KEYS).step(recorder, 0.0, 0, zones=synthetic.four_shapes())
     recorder.stop()
-    [(_, _, message)] = messages_of(path, topics="/scene")
-    entities = {entity["id"]: entity for entity in json.loads(message.data)["entities"]}
+    [(_, _, message)] = messages_of(path, topics="/field")
+    entities = entities_of(message)
     for zone in synthetic.four_shapes():
         [line] = entities[f"zone:{zone.name}"]["lines"]
         assert [(point["x"], point["y"]) for point in line["points"]] == zone.region.outline()
@@ -103,7 +160,7 @@ def test_a_game_that_is_not_installed_here_is_recorded_too(tmp_path, game):
     recorder.stop()
     assert read_setting(path).game == game
     _, _, message = messages_of(path, topics="/scene")[0]
-    entities = {entity["id"]: entity for entity in json.loads(message.data)["entities"]}
+    entities = entities_of(message)
     assert entities["bruce"]["cubes"][0]["color"]["r"] == game_of(game).style("shark", "active").colour[0] / 255
 
 
@@ -140,7 +197,7 @@ def test_a_measured_pose_is_kept_as_it_came_beside_where_the_world_shows_the_rob
 
 def test_physical_robots_have_a_rim_in_the_scene(file):
     _, _, message = messages_of(file, topics="/scene")[0]
-    entities = {entity["id"]: entity for entity in json.loads(message.data)["entities"]}
+    entities = entities_of(message)
     assert {name for name in synthetic.NAMES if entities[name]["lines"]} == {"bruce", "nemo"}
 
 
@@ -159,7 +216,7 @@ def recorded_readings(path, said, **options):
     recorder.tick(Tick(0.0))
     recorder.stop()
     assert recorder.fault is None
-    own = ("/scene", "/robot/nemo/pose")
+    own = ("/scene", "/robot/nemo/pose", "/robot/nemo/twist")
     return [
         (schema.name, channel.topic, json.loads(message.data))
         for schema, channel, message in messages_of(path)
@@ -318,4 +375,5 @@ def test_a_stamp_just_below_a_whole_second_is_a_valid_time(tmp_path):
     recorder.mailbox.handover(1.0)
     recorder.tick(Tick(1.0))
     recorder.stop()
-    assert json.loads(messages_of(path)[0][2].data)["timestamp"] == {"sec": 1, "nsec": 0}
+    [(_, _, message)] = messages_of(path, topics="/robot/nemo/pose")
+    assert json.loads(message.data)["timestamp"] == {"sec": 1, "nsec": 0}

@@ -28,13 +28,13 @@ def scene_at() -> Callable[..., Scene]:
     """Makes the scene at a time of the made-up match; fields of the referee's state can be replaced."""
 
     def make(time: float, *, live: bool = True, estop: bool = False, **changes: object) -> Scene:
-        builder = SceneBuilder(segments=synthetic.SEGMENTS, circles=synthetic.CIRCLES)
+        builder = SceneBuilder(obstacles=synthetic.OBSTACLES)
         for tick in range(int(time * 10) + 1):
             builder.clock(m.Clock(time=tick / 10, tick=tick, epoch=0, rate=1.0, estop=estop))
             builder.poses(synthetic.poses(tick / 10), tick / 10)
         builder.referee(synthetic.state(time, **changes))
         for call in synthetic.calls(time):
-            builder.call(call)
+            builder.call(call, call.clock)
         return builder.build(live)
 
     return make

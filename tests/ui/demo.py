@@ -13,7 +13,7 @@ def main() -> None:
     """Run in real time until the window is closed."""
     keys = Keys("demo")
     window = Spectator(
-        "demo", Mailbox(), keys, segments=synthetic.SEGMENTS, circles=synthetic.CIRCLES, pictures=Path("/tmp")
+        "demo", Mailbox(), keys, obstacles=synthetic.OBSTACLES, pictures=Path("/tmp")
     )
     match = synthetic.Match(keys)
     number = 0

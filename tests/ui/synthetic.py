@@ -22,8 +22,7 @@ MINNOWS = ("nemo", "marlin", "dory", "gill", "squirt")
 NAMES = (*SHARKS, *MINNOWS)
 TAGGED_AT = 9.0
 OUT_AT = 12.5
-SEGMENTS = ((16.0, -12.2, 26.0, -12.2), (26.8, -32.0, 26.8, -13.0))
-CIRCLES = ((21.0, -24.0, 0.35),)
+OBSTACLES = (Rectangle(16.0, -12.25, 26.0, -12.15), Rectangle(26.75, -32.0, 26.85, -13.0), Circle(21.0, -24.0, 0.35))
 
 
 def zones(passing: int = 1) -> list[m.Zone]:

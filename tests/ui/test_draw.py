@@ -237,7 +237,7 @@ def test_where_to_line_up_is_shown_before_a_round(scene_at):
 @pytest.mark.parametrize("size", [(1280, 800), (600, 900)])
 def test_a_zone_of_any_shape_is_drawn_as_far_as_it_reaches_and_no_further(scene_at, size):
     """Points just inside and just outside of the four shapes of synthetic.four_shapes."""
-    scene = dataclasses.replace(scene_at(0.0, zones=synthetic.four_shapes()), bodies=(), segments=(), circles=())
+    scene = dataclasses.replace(scene_at(0.0, zones=synthetic.four_shapes()), bodies=(), obstacles=())
     surface, view = painted(scene, size)
 
     def tinted(x, y):
@@ -261,7 +261,7 @@ def added_by(scene_at, monkeypatch):
     def differing(function, region, **words):
         field = m.Zone(name="field", kind="field", region=Rectangle(16.0, -32.0, 26.0, -13.0))
         zone = m.Zone(region=region, **words)
-        scene = dataclasses.replace(scene_at(0.0, zones=[field, zone]), bodies=(), segments=(), circles=())
+        scene = dataclasses.replace(scene_at(0.0, zones=[field, zone]), bodies=(), obstacles=())
         whole, view = painted(scene)
         with monkeypatch.context() as patch:
             patch.setattr(ground, function, lambda *_: None)

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 
 from tests.ui import synthetic
 from vrg.bus import messages as m
+from vrg.colours import ON_WHITE
 from vrg.recording.reader import read_calls, read_tracks
 from vrg.regions import Circle, Rectangle
 from vrg.ui import plot
@@ -48,8 +49,8 @@ def test_players_calls_and_zones_are_named(recorded, drawn, tmp_path):
     plot_trajectories(recorded, tmp_path / "plot.png")
     first, second = drawn
     assert set(synthetic.NAMES) <= set(words(first))
-    assert {"gill 0:09.0", "squirt 0:12.5", "safe zone", "start"} <= set(words(first))
-    assert "gill 0:09.0" not in words(second)
+    assert {"gill 0:09.0 by bruce", "squirt 0:12.5", "safe zone", "start"} <= set(words(first))
+    assert "gill 0:09.0 by bruce" not in words(second)
 
 
 def test_a_zone_of_any_shape_is_drawn_with_its_name_in_its_middle(recorded, drawn, tmp_path):
@@ -63,6 +64,30 @@ def test_a_zone_of_any_shape_is_drawn_with_its_name_in_its_middle(recorded, draw
         assert names[zone.name] == zone.region.middle
     assert [patch.get_hatch() for patch in first.patches] == [None, "//", None, None]
     assert not second.patches
+
+
+def test_walls_and_obstacles_are_drawn(recorded, drawn, tmp_path):
+    plot_trajectories(recorded, tmp_path / "plot.png", zones={1: []}, obstacles=synthetic.OBSTACLES)
+    wanted = [[list(point) for point in obstacle.outline()] for obstacle in synthetic.OBSTACLES]
+    assert [[patch.get_xy()[:-1].tolist() for patch in axes.patches] for axes in drawn] == [wanted, wanted]
+
+
+def test_players_are_in_the_order_in_which_people_count():
+    names = ["p10", "p2", "p1", "a10b2", "a10b1", "a9", "p", "Ärztin2", "7", "10"]
+    assert sorted(names, key=plot._natural) == ["7", "10", "a9", "a10b1", "a10b2", "p", "p1", "p2", "p10", "Ärztin2"]
+
+
+def test_24_players_have_colours_that_can_be_told_apart():
+    """In CIELAB (D65), where a distance of 2 is just seen."""
+    rgb = np.array(ON_WHITE) / 255
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    to_xyz = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+    xyz = linear @ to_xyz.T / np.array([0.95047, 1.0, 1.08883])
+    f = np.where(xyz > 216 / 24389, np.cbrt(xyz), (24389 / 27 * xyz + 16) / 116)
+    lab = np.stack([116 * f[:, 1] - 16, 500 * (f[:, 0] - f[:, 1]), 200 * (f[:, 1] - f[:, 2])], axis=1)
+    apart = np.linalg.norm(lab[:, None] - lab[None], axis=2)[~np.eye(24, dtype=bool)]
+    assert apart.min() > 26
+    assert lab[:, 0].max() < 75, "light enough lines are not seen on white paper"
 
 
 def test_the_panel_shows_the_whole_of_every_zone(recorded, drawn, tmp_path):
@@ -129,7 +154,7 @@ def test_tracks_without_a_referee_are_plotted_whole(recorded, drawn, tmp_path):
     }
     plot_trajectories(silent, tmp_path / "plot.png", calls=read_calls(recorded))
     assert len(drawn) == 1
-    assert "gill 0:09.0" in words(drawn[0])
+    assert "gill 0:09.0 by bruce" in words(drawn[0])
 
 
 def test_without_tracks_there_is_nothing_to_plot(tmp_path):

@@ -69,6 +69,8 @@ class Player(Node):
         self._armed = False
         self._manual = False
         self._mode = "-"
+        self._command: Twist | None = None
+        self._battery: float | None = None
         self._nonsense = 0
 
     def start(self) -> None:
@@ -93,7 +95,7 @@ class Player(Node):
 
     def look(self, tick: Tick) -> View | None:
         """Return what the player sees, or None if its robot has to stand still. The robot is then stopped already."""
-        self._fault, self._latched, self._manual = None, False, False
+        self._fault, self._latched, self._manual, self._command = None, False, False, None
         self._device.hear()
         referee = self._referee.latest
         readings = self._read()
@@ -126,12 +128,12 @@ class Player(Node):
         self._manual = manual is not None
         if self._manual:
             self._mode = "Manual"
-        self._command((manual or twist) if view.me.may_move else STILL)
+        self._send((manual or twist) if view.me.may_move else STILL)
 
     def give_way(self, why: str) -> None:
         """Stop the robot and report why, in place of a tick: the strategy has failed."""
         self._device.stop()
-        self._mode, self._fault, self._manual = "Stop/failed", why, False
+        self._mode, self._fault, self._manual, self._command = "Stop/failed", why, False, None
         self.report()
 
     def play_by(self, strategy: Strategy) -> None:
@@ -150,6 +152,8 @@ class Player(Node):
                 fault=None if self._fault is None else shortened(self._fault),
                 latched=self._latched,
                 estop=self._device.estop,
+                command=self._command,
+                battery=self._battery,
             ),
         )
 
@@ -237,6 +241,7 @@ class Player(Node):
             self._fault = str(error)
             return None
         self._latched = readings.latched
+        self._battery = None if readings.battery is None else readings.battery.value.charge
         if readings.age > SENSOR_TIMEOUT:
             self._fault = readings.fault or f"the newest reading of {self.name} is {readings.age:.1f} s old"
             return None
@@ -256,12 +261,13 @@ class Player(Node):
             return False
         return True
 
-    def _command(self, twist: Twist) -> None:
+    def _send(self, twist: Twist) -> None:
         if twist == STILL:
             self._device.stop()
+            self._command = STILL
             return
         try:
-            self._device.drive(twist)
+            self._command = self._device.drive(twist)
         except RobotError as error:
             # The robot was disarmed since its last reading. The next tick tries to arm it again.
             self._fault = str(error)

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
+from msgspec.structs import replace
 from pydantic import ValidationError
 
 from vrg.config.files import MatchFile
@@ -17,6 +18,7 @@ from vrg.games import GAMES, STRATEGIES
 from vrg.hal.backends import BACKENDS
 from vrg.hal.companions import Companion
 from vrg.hal.sim.config import check_setup
+from vrg.hal.sim.map import load_map
 from vrg.tables import located, problems_of
 from vrg.toml_text import lines_of, syntax_error_line, with_values
 
@@ -159,6 +161,8 @@ class _Checker:
             companions=companions,
         )
         self.problems += check_setup(setup.world)
+        if not self.problems:
+            setup = replace(setup, obstacles=list(load_map(setup.map).obstacles))
         if good_rules and not self.problems:
             book = self._attempt(lambda: rulebook_of(setup))
             if book is not None:

@@ -13,6 +13,7 @@ from vrg.bus.topics import Keys
 from vrg.errors import ConfigError, LaunchError
 from vrg.hal.companions import Companion
 from vrg.hal.sim.config import RobotSetup, WorldConfig
+from vrg.regions import Region
 from vrg.types import Pose
 
 
@@ -47,7 +48,7 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
     Args:
         text: the text of the match file, with the overrides. origin: the path of the file, for messages.
         base: the folder that its relative paths start from.
-        map: a map's name, or the path of its file.
+        map: a map's name, or the path of its file. obstacles: the ground that its walls and obstacles cover, m.
         rate: match seconds per real second; 1 with any physical robot, whatever the file says.
         wanted_rate: the rate that the file says.
         on_fault: what follows if a player fails for good: `disqualify` or `halt`.
@@ -74,6 +75,7 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
     backends: dict[str, dict[str, Any]]
     players: list[PlayerSetup]
     companions: list[Companion]
+    obstacles: list[Region] = []
 
     @property
     def keys(self) -> Keys:

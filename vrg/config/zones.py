@@ -7,8 +7,7 @@ from vrg.coordinator.rulebook import RuleBook
 from vrg.errors import Problem
 from vrg.hal.sim.config import WorldConfig
 from vrg.hal.sim.map import Map, load_map
-from vrg.hal.sim.shapes import box_corners
-from vrg.regions import Circle, Polygon, touch
+from vrg.regions import Polygon, touch
 
 
 def zone_problems(book: RuleBook[Any], world: WorldConfig) -> list[Problem]:
@@ -29,7 +28,6 @@ def zone_problems(book: RuleBook[Any], world: WorldConfig) -> list[Problem]:
 
 def _is_free(map_: Map, outline: Sequence[tuple[float, float]]) -> bool:
     region = Polygon(tuple(outline))
-    obstacles: list[Polygon | Circle] = [*(Polygon(tuple(box_corners(box))) for box in map_.boxes), *map_.circles]
     inside = all(map_.bounds.contains(x, y) for x, y in outline)
     # A zone may touch a wall, so the obstacles are made a little smaller.
-    return inside and not any(touch(region, obstacle.shrunk(1e-6)) for obstacle in obstacles)
+    return inside and not any(touch(region, obstacle.shrunk(1e-6)) for obstacle in map_.obstacles)

@@ -127,10 +127,18 @@ def player_node(setup: MatchSetup, name: str) -> "Player":
 def recorder_node(setup: MatchSetup, folder: RunFolder) -> "Recorder":
     """Make the recorder, which records a match for Foxglove."""
     from vrg.hal.models import robot_model
+    from vrg.hal.sensors.laser import Laser
     from vrg.recording.recorder import Recorder
 
-    models = {player.name: robot_model(player.model) for player in setup.players}
-    return Recorder("recorder", Mailbox(), setup.keys, folder.recording, models=models)
+    return Recorder(
+        "recorder",
+        Mailbox(),
+        setup.keys,
+        folder.recording,
+        models={player.name: robot_model(player.model) for player in setup.players},
+        obstacles=setup.obstacles,
+        sensors=[Laser],
+    )
 
 
 def spectator_node(setup: MatchSetup, name: str, pictures: Path) -> "Spectator":
@@ -140,16 +148,13 @@ def spectator_node(setup: MatchSetup, name: str, pictures: Path) -> "Spectator":
         name: the name of the node. pictures: the folder for the pictures that its user takes.
     """
     from vrg.hal.models import robot_model
-    from vrg.hal.sim.map import load_map
     from vrg.ui.spectator import Spectator
 
-    map_ = load_map(setup.map)
     return Spectator(
         name,
         Mailbox(),
         setup.keys,
         sizes={p.name: robot_model(p.model).size for p in setup.players},
-        segments=[(x0, y0, x1, y1) for x0, y0, x1, y1 in map_.edges.tolist()],
-        circles=[(x, y, r) for x, y, r in map_.discs.tolist()],
+        obstacles=setup.obstacles,
         pictures=pictures,
     )

@@ -105,4 +105,4 @@ def plot(setup: MatchSetup, folder: RunFolder) -> None:
     winner = records[-1].standing.winner if records else None
     won = {None: "", NOBODY: "", DRAW: "; a draw"}.get(winner, f"; {winner} win")
     title = f"{setup.name}: {game_of(setup.game).title}, seed {setup.seed}{won}"
-    plot_trajectories(folder.recordings(), folder.plot, title=title)
+    plot_trajectories(folder.recordings(), folder.plot, obstacles=setup.obstacles, title=title)

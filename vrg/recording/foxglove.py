@@ -114,6 +114,15 @@ class LinePrimitive(Struct, frozen=True, gc=False):
     color: Color
 
 
+class TriangleListPrimitive(Struct, frozen=True, gc=False):
+    """Triangles between points that are relative to its pose; each three indices are one triangle."""
+
+    pose: Pose
+    points: list[Vector3]
+    color: Color
+    indices: list[int]
+
+
 class TextPrimitive(Struct, frozen=True, gc=False):
     """Words in the scene, font size in m. A billboard turns towards whoever looks at it."""
 
@@ -137,6 +146,7 @@ class SceneEntity(Struct, frozen=True, gc=False):
     cubes: list[CubePrimitive]
     lines: list[LinePrimitive]
     texts: list[TextPrimitive]
+    triangles: list[TriangleListPrimitive] = []
 
 
 class SceneEntityDeletion(Struct, frozen=True, gc=False):
@@ -152,6 +162,11 @@ class SceneUpdate(Struct, frozen=True, gc=False):
 
     deletions: list[SceneEntityDeletion]
     entities: list[SceneEntity]
+
+
+def everything(at: Time) -> SceneEntityDeletion:
+    """The deletion of all that a topic has shown."""
+    return SceneEntityDeletion(at, 1, "")
 
 
 def time_of(stamp: float) -> Time:

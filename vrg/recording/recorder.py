@@ -2,8 +2,11 @@
 
 Topics:
 
-- `/scene`: the robots as boxes coloured by role, the physical ones with a white rim, and the zones as outlines.
+- `/scene`: the robots as boxes coloured by role, the physical ones with a white rim. `/field`: the zones as outlines,
+  when they change. `/map`: walls and obstacles, once.
 - `/robot/<robot>/pose`: where the world shows a robot. `/robot/<robot>/measured`: a physical robot's measured pose.
+- `/robot/<robot>/twist`: how it moves. `/robot/<robot>/command`: how its player wants it to move.
+- `/robot/<robot>/battery`: the charge of its battery, when it changes by a thousandth.
 - `/robot/<robot>/<kind>/<sensor>`: the readings of its sensors, where the recorder is asked for them.
 - `/player/<player>/report`: what a player says of itself, when it changes.
 - `/referee/state`: the state of the match.
@@ -14,11 +17,12 @@ Times are match time in ns.
 
 import logging
 import struct
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import BinaryIO, ClassVar, Final
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from vrg.bus import messages as m
 from vrg.bus.codec import Received
@@ -31,8 +35,9 @@ from vrg.hal.models.description import RobotModel
 from vrg.hal.sensors.laser import Laser
 from vrg.recording import foxglove as fg
 from vrg.recording.mcap_file import McapFile
-from vrg.recording.records import CallRecord, PlayerRecord, ReportRecord, StateRecord
-from vrg.recording.scene import laser_pose, robot_entity, zone_entity
+from vrg.recording.records import BatteryRecord, CallRecord, PlayerRecord, ReportRecord, StateRecord, TwistRecord
+from vrg.recording.scene import laser_pose, obstacle_entity, robot_entity, zone_entity
+from vrg.regions import Region
 from vrg.types import Pose
 
 log = logging.getLogger(__name__)
@@ -51,8 +56,9 @@ class Recorder(Node):
         output: the file to make at the first tick; where one of that name exists, a number is added, so that a
             restarted recorder never overwrites the first part. Or an open binary file, which is not closed.
         models: of the robots, by name; a robot without one is drawn 0.5 m long.
-        sensors: the messages of the kinds of sensors that are recorded too, such as `Laser`, of every robot. Scans
-            make a recording about ten times as large.
+        obstacles: the ground that the map's walls and obstacles cover, m.
+        sensors: the messages of the kinds of sensors that are recorded too, such as `Laser`, of every robot. With scans
+            a recording is about twice as large.
         period: s between ticks.
 
     Attributes:
@@ -70,6 +76,7 @@ class Recorder(Node):
         output: Path | BinaryIO,
         *,
         models: Mapping[str, RobotModel] | None = None,
+        obstacles: Sequence[Region] = (),
         sensors: Collection[type[m.SensorMessage]] = (),
         period: float = 0.1,
     ) -> None:
@@ -78,6 +85,8 @@ class Recorder(Node):
         self.path: Path | None = output if isinstance(output, Path) else None
         self._output = output
         self._models = dict(models or {})
+        self._obstacles = tuple(obstacles)
+        self._map_written = not self._obstacles
         self._clock = mailbox.subscribe(keys.clock)
         self._poses = mailbox.subscribe(keys.poses)
         self._measured = mailbox.subscribe(keys.robot_pose())
@@ -89,10 +98,11 @@ class Recorder(Node):
         self._flushed = 0.0
         self._pending = False
         self._said: dict[str, m.Report] = {}
+        self._charge: dict[str, float] = {}
         self._where: dict[str, Pose] = {}
         self._game_name, self._game = "", UNKNOWN
         self._roles: dict[str, tuple[str, str]] = {}
-        self._zones: list[m.Zone] = []
+        self._zones: list[m.Zone] | None = None
         self._round = 0
 
     @property
@@ -162,8 +172,13 @@ class Recorder(Node):
         if state.game != self._game_name:
             self._game_name, self._game = state.game, game_of(state.game)
         self._roles = {p.name: (p.role, p.state) for p in state.players}
-        self._zones = state.zones
         self._round = state.round
+        if state.zones != self._zones:
+            self._zones = state.zones
+            # Each update is whole: a viewer that jumps to an instant reads only the last one before it.
+            at = fg.time_of(received.stamp)
+            update = fg.SceneUpdate([fg.everything(at)], [zone_entity(zone, at) for zone in state.zones])
+            self._write("/field", update, received)
         record = StateRecord(
             fg.time_of(received.stamp), state.game, state.stage.value, state.halted or "", state.way_out or "",
             state.waiting, state.clock, state.total, state.round, state.rounds, state.score, state.winner or "",
@@ -180,34 +195,38 @@ class Recorder(Node):
 
     def _write_report(self, received: Received[m.Report]) -> None:
         report, player = received.body, name_in(received.key)
+        at = fg.time_of(received.stamp)
+        if report.command is not None:
+            self._write(f"/robot/{player}/command", TwistRecord(at, report.command.v, report.command.w), received)
+        if report.battery is not None and self._charge.get(player) != (charge := round(report.battery, 3)):
+            self._charge[player] = charge
+            self._write(f"/robot/{player}/battery", BatteryRecord(at, charge), received)
+        report = replace(report, command=None, battery=None)
         # Players repeat themselves to show that they live; a viewer wants the changes.
         if self._said.get(player) == report:
             return
         self._said[player] = report
         record = ReportRecord(
-            fg.time_of(received.stamp),
-            report.mode,
-            report.armed,
-            report.manual,
-            report.fault or "",
-            report.latched,
-            report.estop,
+            at, report.mode, report.armed, report.manual, report.fault or "", report.latched, report.estop
         )
         self._write(f"/player/{player}/report", record, received)
 
     def _write_poses(self, received: Received[m.Poses]) -> None:
         at = fg.time_of(received.stamp)
+        if not self._map_written:
+            self._map_written = True
+            blocks = [obstacle_entity(obstacle, number, at) for number, obstacle in enumerate(self._obstacles)]
+            self._write("/map", fg.SceneUpdate([], blocks), received)
         entities = []
         for body in received.body.bodies:
             self._where[body.name] = body.pose
             pose = fg.pose_of(body.pose.x, body.pose.y, body.pose.theta)
             in_frame = fg.PoseInFrame(at, fg.FRAME, pose)
             self._write(f"/robot/{body.name}/pose", in_frame, received, physical=body.physical)
+            self._write(f"/robot/{body.name}/twist", TwistRecord(at, body.v, body.w), received)
             role, state = self._roles.get(body.name, ("robot", ""))
             colour, model = self._game.style(role, state).colour, self._models.get(body.name)
             entities.append(robot_entity(body.name, pose, model, colour, state or role, at, physical=body.physical))
-        # The zones go along each time: a viewer that jumps to an instant reads only the last scene before it.
-        entities.extend(zone_entity(zone, at) for zone in self._zones)
         self._write("/scene", fg.SceneUpdate([], entities), received)
 
     def _write_reading(self, received: Received[m.SensorMessage]) -> None:
@@ -219,7 +238,8 @@ class Recorder(Node):
             if robot not in self._where:
                 return
             here = laser_pose(self._where[robot], self._models.get(robot), sensor)
-            ranges = list(struct.unpack(f"<{len(record.data) // 4}f", record.data))
+            # In mm: the digits that float32 adds to a range in m would be half of the recording.
+            ranges = [round(r, 3) for r in struct.unpack(f"<{len(record.data) // 4}f", record.data)]
             end = record.angle_min + record.angle_step * max(0, len(ranges) - 1)
             record = fg.LaserScan(fg.time_of(received.stamp), fg.FRAME, here, record.angle_min, end, ranges, [])
         self._write(f"/robot/{robot}/{kind}/{sensor}", record, received)

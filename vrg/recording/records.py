@@ -42,7 +42,10 @@ class StateRecord(Struct, frozen=True, gc=False):
 
 
 class ReportRecord(Struct, frozen=True, gc=False):
-    """vrg.Report: what a player said of itself. `fault` is empty where it has none."""
+    """vrg.Report: what a player said of itself. `fault` is empty where it has none.
+
+    What changes all the time is in records of its own: the command, and the battery.
+    """
 
     timestamp: Time
     mode: str
@@ -51,6 +54,21 @@ class ReportRecord(Struct, frozen=True, gc=False):
     fault: str
     latched: bool
     estop: bool
+
+
+class TwistRecord(Struct, frozen=True, gc=False):
+    """vrg.Twist: a motion in the robot's own frame, v in m/s and w in rad/s."""
+
+    timestamp: Time
+    v: float
+    w: float
+
+
+class BatteryRecord(Struct, frozen=True, gc=False):
+    """vrg.Battery: the charge of a battery, from 1 (full) to 0 (empty)."""
+
+    timestamp: Time
+    charge: float
 
 
 class CallRecord(Struct, frozen=True, gc=False):

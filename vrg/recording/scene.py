@@ -1,4 +1,4 @@
-"""The recorded 3-D scene: each robot is a box with an arrow and its name, each zone an outline.
+"""The recorded 3-D scene: robots are boxes with an arrow and a name, zones are outlines, and walls are as high as walls.
 
 A robot has the colour of its role. A physical robot's box has a white rim, as in the spectator's window.
 """
@@ -11,8 +11,11 @@ from vrg.colours import GREEN, GREY, Rgb
 from vrg.hal.models.description import RobotModel
 from vrg.hal.sensors.laser import LaserSpec
 from vrg.recording import foxglove as fg
+from vrg.regions import Region
 from vrg.types import Pose
 
+BLOCK_HEIGHT: Final = 1.0
+"""The height of walls and obstacles, m. It is that of the world, `vrg.hal.sim.map.WALL_HEIGHT`."""
 UNKNOWN_SIZE: Final = fg.Vector3(0.5, 0.4, 0.25)
 """Length, width and height in m of a robot whose model is not known."""
 
@@ -44,6 +47,20 @@ def zone_entity(zone: Zone, at: fg.Time) -> fg.SceneEntity:
     colour = _color(GREEN if zone.kind == "safe" else GREY)
     line = fg.LinePrimitive(1, _ORIGIN, 0.06, False, corners, colour)
     return fg.SceneEntity(at, fg.FRAME, f"zone:{zone.name}", _FOREVER, False, [], [], [line], [])
+
+
+def obstacle_entity(obstacle: Region, number: int, at: fg.Time) -> fg.SceneEntity:
+    """A wall or an obstacle of the map, as a block; `number` tells it from the others."""
+    ground = obstacle.outline()
+    count = len(ground)
+    points = [fg.Vector3(x, y, z) for z in (0.0, BLOCK_HEIGHT) for x, y in ground]
+    # The top is a fan, because every region is convex; each side is two triangles.
+    indices = [count + i for corner in range(1, count - 1) for i in (0, corner, corner + 1)]
+    for corner in range(count):
+        after = (corner + 1) % count
+        indices += [corner, after, count + after, corner, count + after, count + corner]
+    block = fg.TriangleListPrimitive(_ORIGIN, points, _color(GREY), indices)
+    return fg.SceneEntity(at, fg.FRAME, f"obstacle:{number}", _FOREVER, False, [], [], [], [], [block])
 
 
 def laser_pose(body: Pose, model: RobotModel | None, laser: str) -> fg.Pose:

@@ -21,6 +21,8 @@ _NAMES: Final[dict[type[Struct], str]] = {
     records.StateRecord: "vrg.RefereeState",
     records.ReportRecord: "vrg.Report",
     records.CallRecord: "vrg.Call",
+    records.TwistRecord: "vrg.Twist",
+    records.BatteryRecord: "vrg.Battery",
 }
 
 _Node = dict[str, Any]

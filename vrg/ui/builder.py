@@ -10,14 +10,18 @@ from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.topics import Keys, name_in
 from vrg.games import UNKNOWN, game_of
+from vrg.regions import Region
 from vrg.types import Vector
-from vrg.ui.scene import JUMP, Disc, Scene, SceneBody, ScenePlayer, Segment
+from vrg.ui.pace import match_speed
+from vrg.ui.scene import JUMP, Flash, Scene, SceneBody, ScenePlayer
 
 TRAIL_SECONDS: Final = 6.0
 """s of a body's way that are shown."""
 TRAIL_STEP: Final = 0.2
 """s between the points of a trail."""
 CALLS_KEPT: Final = 20
+FLASH_SECONDS: Final = 1.5
+"""s of real time for which a call is shown where it happened."""
 
 
 class SceneBuilder:
@@ -25,19 +29,17 @@ class SceneBuilder:
 
     Args:
         sizes: length and width of the robots in m, by name; others are 0.5 by 0.4, a Pioneer's.
-        segments, circles: the map's walls.
+        obstacles: the ground that the map's walls and obstacles cover, m.
     """
 
     def __init__(
         self,
         *,
         sizes: Mapping[str, tuple[float, float]] | None = None,
-        segments: Sequence[Segment] = (),
-        circles: Sequence[Disc] = (),
+        obstacles: Sequence[Region] = (),
     ) -> None:
         self._sizes = dict(sizes or {})
-        self._segments = tuple(segments)
-        self._circles = tuple(circles)
+        self._obstacles = tuple(obstacles)
         self._clock: m.Clock | None = None
         self._state: m.RefereeState | None = None
         self._game = UNKNOWN
@@ -47,11 +49,13 @@ class SceneBuilder:
         self._last: dict[str, Vector] = {}
         self._reports: dict[str, m.Report] = {}
         self._calls: deque[m.Call] = deque(maxlen=CALLS_KEPT)
+        self._moments: deque[tuple[float, m.Call]] = deque(maxlen=CALLS_KEPT)
 
     def clock(self, clock: m.Clock) -> None:
         """Take match time in. After a restart of the world the trails begin anew."""
         if self._clock is not None and clock.epoch != self._clock.epoch:
             self._trails.clear()
+            self._moments.clear()
         self._clock = clock
 
     def poses(self, poses: m.Poses, stamp: float) -> None:
@@ -74,10 +78,11 @@ class SceneBuilder:
             self._game = game_of(state.game)
         self._state = state
 
-    def call(self, call: m.Call) -> None:
-        """Take a referee's call in. What an official was refused is told to the official alone."""
+    def call(self, call: m.Call, stamp: float) -> None:
+        """Take in what the referee called at `stamp`, s. What an official was refused is told to the official alone."""
         if call.rule != "refused":
             self._calls.append(call)
+            self._moments.append((stamp, call))
 
     def report(self, player: str, report: m.Report) -> None:
         """Take in what a player says of itself."""
@@ -99,8 +104,8 @@ class SceneBuilder:
             estop_reason=reason,
             bodies=tuple(self._body(body) for body in self._bodies),
             calls=tuple(self._calls),
-            segments=self._segments,
-            circles=self._circles,
+            flashes=self._flashes(),
+            obstacles=self._obstacles,
         )
         if state is None:
             return scene
@@ -113,6 +118,17 @@ class SceneBuilder:
             return latched, ""
         by = f"pressed by {self._estop.by}"
         return True, f"{by}: {self._estop.reason}" if self._estop.reason else by
+
+    def _flashes(self) -> tuple[Flash, ...]:
+        if self._clock is None:
+            return ()
+        lasts = FLASH_SECONDS * match_speed(self._clock.rate)
+        found = []
+        for stamp, call in self._moments:
+            moment, share = self._game.moments.get(call.rule), (self._clock.time - stamp) / lasts
+            if moment is not None and call.poses and share < 1.0:
+                found.append(Flash((call.poses[0].x, call.poses[0].y), moment.word, max(0.0, share)))
+        return tuple(found)
 
     def _body(self, body: m.Body) -> SceneBody:
         status = self._state.player(body.name) if self._state is not None else None
@@ -132,6 +148,7 @@ class SceneBuilder:
 
     def _player(self, status: m.PlayerStatus) -> ScenePlayer:
         report = self._reports.get(status.name)
+        body = next((body for body in self._bodies if body.name == status.name), None)
         return ScenePlayer(
             name=status.name,
             team=status.team,
@@ -139,6 +156,8 @@ class SceneBuilder:
             state=status.state,
             may_move=status.may_move,
             mark=status.mark,
+            speed=body.v if body is not None else None,
+            battery=report.battery if report else None,
             mode=report.mode if report else "",
             armed=report.armed if report else False,
             manual=report.manual if report else False,
@@ -194,7 +213,7 @@ class SceneInlets:
             builder.report(name_in(report.key), report.body)
         for estop in self._estop.take():
             builder.estop(estop.body)
-        calls = [call.body for call in self._calls.take()]
+        calls = self._calls.take()
         for call in calls:
-            builder.call(call)
-        return calls
+            builder.call(call.body, call.stamp)
+        return [call.body for call in calls]

@@ -6,20 +6,20 @@ from typing import Final
 import pygame
 
 from vrg.bus.messages import Stage
+from vrg.colours import Rgb
 from vrg.games import UNKNOWN, game_of
 from vrg.games.game import Style
 from vrg.types import Pose
 from vrg.ui import palette, shapes
 from vrg.ui.ground import draw_ground
-from vrg.ui.scene import Scene, SceneBody
+from vrg.ui.nametags import Circle, NamePainter
+from vrg.ui.scene import Flash, Scene, SceneBody
 from vrg.ui.sprites import FINENESS, robot_sprite
 from vrg.ui.text import Face, Fonts
 from vrg.ui.view import Area, Pixel, View, extent, fit
 
 SMALLEST: Final = 18.0
 """Pixels; a body is never drawn shorter than this."""
-_PLACES: Final = ((0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (-1, 1), (1, -1), (-1, -1))
-"""Where a name may stand beside its body, in the order of preference; y is down."""
 
 
 class FieldPainter:
@@ -30,7 +30,7 @@ class FieldPainter:
         self._game = UNKNOWN
         self._ground: pygame.Surface | None = None
         self._ground_of: tuple[object, ...] = ()
-        self._place: dict[str, int] = {}
+        self._names = NamePainter(fonts)
         self._sprites: dict[tuple[Style, bool, int, int], pygame.Surface] = {}
 
     def draw(self, surface: pygame.Surface, area: Area, scene: Scene, ui: float, driving: str | None) -> View:
@@ -51,13 +51,15 @@ class FieldPainter:
             if body.name == driving:
                 centre = view.point(body.pose.x, body.pose.y)
                 shapes.ring(surface, centre, _radius(body, view) + 6 * ui, palette.CAUTION, 2.5 * ui)
-        self._names(surface, rect, scene, view, ui, driving)
+        self._names.draw(surface, rect, [self._named(body, view, driving) for body in scene.bodies], ui)
+        for flash in scene.flashes:
+            self._flash(surface, rect, flash, view, ui)
         surface.set_clip(before)
         return view
 
     def _ground_for(self, rect: pygame.Rect, scene: Scene, view: View, ui: float) -> pygame.Surface:
         physical = frozenset(body.physical for body in scene.bodies)
-        key = (rect.size, rect.topleft, view, ui, physical, scene.zones, scene.segments, scene.circles)
+        key = (rect.size, rect.topleft, view, ui, physical, scene.zones, scene.obstacles)
         if self._ground is None or key != self._ground_of:
             self._ground_of = key
             self._ground = pygame.Surface(rect.size)
@@ -86,46 +88,29 @@ class FieldPainter:
         turned = pygame.transform.rotozoom(sprite, math.degrees(angle), 1 / FINENESS)
         surface.blit(turned, turned.get_rect(center=(round(centre[0]), round(centre[1]))))
 
-    def _names(
-        self, surface: pygame.Surface, rect: pygame.Rect, scene: Scene, view: View, ui: float, driving: str | None
-    ) -> None:
-        size = max(10, round(13 * ui))
-        taken = [_bounds(body, view) for body in scene.bodies]
-        for index, body in enumerate(scene.bodies):
-            colour = palette.MUTED if body.out_of_play else palette.TEXT
-            if body.name == driving:
-                colour = palette.CAUTION
-            text = self._fonts.render(body.name, size, colour, Face.BOLD)
-            centre = view.point(body.pose.x, body.pose.y)
-            if not rect.inflate(40, 40).collidepoint(centre):
-                continue
-            plate = self._free_place(text.get_rect().inflate(10, 2), centre, index, taken, rect, body.name)
-            taken.append(plate)
-            shapes.pill(surface, plate, palette.BACKGROUND, 170, 6)
-            surface.blit(text, text.get_rect(center=plate.center))
+    @staticmethod
+    def _named(body: SceneBody, view: View, driving: str | None) -> tuple[str, Rgb, Circle]:
+        colour = palette.MUTED if body.out_of_play else palette.TEXT
+        if body.name == driving:
+            colour = palette.CAUTION
+        return body.name, colour, (view.point(body.pose.x, body.pose.y), _radius(body, view))
 
-    def _free_place(
-        self, plate: pygame.Rect, centre: Pixel, own: int, taken: list[pygame.Rect], rect: pygame.Rect, name: str
-    ) -> pygame.Rect:
-        reach = taken[own]
-        # It stays where it was as long as that is free, so that names do not flicker.
-        last = self._place.get(name, 0)
-        best, best_cost = plate, math.inf
-        for place in (last, *(i for i in range(len(_PLACES)) if i != last)):
-            right, down = _PLACES[place]
-            tried = plate.copy()
-            tried.center = (
-                round(centre[0] + right * (reach.width + plate.width + 4) / 2),
-                round(centre[1] + down * (reach.height + plate.height + 4) / 2),
-            )
-            inside = tried.clamp(rect)
-            cost = sum(_overlap(inside, other) for other in taken)
-            if cost < best_cost:
-                best, best_cost = inside, cost
-                self._place[name] = place
-            if cost == 0:
-                break
-        return best
+    def _flash(self, surface: pygame.Surface, rect: pygame.Rect, flash: Flash, view: View, ui: float) -> None:
+        """Draw a ring that grows and fades about what was called, with a word for it."""
+        centre = view.point(*flash.at)
+        colour = palette.mix(palette.CAUTION, palette.FIELD, flash.share)
+        radius = max(0.6 * view.scale, SMALLEST) * (1.0 + flash.share)
+        for width, share in ((1.0, 1.0), (0.7, 0.75)):
+            shapes.ring(surface, centre, radius * share, colour, 4 * ui * width)
+        text = self._fonts.render(flash.word.upper(), max(14, round(18 * ui)), palette.INK, Face.BOLD)
+        plate = text.get_rect(midbottom=(round(centre[0]), round(centre[1] - radius - 4 * ui))).inflate(12, 4)
+        if plate.top < rect.top:
+            plate.top = round(centre[1] + radius + 4 * ui)
+        plate.clamp_ip(rect)
+        shapes.pill(surface, plate, palette.CAUTION, round(255 * (1.0 - flash.share)), 6)
+        text = text.copy()
+        text.set_alpha(round(255 * (1.0 - flash.share)))
+        surface.blit(text, text.get_rect(center=plate.center))
 
 
 def _trail(surface: pygame.Surface, body: SceneBody, view: View, style: Style) -> None:
@@ -148,14 +133,3 @@ def _size(body: SceneBody, view: View) -> tuple[float, float]:
 
 def _radius(body: SceneBody, view: View) -> float:
     return math.hypot(*_size(body, view)) / 2
-
-
-def _bounds(body: SceneBody, view: View) -> pygame.Rect:
-    radius = round(_radius(body, view)) + 2
-    x, y = view.point(body.pose.x, body.pose.y)
-    return pygame.Rect(round(x) - radius, round(y) - radius, 2 * radius, 2 * radius)
-
-
-def _overlap(a: pygame.Rect, b: pygame.Rect) -> int:
-    common = a.clip(b)
-    return common.width * common.height

@@ -26,10 +26,11 @@ def draw_ground(surface: pygame.Surface, scene: Scene, view: View, ui: float, fo
             _zone(surface, zone, view, ui, fonts)
     for region in fields:
         shapes.outline(surface, _outline(region, view), palette.BORDER, 2.5 * ui)
-    for x1, y1, x2, y2 in scene.segments:
-        shapes.line(surface, view.point(x1, y1), view.point(x2, y2), palette.WALL, max(3.0, 0.1 * view.scale))
-    for x, y, radius in scene.circles:
-        shapes.disc(surface, view.point(x, y), radius * view.scale, palette.WALL)
+    for obstacle in scene.obstacles:
+        corners = _outline(obstacle, view)
+        shapes.polygon(surface, corners, palette.WALL)
+        # A thin wall may be less than a pixel wide.
+        shapes.outline(surface, corners, palette.WALL_EDGE, max(1.0, 1.5 * ui))
     _legend(surface, view, ui, fonts)
     if {body.physical for body in scene.bodies} == {True, False}:
         _explain_rim(surface, ui, fonts)

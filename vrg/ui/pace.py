@@ -8,6 +8,11 @@ FULL_SPEED_RATE: Final = 10.0
 """Match seconds per real second that are assumed where the world runs as fast as it can."""
 
 
+def match_speed(rate: float) -> float:
+    """How many match seconds pass in a real second, at least 1. A rate of 0 means as fast as possible."""
+    return max(1.0, rate if rate > 0 else FULL_SPEED_RATE)
+
+
 class Pace:
     """Says when a frame is due. Ticks come by match time; at ten times real time, to draw at each is too much.
 
@@ -22,7 +27,7 @@ class Pace:
     def due(self, tick: Tick, rate: float) -> bool:
         """Whether to draw now, at `rate` match seconds per real second. Without a clock, it is always time to draw."""
         # A little less than the period, or rounding would skip every second tick.
-        wait = 0.9 * self._period * max(1.0, rate if rate > 0 else FULL_SPEED_RATE)
+        wait = 0.9 * self._period * match_speed(rate)
         if tick.live and self._last is not None and 0 <= tick.time - self._last < wait:
             return False
         self._last = tick.time

@@ -1,6 +1,7 @@
 """Draws the trajectories of a match for a report: a panel for each round, metres on both axes."""
 
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
@@ -14,12 +15,12 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 
 from vrg.bus.messages import Zone
-from vrg.colours import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, VERMILLION, YELLOW
+from vrg.colours import ON_WHITE
 from vrg.games import UNKNOWN, game_of
 from vrg.games.game import Game, Marker, Moment
 from vrg.recording.reader import Track, read_calls, read_setting, read_tracks
 from vrg.recording.records import CallRecord
-from vrg.regions import Bounds
+from vrg.regions import Bounds, Region
 from vrg.ui.labels import HALO, Colour, Labels
 from vrg.ui.scene import JUMP, clock_text
 
@@ -30,7 +31,6 @@ _ROLE_MARKERS: Final = {
     Marker.DIAMOND: "D",
     Marker.CROSS: "X",
 }
-_COLOURS: Final = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY_BLUE, (0, 0, 0), YELLOW)
 
 
 def plot_trajectories(
@@ -39,19 +39,21 @@ def plot_trajectories(
     *,
     calls: Sequence[CallRecord] | None = None,
     zones: Mapping[int, Sequence[Zone]] | None = None,
+    obstacles: Sequence[Region] = (),
     title: str = "",
     game: str = "",
 ) -> None:
     """Plot where each player drove while the rounds were played.
 
     A colour for each player; solid lines are virtual robots, dashed ones physical. A hollow circle is where it
-    began, its role's marker where it ended. The calls that the game says are marked, with the player and the play
-    clock; where the game is not installed here, every call that has a place is.
+    began, its role's marker where it ended. The calls that the game says are marked, with the player, the play clock
+    and who else took part; where the game is not installed here, every call that has a place is.
 
     Args:
         recording: an MCAP file, its parts, or tracks read from one.
         calls: of the match. zones: by round. game: its name. All three are read from the recording where they are not
             given.
+        obstacles: the ground that the map's walls and obstacles cover, m.
         title: above the panels.
 
     Raises:
@@ -74,17 +76,20 @@ def plot_trajectories(
     rounds = _rounds(tracks)
     box = _extent(tracks, zones)
     figure, panels, metre = _figure(len(rounds), box)
-    colours = {name: _colour(index) for index, name in enumerate(sorted(tracks))}
+    tracks = {name: tracks[name] for name in sorted(tracks, key=_natural)}
+    colours = {name: _colour(index) for index, name in enumerate(tracks)}
     for axes, number in zip(panels, rounds, strict=True):
         here = zones.get(number, ())
         labels = Labels(metre, box, [zone.region for zone in here if zone.kind == "field"])
+        for obstacle in obstacles:
+            axes.add_patch(Polygon(obstacle.outline(), facecolor="0.72", edgecolor="0.5", linewidth=0.8, zorder=1.0))
         _draw_zones(axes, here, labels)
         for track in tracks.values():
             ends = np.flatnonzero(_shown(track, number))
             if ends.size:
                 labels.keep_clear((float(track.x[ends[-1]]), float(track.y[ends[-1]])))
-        for name in sorted(tracks):
-            _draw_track(axes, tracks[name], number, colours[name], labels, shown_as)
+        for name, track in tracks.items():
+            _draw_track(axes, track, number, colours[name], labels, shown_as)
         for call in calls:
             if call.rule in moments and number in (call.round, 0):
                 _draw_call(axes, call, moments[call.rule].sign, labels)
@@ -205,7 +210,9 @@ def _draw_call(axes: Axes, call: CallRecord, sign: str, labels: Labels) -> None:
         return
     here = (call.poses[0].x, call.poses[0].y)
     axes.plot(*here, sign, color="none", markeredgecolor="black", markersize=15, markeredgewidth=1.2, zorder=6)
-    labels.write(axes, f"{call.players[0]} {clock_text(call.clock)}", here, (0.0, 0.0, 0.0), bold=False)
+    whom, *others = call.players
+    words = f"{whom} {clock_text(call.clock)}" + (f" by {', '.join(others)}" if others else "")
+    labels.write(axes, words, here, (0.0, 0.0, 0.0), bold=False)
 
 
 def _legend(
@@ -216,8 +223,7 @@ def _legend(
     game: Game,
 ) -> Iterator[Line2D]:
     both = {track.physical for track in tracks.values()} == {True, False}
-    for name in sorted(tracks):
-        track = tracks[name]
+    for name, track in tracks.items():
         roles = list(dict.fromkeys(role for role, playing in zip(track.roles, track.playing, strict=True) if playing))
         label = f"{name} ({', then '.join(roles)})" if roles else name
         yield Line2D([], [], color=colours[name], linestyle="--" if track.physical else "-", linewidth=2, label=label)
@@ -249,5 +255,10 @@ def _last_of_round(track: Track, number: int, shown: int) -> int:
 
 
 def _colour(index: int) -> Colour:
-    red, green, blue = _COLOURS[index % len(_COLOURS)]
+    red, green, blue = ON_WHITE[index % len(ON_WHITE)]
     return red / 255, green / 255, blue / 255
+
+
+def _natural(name: str) -> tuple[tuple[str, int], ...]:
+    """A key that puts p2 before p10: each piece of text with the number that follows it."""
+    return tuple((text, int(number or 0)) for text, number in re.findall(r"(\D*)(\d*)", name))

@@ -1,10 +1,12 @@
-"""Draws the list of players: who each is, what it does, and what is wrong with it."""
+"""Draws the list of players: who each is, what it does, how fast, with how much charge, and what is wrong with it."""
 
+from dataclasses import dataclass
 from typing import Final
 
 import pygame
 
 from vrg.bus.messages import DISQUALIFIED
+from vrg.colours import Rgb
 from vrg.games.game import Game
 from vrg.ui import palette, shapes
 from vrg.ui.scene import Scene, ScenePlayer
@@ -16,9 +18,28 @@ _ROW: Final = 24
 """The height of a row where there is room, in pixels at the usual size of a window."""
 _LEAST: Final = 18
 """The height below which rows are not made any lower; the list then has two columns, and tells no roles."""
-_WIDE: Final = (0.10, 0.42, 0.62)
+_WIDE: Final = (0.10, 0.38, 0.55)
 _HALF: Final = (0.16, 0.66)
 """Where the cells of a row begin, as parts of its width: name, role, deed; or name and deed."""
+_SPEED: Final = 0.90
+"""Where the speed ends in a row of one column, as a part of its width. The battery stands behind it."""
+LOW_BATTERY: Final = 0.2
+"""The charge below which a battery is shown as low, 0 to 1."""
+
+
+@dataclass(frozen=True)
+class _Row:
+    """One row of the list.
+
+    Args:
+        place: its rectangle in pixels. driven: its player is driven by the user of this window.
+        physical: its player has a physical robot. brief: it is half as wide, and tells only name and deed.
+    """
+
+    place: pygame.Rect
+    driven: bool
+    physical: bool
+    brief: bool
 
 
 class RosterPainter:
@@ -39,17 +60,16 @@ class RosterPainter:
         columns = 1 if area.height / len(scene.players) >= _LEAST * ui else 2
         rows = -(-len(scene.players) // columns)
         height = round(min(_ROW * ui, max(_LEAST * ui, area.height / rows)))
-        width = (area.width - round(14 * ui) * (columns - 1)) // columns
+        gap = round(14 * ui)
+        width = (area.width - gap * (columns - 1)) // columns
         y = area.top
         for index, player in enumerate(scene.players):
             column, row = divmod(index, rows)
             if columns == 2:
                 y = area.top + row * height
-            place = pygame.Rect(area.left + column * (width + round(14 * ui)), y, width, height)
-            driven = player.name == driving
-            self._row(
-                surface, place, player, game, ui, driven=driven, physical=player.name in physical, brief=columns == 2
-            )
+            place = pygame.Rect(area.left + column * (width + gap), y, width, height)
+            shown = _Row(place, player.name == driving, player.name in physical, brief=columns == 2)
+            self._row(surface, shown, player, game, ui)
             y = place.bottom
             if columns == 1:
                 y = self._fault(surface, place, player.fault, ui)
@@ -60,41 +80,50 @@ class RosterPainter:
                 y = self._fault(surface, place, f"{player.name}: {player.fault}" if player.fault else None, ui, lines=1)
         return y
 
-    def _row(
-        self,
-        surface: pygame.Surface,
-        place: pygame.Rect,
-        player: ScenePlayer,
-        game: Game,
-        ui: float,
-        *,
-        driven: bool,
-        physical: bool,
-        brief: bool,
-    ) -> None:
-        if driven:
+    def _row(self, surface: pygame.Surface, row: _Row, player: ScenePlayer, game: Game, ui: float) -> None:
+        place, style = row.place, game.style(player.role, player.state)
+        if row.driven:
             back = place.inflate(round(12 * ui), 0)
             shapes.pill(surface, back, palette.mix(palette.PANEL, palette.CAUTION, 0.22), radius=6)
-        style = game.style(player.role, player.state)
         badge = pygame.Rect(0, 0, round(18 * ui), round(18 * ui))
         badge.height = badge.width = min(badge.width, place.height - round(2 * ui))
         badge.center = (place.left + badge.width // 2, place.centery)
-        if physical:
+        if row.physical:
             shapes.pill(surface, badge.inflate(2 * PHYSICAL_RIM, 2 * PHYSICAL_RIM), palette.TEXT, radius=6)
         shapes.pill(surface, badge, style.colour, radius=4)
         shapes.marker(surface, badge.center, 1.5708, badge.width * 0.32, palette.INK, style.marker)
         quiet = player.out_of_play
-        does = player.state if quiet else player.mode.rpartition("/")[2] or player.state
-        deed = "by hand" if driven or player.manual else "out" if brief and player.state == DISQUALIFIED else does
         name = (player.name, Face.BOLD, palette.CAUTION if player.fault else palette.MUTED if quiet else palette.TEXT)
         role = (player.role, Face.REGULAR, style.colour if not quiet else palette.MUTED)
-        act = (deed, Face.REGULAR, palette.CAUTION if deed == "by hand" else palette.MUTED)
-        cells, begins = ((name, act), _HALF) if brief else ((name, role, act), _WIDE)
-        size = round((12 if brief else 13) * ui)
-        for (words, face, colour), begin, end in zip(cells, begins, (*begins[1:], 1.0), strict=True):
-            room = round(place.width * (end - begin)) - round((2 if brief else 6) * ui)
+        words, colour = _deed(player, row)
+        deed = (words, Face.REGULAR, colour)
+        gauges = not row.brief and not quiet
+        cells, begins = ((name, deed), _HALF) if row.brief else ((name, role, deed), _WIDE)
+        last = _SPEED - 0.12 if gauges else 1.0
+        size = round((12 if row.brief else 13) * ui)
+        for (words, face, colour), begin, end in zip(cells, begins, (*begins[1:], last), strict=True):
+            room = round(place.width * (end - begin)) - round((2 if row.brief else 6) * ui)
             text = self._fonts.render(self._fonts.shorten(words, room, size, face), size, colour, face)
             surface.blit(text, text.get_rect(midleft=(place.left + round(place.width * begin), place.centery)))
+        if gauges:
+            self._gauges(surface, place, player, ui)
+
+    def _gauges(self, surface: pygame.Surface, place: pygame.Rect, player: ScenePlayer, ui: float) -> None:
+        """Show the speed as a number and the battery as a bar at the right end of a row."""
+        if player.speed is not None:
+            # A robot that stands still may be measured to creep backwards: that is no "-0.0".
+            text = self._fonts.render(f"{round(player.speed, 1) + 0.0:.1f}", round(12 * ui), palette.MUTED)
+            right = place.left + round(place.width * _SPEED)
+            surface.blit(text, text.get_rect(midright=(right, place.centery)))
+        if player.battery is not None:
+            shell = pygame.Rect(0, 0, round(16 * ui), round(9 * ui))
+            shell.midright = (place.right - 2, place.centery)
+            colour = palette.CAUTION if player.battery < LOW_BATTERY else palette.MUTED
+            pygame.draw.rect(surface, colour, shell, 1, border_radius=2)
+            pygame.draw.rect(surface, colour, (shell.right, shell.centery - 2, 2, 4))
+            inside = shell.inflate(-4, -4)
+            inside.width = max(1, round(inside.width * player.battery))
+            pygame.draw.rect(surface, colour, inside)
 
     def _fault(
         self, surface: pygame.Surface, place: pygame.Rect, fault: str | None, ui: float, *, lines: int = 3
@@ -107,3 +136,14 @@ class RosterPainter:
                 surface.blit(self._fonts.render(line, size, palette.CAUTION), (place.left + indent, y))
                 y += round(15 * ui)
         return y
+
+
+def _deed(player: ScenePlayer, row: _Row) -> tuple[str, Rgb]:
+    """What a player does in a word, and its colour."""
+    if row.driven or player.manual:
+        return "by hand", palette.CAUTION
+    if player.out_of_play:
+        return "out" if row.brief and player.state == DISQUALIFIED else player.state, palette.MUTED
+    if player.battery is not None and player.battery < LOW_BATTERY:
+        return f"{player.battery:.0%} left", palette.CAUTION
+    return player.mode.rpartition("/")[2] or player.state, palette.MUTED

@@ -4,12 +4,8 @@ from dataclasses import dataclass
 from typing import Final
 
 from vrg.bus.messages import Call, Stage, Zone
+from vrg.regions import Region
 from vrg.types import Pose, Vector
-
-Segment = tuple[float, float, float, float]
-"""A straight wall: x1, y1, x2, y2 in m."""
-Disc = tuple[float, float, float]
-"""A round obstacle: x, y, radius in m."""
 
 JUMP: Final = 1.0
 """m; a body that moved further between two messages was placed there, it did not drive."""
@@ -43,6 +39,8 @@ class ScenePlayer:
 
     Args:
         mark: where it is asked to line up, or None.
+        speed: how fast its robot moves ahead, m/s, negative backwards; None where nobody sees it.
+        battery: the charge of its robot's battery, from 1 (full) to 0 (empty), or None where that is not measured.
         manual: a human drives it. fault: what keeps it from playing, in words, or None.
         latched: only an official's `recover` clears its robot's fault.
         out_of_play: its robot is only an obstacle.
@@ -54,12 +52,27 @@ class ScenePlayer:
     state: str
     may_move: bool
     mark: Pose | None = None
+    speed: float | None = None
+    battery: float | None = None
     mode: str = ""
     armed: bool = False
     manual: bool = False
     fault: str | None = None
     latched: bool = False
     out_of_play: bool = False
+
+
+@dataclass(frozen=True)
+class Flash:
+    """Something that the referee has just called, shown for a moment where it happened.
+
+    Args:
+        at: where, m. word: what it is, such as `tag`. share: how much of the moment is over, 0 to 1.
+    """
+
+    at: Vector
+    word: str
+    share: float
 
 
 @dataclass(frozen=True)
@@ -72,8 +85,8 @@ class Scene:
         stage: None before the referee spoke.
         halted, way_out, waiting, clock, round, rounds, score, winner: as in `RefereeState`.
         estop: the emergency stop is latched anywhere. estop_reason: who pressed it and why, if that is known.
-        calls: the last ones, oldest first.
-        segments, circles: walls.
+        calls: the last ones, oldest first. flashes: what was called a moment ago, oldest first.
+        obstacles: the ground that walls and obstacles cover, m.
     """
 
     live: bool = False
@@ -95,8 +108,8 @@ class Scene:
     bodies: tuple[SceneBody, ...] = ()
     zones: tuple[Zone, ...] = ()
     calls: tuple[Call, ...] = ()
-    segments: tuple[Segment, ...] = ()
-    circles: tuple[Disc, ...] = ()
+    flashes: tuple[Flash, ...] = ()
+    obstacles: tuple[Region, ...] = ()
 
     def player(self, name: str) -> ScenePlayer | None:
         """The player of this name, or None."""

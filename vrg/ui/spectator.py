@@ -11,11 +11,12 @@ import pygame
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys
+from vrg.regions import Region
 from vrg.ui.builder import SceneBuilder, SceneInlets
 from vrg.ui.controls import Controls
 from vrg.ui.draw import Painter, save_png
 from vrg.ui.pace import Pace
-from vrg.ui.scene import Disc, Scene, Segment
+from vrg.ui.scene import Scene
 
 log = logging.getLogger(__name__)
 
@@ -39,7 +40,7 @@ class Spectator(Node):
 
     Args:
         sizes: length and width of the robots in m, by name.
-        segments, circles: the map's walls, m.
+        obstacles: the ground that the map's walls and obstacles cover, m.
         size: of the window in pixels.
         pictures: the folder where the key P leaves pictures.
 
@@ -56,8 +57,7 @@ class Spectator(Node):
         keys: Keys,
         *,
         sizes: Mapping[str, tuple[float, float]] | None = None,
-        segments: Sequence[Segment] = (),
-        circles: Sequence[Disc] = (),
+        obstacles: Sequence[Region] = (),
         size: tuple[int, int] = (1280, 800),
         pictures: Path = Path(),
         period: float = FRAME,
@@ -67,7 +67,7 @@ class Spectator(Node):
         self._size = size
         self._pictures = pictures
         self._inlets = SceneInlets(mailbox, keys)
-        self._builder = SceneBuilder(sizes=sizes, segments=segments, circles=circles)
+        self._builder = SceneBuilder(sizes=sizes, obstacles=obstacles)
         self._controls = Controls(mailbox, keys, by=name)
         self._scene = Scene()
         self._window: pygame.Surface | None = None

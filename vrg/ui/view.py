@@ -74,11 +74,8 @@ def fit(box: Bounds, area: Area) -> View:
 
 def extent(scene: Scene) -> Bounds:
     """The part of the world to show: the zones, without them the walls, and without those the bodies."""
-    bounds = [zone.region.bounds for zone in scene.zones]
-    points = [p for x_min, y_min, x_max, y_max in bounds for p in ((x_min, y_min), (x_max, y_max))]
-    if not points:
-        points = [p for x1, y1, x2, y2 in scene.segments for p in ((x1, y1), (x2, y2))]
-        points += [p for x, y, r in scene.circles for p in ((x - r, y - r), (x + r, y + r))]
+    regions = [zone.region for zone in scene.zones] or scene.obstacles
+    points = [p for x_min, y_min, x_max, y_max in (r.bounds for r in regions) for p in ((x_min, y_min), (x_max, y_max))]
     if not points:
         points = [(b.pose.x, b.pose.y) for b in scene.bodies] or [(0.0, 0.0)]
         points += [(x + dx, y + dx) for x, y in points for dx in (-3.0, 3.0)]

@@ -5,7 +5,7 @@ from typing import Annotated
 from msgspec import Meta
 
 from vrg.bus.messages.base import Message, Text
-from vrg.types import Count, Signed
+from vrg.types import Count, Fraction, Signed, Twist
 
 SAY_LIMIT = 1024
 """The number of bytes of MessagePack that a player may say to its team at one tick."""
@@ -21,9 +21,11 @@ class Report(Message, frozen=True, kw_only=True):
         fault: what keeps it from playing, in words; None if nothing does.
         latched: True if its robot has latched a fault that only an official's `recover` clears.
         estop: True if its device has latched the emergency stop.
+        command: the motion that its robot was last told to make, after all limits; None while it is not driven.
+        battery: the charge of its robot's battery, from 1 (full) to 0 (empty); None where that is not measured.
     """
 
-    version = 3
+    version = 4
 
     mode: Text
     armed: bool
@@ -31,6 +33,8 @@ class Report(Message, frozen=True, kw_only=True):
     fault: Text | None = None
     latched: bool = False
     estop: bool = False
+    command: Twist | None = None
+    battery: Fraction | None = None
 
 
 class Manual(Message, frozen=True, kw_only=True):

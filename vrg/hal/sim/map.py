@@ -31,7 +31,7 @@ from pydantic import Field, ValidationError, model_validator
 from vrg.errors import ConfigError, Problem
 from vrg.hal.sim.maps import MAPS
 from vrg.hal.sim.shapes import Box, box_corners, box_edges, boxes_touch, circle_touches
-from vrg.regions import Circle, Region
+from vrg.regions import Circle, Polygon, Region
 from vrg.tables import RegionSetting, Table, located, problems_of
 from vrg.toml_text import lines_of, syntax_error_line
 from vrg.types import Pose
@@ -57,6 +57,11 @@ class Map:
     bounds: Region
     boxes: tuple[Box, ...]
     circles: tuple[Circle, ...]
+
+    @cached_property
+    def obstacles(self) -> tuple[Polygon | Circle, ...]:
+        """The ground that walls and obstacles cover, as regions."""
+        return (*(Polygon(tuple(box_corners(box))) for box in self.boxes), *self.circles)
 
     @cached_property
     def edges(self) -> npt.NDArray[np.float64]:
