@@ -12,9 +12,7 @@ from vrg.ui.spectator import Spectator
 def main() -> None:
     """Run in real time until the window is closed."""
     keys = Keys("demo")
-    window = Spectator(
-        "demo", Mailbox(), keys, obstacles=synthetic.OBSTACLES, pictures=Path("/tmp")
-    )
+    window = Spectator("demo", Mailbox(), keys, obstacles=synthetic.OBSTACLES, pictures=Path("/tmp"))
     match = synthetic.Match(keys)
     number = 0
     while not window.closed:

@@ -17,7 +17,7 @@ from vrg.ui import ground, palette, text
 from vrg.ui.banner import banners
 from vrg.ui.draw import BannerPainter, Painter, render_png, save_png
 from vrg.ui.palette import ink_on
-from vrg.ui.scene import Scene
+from vrg.ui.scene import Flash, Scene
 from vrg.ui.text import Face, Fonts
 
 
@@ -180,6 +180,36 @@ def test_the_way_out_is_a_line_of_the_banner_in_the_window(scene_at):
 
     assert height(halted="a cable", way_out="plug it in") == height(halted="a cable"), "in place of the hint"
     assert height(halted="a cable", way_out="plug it in " * 20) > height(halted="a cable")
+
+
+def test_a_flash_is_drawn_where_it_happened_and_fades(scene_at):
+    scene = dataclasses.replace(scene_at(0.0), bodies=())
+    where_, colours = (21.0, -20.0), []
+    for share in (0.0, 0.9):
+        flashing = dataclasses.replace(scene, flashes=(Flash(where_, "tag", share),))
+        surface, view = painted(flashing)
+        colours.append(close_to(colours_near(surface, view.point(*where_), 70), palette.CAUTION, 30))
+    assert colours[0] > 300
+    assert colours[1] < 50
+
+
+def test_speed_and_battery_are_in_the_list_of_players(scene_at):
+    scene = scene_at(10.0)
+
+    def drawn(**changes):
+        players = tuple(dataclasses.replace(p, **changes) if p.name == "nemo" else p for p in scene.players)
+        return painted(dataclasses.replace(scene, players=players))[0]
+
+    def differ(a, b):
+        return pygame.mask.from_threshold(a, (0, 0, 0), (1, 1, 1, 255), b).count() < a.get_width() * a.get_height()
+
+    plain = drawn(speed=None, battery=None)
+    assert differ(plain, drawn(speed=0.5, battery=None))
+    assert differ(plain, drawn(speed=None, battery=0.8))
+    row = pygame.Rect(940, 200, 340, 200)
+    full, low = (drawn(speed=None, battery=charge).subsurface(row) for charge in (0.8, 0.1))
+    counted = [close_to(colours_near(surface, (170, 100), 100), palette.CAUTION, 20) for surface in (full, low)]
+    assert counted[0] < counted[1], "a battery that is nearly empty is told"
 
 
 def test_physical_robots_have_a_white_rim_on_the_field_and_in_the_panel(scene_at):

@@ -120,7 +120,7 @@ def test_the_table_shows_another_packages_game_in_its_colours_and_words(scene_at
     scene = scene_at(5.0, **CHANGES)
     assert status_line(scene) == "0:05.0  Play Round, half 2 of 2; reds 3, blues 1; 2 of 3 players in play"
     text = text_of(table(scene))
-    for sign, colour in (("◆ nemo", PURPLE), ("■ bruce", ORANGE), ("✕ marlin", GREY)):
+    for sign, colour in (("◆", PURPLE), ("■", ORANGE), ("✕", GREY)):
         assert f"38;2;{';'.join(map(str, colour))}m{sign}" in text
     assert "half 2 of 2" in text
     assert "Capture" in text

@@ -2,13 +2,15 @@
 
 import math
 
+import pytest
+
 from tests.ui import synthetic
 from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
 from vrg.games import game_of
 from vrg.games.game import title
 from vrg.types import Pose
-from vrg.ui.builder import CALLS_KEPT, TRAIL_SECONDS, TRAIL_STEP, SceneBuilder, SceneInlets
+from vrg.ui.builder import CALLS_KEPT, FLASH_SECONDS, TRAIL_SECONDS, TRAIL_STEP, SceneBuilder, SceneInlets
 from vrg.ui.scene import Scene, clock_text
 
 
@@ -81,6 +83,42 @@ def test_what_an_official_was_refused_pushes_no_call_off_the_list():
     for number in range(2, 100):
         builder.call(m.Call(number=number, rule="refused", text="", players=[], poses=[], clock=0.0), 0.0)
     assert [call.number for call in builder.build(True).calls] == [1]
+
+
+def flashes(builder, time, rate=1.0):
+    builder.clock(m.Clock(time=time, tick=1, epoch=0, rate=rate, estop=False))
+    return builder.build(True).flashes
+
+
+def test_a_tag_flashes_where_it_happened_for_a_moment():
+    builder = SceneBuilder()
+    builder.referee(synthetic.state(9.0))
+    builder.call(synthetic.calls(9.0)[0], 9.0)
+    [flash] = flashes(builder, 9.5)
+    tagged = synthetic.pose_at("gill", synthetic.TAGGED_AT)
+    assert (flash.at, flash.word) == ((tagged.x, tagged.y), "tag")
+    assert flash.share == pytest.approx(0.5 / FLASH_SECONDS)
+    assert flashes(builder, 9.0 + FLASH_SECONDS) == ()
+    assert len(flashes(builder, 9.0 + FLASH_SECONDS, rate=4.0)) == 1, "a moment is real time"
+
+
+def test_only_calls_that_the_game_marks_flash():
+    builder = SceneBuilder()
+    builder.referee(synthetic.state(9.0))
+    for rule in ("begin", "pass_over", "refused", "disqualified"):
+        pose = synthetic.pose_at("gill", 9.0)
+        builder.call(m.Call(number=1, rule=rule, text="", players=["gill"], poses=[pose], clock=9.0), 9.0)
+    assert [flash.word for flash in flashes(builder, 9.1)] == ["disqualified"]
+
+
+def test_a_players_speed_and_battery_are_known():
+    builder = SceneBuilder()
+    builder.referee(synthetic.state(0.0))
+    assert (builder.build(True).player("dory").speed, builder.build(True).player("dory").battery) == (None, None)
+    builder.poses(synthetic.poses(0.0), 0.0)
+    builder.report("dory", m.Report(mode="x", armed=True, battery=0.25))
+    dory = builder.build(True).player("dory")
+    assert (dory.speed, dory.battery) == (0.9, 0.25)
 
 
 def test_the_emergency_stop_is_shown_until_it_is_released_everywhere():

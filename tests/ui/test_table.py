@@ -2,6 +2,7 @@
 
 import dataclasses
 import io
+import re
 import subprocess
 import sys
 
@@ -101,6 +102,47 @@ def test_what_ails_a_player_is_in_the_table_whole(scene_at):
     console = Console(file=io.StringIO(), width=100)
     console.print(table(dataclasses.replace(scene, players=ailing)))
     assert fault.split() == [word for word in console.file.getvalue().split() if word in fault.split()], "wrapped"
+
+
+def many(scene, count):
+    players = [dataclasses.replace(scene.players[i % 7], name=f"player{i + 1}") for i in range(count)]
+    return dataclasses.replace(scene, players=tuple(players))
+
+
+@pytest.mark.parametrize("size", [(80, 24), (100, 30), (60, 24), (120, 60)])
+@pytest.mark.parametrize("count", [2, 7, 16, 24])
+@pytest.mark.parametrize("changes", [{}, {"halted": "a cable " * 12, "way_out": "`vrg official resume` goes on"}])
+def test_everybody_and_the_last_call_fit_onto_a_terminal(scene_at, size, count, changes):
+    width, height = size
+    scene = many(scene_at(13.5, **changes), count)
+    console = Console(file=io.StringIO(), width=width, height=height)
+    console.print(table(scene, width, height))
+    lines = console.file.getvalue().splitlines()
+    assert len(lines) <= height
+    assert max(map(len, lines)) <= width
+    text = " ".join(lines)
+    assert all(f" player{number} " in text for number in range(1, count + 1))
+    assert "squirt is out" in text
+    if changes:
+        assert "resume" in text
+
+
+def test_speed_and_battery_are_told_where_there_is_room(scene_at):
+    scene = scene_at(10.0)
+    players = tuple(dataclasses.replace(p, speed=-0.04, battery=0.156) for p in scene.players)
+    console = Console(file=io.StringIO(), width=120)
+    console.print(table(dataclasses.replace(scene, players=players)))
+    assert " 0.0 " in console.file.getvalue()
+    assert " 16% " in console.file.getvalue()
+
+
+def test_words_have_the_terminals_own_colours(scene_at):
+    """On a light ground, light colours cannot be read. A sign is large enough in any colour."""
+    console = Console(file=io.StringIO(), force_terminal=True, color_system="truecolor", width=100)
+    console.print(table(scene_at(13.5)))
+    coloured = re.findall(r"\x1b\[[0-9;]*38;2;[0-9;]+m([^\x1b]*)", console.file.getvalue())
+    assert coloured
+    assert {word.strip() for word in coloured} <= {"▲", "●", "✕"}
 
 
 def test_no_color_is_honoured(scene_at, monkeypatch):

@@ -25,7 +25,7 @@ from vrg.config.setup import MatchSetup, write_setup
 from vrg.errors import LaunchError
 from vrg.launch import in_process, nodes
 from vrg.launch.fork_server import ForkServer
-from vrg.launch.keeping import keep
+from vrg.launch.keeping import keep, keep_layout
 from vrg.launch.local import LocalMatch, free_endpoint
 from vrg.launch.result import ended_of, headline, plot, summary, write_result
 from vrg.launch.run_folder import RunFolder
@@ -83,6 +83,8 @@ def play_match(
     console = Console(highlight=False)
     try:
         keep(setup, folder)
+        if wish.record:
+            keep_layout(setup, folder)
     except OSError as error:
         console.print(
             f"[yellow]the files that the match names cannot be kept with the run: {escape(str(error))}[/yellow]"

@@ -205,13 +205,13 @@ class Match:
         """How play can go on again, in words; None while it is not halted."""
         if not self._reasons or self.over:
             return None
-        how = "`vrg official resume` or the key C goes on"
+        how = "the key C or `vrg official resume` continues play"
         if not self.waiting:
-            return how
+            return how[0].upper() + how[1:]
         more = f" and {len(self.waiting) - 1} more" if len(self.waiting) > 1 else ""
         if self.waiting[0] in self._reasons:  # it is told as the reason of the halt already
-            return f"{how} as soon as this{more} is over"
-        return shortened(f"{how} as soon as this is over: {self.waiting[0]}{more}", LONGEST)
+            return f"As soon as this{more} is solved, {how}"
+        return shortened(f"To be solved first: {self.waiting[0]}{more}. Then {how}", LONGEST)
 
     def _enter(self, stage: Stage) -> Stage:
         self.stage = stage

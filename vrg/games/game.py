@@ -56,10 +56,10 @@ class Style:
 
 @dataclass(frozen=True)
 class Moment:
-    """How the calls of a rule are marked in plots.
+    """How the calls of a rule are marked where they happened.
 
     Args:
-        sign: matplotlib's marker. word: the word in the legend.
+        sign: matplotlib's marker in a plot. word: the word in its legend, and in a window.
     """
 
     sign: str
@@ -82,7 +82,7 @@ class Game:
         score_words: what the points of a team count, by team.
         won_words: why a team has won, by team, where the score does not decide.
         out_of_play: the states in which a player is only an obstacle.
-        moments: how calls are marked in plots, by rule.
+        moments: how calls are marked in plots and windows, by rule.
         competitive: False if nobody can win, so that its end is just told as the end.
     """
 
@@ -109,6 +109,11 @@ class Game:
     def start_roles(self) -> tuple[str, ...]:
         """The names of the roles that a player may begin in."""
         return self.starts or tuple(role.name for role in self.roles)
+
+    @property
+    def marked(self) -> Mapping[str, Moment]:
+        """How calls are marked, by rule: the game's own, and those that every game has."""
+        return {DISQUALIFIED: Moment("P", "disqualified"), **self.moments}
 
     def role(self, name: str) -> Role | None:
         """The role of this name, or None if there is none."""

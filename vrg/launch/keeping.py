@@ -5,6 +5,7 @@ the folder `files`, and the copy of the match file names them there.
 """
 
 import ast
+import json
 import os
 import shutil
 from collections.abc import Iterator
@@ -13,7 +14,10 @@ from pathlib import Path
 
 from vrg.config.setup import MatchSetup
 from vrg.hal.backends import BACKENDS
+from vrg.hal.models import robot_model
+from vrg.hal.sensors.laser import LaserSpec
 from vrg.launch.run_folder import RunFolder
+from vrg.recording.layout import foxglove_layout
 
 FILES = "files"
 """The folder for files that are not beside the match file."""
@@ -68,6 +72,22 @@ def keep(setup: MatchSetup, folder: RunFolder) -> None:
         else:
             shutil.copy2(source, target)
     folder.match_file.write_text(kept.text, encoding="utf-8")
+
+
+def keep_layout(setup: MatchSetup, folder: RunFolder) -> None:
+    """Write the layout in which Foxglove shows the recording of this match.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    lasers = {
+        player.name: [spec.name for spec in robot_model(player.model).sensors if isinstance(spec, LaserSpec)]
+        for player in setup.players
+    }
+    xs, ys = [player.pose.x for player in setup.players], [player.pose.y for player in setup.players]
+    middle = ((min(xs) + max(xs)) / 2, (min(ys) + max(ys)) / 2)
+    width = max(max(xs) - min(xs), max(ys) - min(ys)) * 1.5 + 5.0
+    folder.layout.write_text(json.dumps(foxglove_layout(lasers, middle, width), indent=2) + "\n", encoding="utf-8")
 
 
 def _left_out(folder: RunFolder, at: str, names: list[str]) -> list[str]:

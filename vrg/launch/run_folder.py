@@ -83,6 +83,11 @@ class RunFolder:
         return sorted(parts, key=lambda part: (len(part.name), part.name))
 
     @property
+    def layout(self) -> Path:
+        """The layout in which Foxglove shows the recording."""
+        return self.path / "foxglove-layout.json"
+
+    @property
     def snapshot(self) -> Path:
         """The snapshot from which a restarted world goes on."""
         return self.path / "world.snapshot"

@@ -1,4 +1,4 @@
-"""The recorded 3-D scene: robots are boxes with an arrow and a name, zones are outlines, and walls are as high as walls.
+"""The recorded 3-D scene: robots are boxes with an arrow and a name, zones are outlines, walls and obstacles blocks.
 
 A robot has the colour of its role. A physical robot's box has a white rim, as in the spectator's window.
 """

@@ -125,7 +125,7 @@ class SceneBuilder:
         lasts = FLASH_SECONDS * match_speed(self._clock.rate)
         found = []
         for stamp, call in self._moments:
-            moment, share = self._game.moments.get(call.rule), (self._clock.time - stamp) / lasts
+            moment, share = self._game.marked.get(call.rule), (self._clock.time - stamp) / lasts
             if moment is not None and call.poses and share < 1.0:
                 found.append(Flash((call.poses[0].x, call.poses[0].y), moment.word, max(0.0, share)))
         return tuple(found)

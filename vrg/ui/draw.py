@@ -17,6 +17,8 @@ from vrg.ui.text import Face, Fonts
 from vrg.ui.view import View
 
 BANNER_LINES: Final = 5
+SMALLEST_UI: Final = 0.9
+"""By how much letters are scaled at least; 1 is their size at 1280 by 800 pixels."""
 NARROW: Final = 520
 """Pixels; a window narrower than this shows the field alone."""
 
@@ -40,12 +42,20 @@ class Painter:
             How the field's coordinates became pixels.
         """
         width, height = surface.get_size()
-        ui = min(2.5, max(0.8, math.sqrt(width * height / (1280 * 800))))
+        ui = min(2.5, max(SMALLEST_UI, math.sqrt(width * height / (1280 * 800))))
         panel = round(min(340 * ui, 0.45 * width)) if width >= NARROW else 0
         surface.fill(palette.BACKGROUND)
         area = pygame.Rect(0, 0, max(1, width - panel), max(1, height))
         top = min(self._banners.height(area, scene, ui), area.height // 2)
-        view = self._field.draw(surface, (area.left, top, area.width, area.height - top), scene, ui, driving)
+        calm = self._banners.calm_height(ui)
+        view = self._field.draw(
+            surface,
+            (area.left, top, area.width, area.height - top),
+            scene,
+            ui,
+            driving,
+            whole=(area.left, calm, area.width, area.height - calm),
+        )
         if panel:
             self._panel.draw(surface, pygame.Rect(width - panel, 0, panel, height), scene, ui, driving)
         self._banners.draw(surface, area, scene, ui)
@@ -108,7 +118,11 @@ class BannerPainter:
         """The height in pixels that is kept for them, which is that of a brief one where there is none."""
         gap = round(10 * ui)
         heights = [self._place(area, banner, ui).height for banner in banners(scene)]
-        return max(sum(heights) + gap * len(heights), self._brief_height(ui) + gap) + gap
+        return max(sum(heights) + gap * (len(heights) + 1), self.calm_height(ui))
+
+    def calm_height(self, ui: float) -> int:
+        """The height in pixels that is kept where there is none."""
+        return self._brief_height(ui) + 2 * round(10 * ui)
 
     def draw(self, surface: pygame.Surface, area: pygame.Rect, scene: Scene, ui: float) -> None:
         """Draw the banners of a scene."""

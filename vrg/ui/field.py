@@ -14,7 +14,7 @@ from vrg.ui import palette, shapes
 from vrg.ui.ground import draw_ground
 from vrg.ui.nametags import Circle, NamePainter
 from vrg.ui.scene import Flash, Scene, SceneBody
-from vrg.ui.sprites import FINENESS, robot_sprite
+from vrg.ui.sprites import FINENESS, NOSE, robot_sprite
 from vrg.ui.text import Face, Fonts
 from vrg.ui.view import Area, Pixel, View, extent, fit
 
@@ -33,10 +33,16 @@ class FieldPainter:
         self._names = NamePainter(fonts)
         self._sprites: dict[tuple[Style, bool, int, int], pygame.Surface] = {}
 
-    def draw(self, surface: pygame.Surface, area: Area, scene: Scene, ui: float, driving: str | None) -> View:
-        """Draw the scene and return where things are; `ui` scales letters, `driving` is the player with a ring."""
+    def draw(
+        self, surface: pygame.Surface, area: Area, scene: Scene, ui: float, driving: str | None, whole: Area
+    ) -> View:
+        """Draw the scene and return where things are.
+
+        Args:
+            ui: scales letters. driving: the player with a ring. whole: the area while there is no banner.
+        """
         self._game = game_of(scene.game)
-        view = fit(extent(scene), area)
+        view = fit(extent(scene), area, whole)
         rect = pygame.Rect(area)
         surface.blit(self._ground_for(rect, scene, view, ui), rect)
         before = surface.get_clip()
@@ -132,4 +138,6 @@ def _size(body: SceneBody, view: View) -> tuple[float, float]:
 
 
 def _radius(body: SceneBody, view: View) -> float:
-    return math.hypot(*_size(body, view)) / 2
+    """Of the circle about a body in which its corners and its nose are."""
+    length, width = _size(body, view)
+    return max(math.hypot(length, width) / 2, length * (0.5 + NOSE))

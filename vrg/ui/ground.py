@@ -127,6 +127,9 @@ def _legend(surface: pygame.Surface, view: View, ui: float, fonts: Fonts) -> Non
     if surface.get_width() < length + 140 * ui or surface.get_height() < 160 * ui:
         return
     size = max(10, round(12 * ui))
+    plate = pygame.Rect(0, 0, round(length + 100 * ui), round(72 * ui))
+    plate.bottomleft = (round(8 * ui), surface.get_height() - round(2 * ui))
+    shapes.pill(surface, plate, palette.BACKGROUND, 200, 8)
     for start, end in (
         ((left, bottom), (left + length, bottom)),
         ((left, bottom - 4 * ui), (left, bottom + 4 * ui)),

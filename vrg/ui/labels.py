@@ -35,13 +35,14 @@ class Labels:
     _taken: list[Bounds] = field(default_factory=list)
 
     def write(self, axes: Axes, text: str, at: Vector, colour: Colour, *, bold: bool) -> None:
-        """Write beside `at`, m, at the best of eight places."""
+        """Write beside `at`, m, at the best of sixteen places."""
         width = (5.9 if bold else 5.2) * len(text) + 4
         x, y = at[0] * self.metre, at[1] * self.metre
         middle = -width / 2
         places = [
             (9.0, 3.0), (9.0, -14.0), (-9.0 - width, 3.0), (-9.0 - width, -14.0),
-            (9.0, 15.0), (9.0, -26.0), (middle, 11.0), (middle, -22.0),
+            (9.0, 15.0), (9.0, -26.0), (middle, 11.0), (middle, -22.0), (-9.0 - width, 15.0), (-9.0 - width, -26.0),
+            (9.0, 27.0), (9.0, -38.0), (middle, 23.0), (middle, -34.0), (-9.0 - width, 27.0), (-9.0 - width, -38.0),
         ]  # fmt: skip
         boxes = [(x + dx, y + dy, x + dx + width, y + dy + _HEIGHT) for dx, dy in places]
         chosen = min(range(len(places)), key=lambda index: self._cost(boxes[index]))

@@ -7,25 +7,30 @@ from typing import Final
 import pygame
 
 from vrg.colours import Rgb
+from vrg.segments import nearest_on_segment
 from vrg.ui import palette, shapes
 from vrg.ui.text import Face, Fonts
 from vrg.ui.view import Pixel
 
 _SIDES: Final = ((0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (-1, 1), (1, -1), (-1, -1))
 """Where a name may stand beside its robot, in the order of preference; y is down."""
-_STEPS: Final = (0.0, 1.2, 2.4)
+_STEPS: Final = (0.0, 1.2, 2.4, 3.6)
 """How far away from its robot a name may stand, in heights of its plate. Far away a line leads to its robot."""
 _CLEARLY: Final = 4.0
 """Pixels by which a name without a line must be nearer to its own robot than to any other."""
+_COVERED: Final = 600.0
+"""What it costs to cover something, besides the pixels that are covered."""
 _DOUBTFUL: Final = 400.0
-"""What it costs to stand beside another robot, in pixels of something covered."""
+"""What it costs to be taken for another robot's name."""
+_LONG: Final = 30.0
+"""What it costs to stand a step further away."""
 
 Circle = tuple[Pixel, float]
 """The centre and the radius of a robot in the window, pixels."""
 
 
 class NamePainter:
-    """Draws names. Each stays where it was as long as that place is free, so that names do not flicker."""
+    """Draws names. Each stays on its side as long as that place is free, so that names do not flicker."""
 
     def __init__(self, fonts: Fonts) -> None:
         self._fonts = fonts
@@ -50,8 +55,10 @@ class NamePainter:
             plate = self._place(name, text.get_rect().inflate(10, 2), index, circles, [*bodies, *plates], area)
             plates.append(plate)
             if _gap(plate, centre) > radius + plate.height:
-                end = (_clamped(centre[0], plate.left, plate.right), _clamped(centre[1], plate.top, plate.bottom))
-                shapes.stroke(surface, centre, end, palette.mix(palette.FIELD, colour, 0.6), 1.0)
+                end = _nearest(plate, centre)
+                share = radius / math.dist(centre, end)
+                edge = (centre[0] + (end[0] - centre[0]) * share, centre[1] + (end[1] - centre[1]) * share)
+                shapes.stroke(surface, edge, end, palette.mix(palette.FIELD, colour, 0.8), 1.0)
             shapes.pill(surface, plate, palette.BACKGROUND, 170, 6)
             surface.blit(text, text.get_rect(center=plate.center))
         return plates
@@ -62,25 +69,35 @@ class NamePainter:
         plate: pygame.Rect,
         own: int,
         circles: Sequence[Circle],
-        taken: Sequence[pygame.Rect],
+        taken: list[pygame.Rect],
         area: pygame.Rect,
     ) -> pygame.Rect:
-        """The best place for a plate: over nothing else, not beside another robot, near its own."""
+        """The best place for a plate: over nothing else, not beside another robot, and as near its own as can be."""
         last = self._last.get(name, 0)
         best, best_cost = plate, math.inf
-        count = len(_SIDES) * len(_STEPS)
-        for index in (last, *(i for i in range(count) if i != last)):
-            step, side = divmod(index, len(_SIDES))
-            tried = _beside(plate, circles[own], _SIDES[side], _STEPS[step] * plate.height).clamp(area)
-            cost = float(sum(_overlap(tried, taken[i]) for i in tried.collidelistall(list(taken))))
-            if step == 0 and _nearest_other(tried, own, circles) < _edge(tried, circles[own]) + _CLEARLY:
-                cost += _DOUBTFUL
-            if cost < best_cost:
-                best, best_cost = tried, cost
-                self._last[name] = index
-            if cost == 0:
+        for step, away in enumerate(_STEPS):
+            sides = [step * len(_SIDES) + side for side in range(len(_SIDES))]
+            for index in sorted(sides, key=lambda place: place != last):
+                tried = _beside(plate, circles[own], _SIDES[index % len(_SIDES)], away * plate.height).clamp(area)
+                cost = sum(_COVERED + _overlap(tried, taken[i]) for i in tried.collidelistall(taken))
+                cost += _LONG * step + _DOUBTFUL * _doubts(tried, own, circles, led=step > 0)
+                if cost < best_cost:
+                    best, best_cost = tried, cost
+                    self._last[name] = index
+            # Further away it could only be worse.
+            if best_cost <= _LONG * step:
                 break
         return best
+
+
+def _doubts(plate: pygame.Rect, own: int, circles: Sequence[Circle], *, led: bool) -> int:
+    """How many other robots the plate may be taken for, or its line crosses."""
+    others = (circle for index, circle in enumerate(circles) if index != own)
+    if not led:
+        clear = _edge(plate, circles[own]) + _CLEARLY
+        return sum(_edge(plate, other) < clear for other in others)
+    start, end = circles[own][0], _nearest(plate, circles[own][0])
+    return sum(math.dist(centre, nearest_on_segment(centre, start, end)) < radius for centre, radius in others)
 
 
 def _beside(plate: pygame.Rect, of: Circle, side: tuple[int, int], away: float) -> pygame.Rect:
@@ -93,22 +110,18 @@ def _beside(plate: pygame.Rect, of: Circle, side: tuple[int, int], away: float) 
     return tried
 
 
-def _nearest_other(plate: pygame.Rect, own: int, circles: Sequence[Circle]) -> float:
-    return min((_edge(plate, circle) for i, circle in enumerate(circles) if i != own), default=math.inf)
-
-
 def _edge(plate: pygame.Rect, circle: Circle) -> float:
     """The distance from a plate to the edge of a circle, pixels; negative where they overlap."""
     return _gap(plate, circle[0]) - circle[1]
 
 
 def _gap(plate: pygame.Rect, point: Pixel) -> float:
-    x, y = point
-    return math.hypot(_clamped(x, plate.left, plate.right) - x, _clamped(y, plate.top, plate.bottom) - y)
+    return math.dist(_nearest(plate, point), point)
 
 
-def _clamped(value: float, low: float, high: float) -> float:
-    return min(max(value, low), high)
+def _nearest(plate: pygame.Rect, point: Pixel) -> Pixel:
+    """The point of a plate that is nearest to a point."""
+    return min(max(point[0], plate.left), plate.right), min(max(point[1], plate.top), plate.bottom)
 
 
 def _square(circle: Circle) -> pygame.Rect:

@@ -24,6 +24,10 @@ from vrg.regions import Bounds, Region
 from vrg.ui.labels import HALO, Colour, Labels
 from vrg.ui.scene import JUMP, clock_text
 
+CALLS_IN_WORDS: Final = 8
+"""The most calls in a panel that are told beside their marks. More of them are numbered and told in the legend."""
+LEGEND_LINES: Final = 36
+"""The lines of the legend in one column."""
 _ROLE_MARKERS: Final = {
     Marker.TRIANGLE: "^",
     Marker.CIRCLE: "o",
@@ -47,7 +51,8 @@ def plot_trajectories(
 
     A colour for each player; solid lines are virtual robots, dashed ones physical. A hollow circle is where it
     began, its role's marker where it ended. The calls that the game says are marked, with the player, the play clock
-    and who else took part; where the game is not installed here, every call that has a place is.
+    and who else took part; where there are many, their numbers stand for that, and the legend tells it. Where the game
+    is not installed here, every call that has a place is marked.
 
     Args:
         recording: an MCAP file, its parts, or tracks read from one.
@@ -75,9 +80,15 @@ def plot_trajectories(
         raise ValueError(f"expected at least one track with a pose, got {len(tracks)} tracks")
     rounds = _rounds(tracks)
     box = _extent(tracks, zones)
-    figure, panels, metre = _figure(len(rounds), box)
+    marked = {n: [c for c in calls if c.rule in moments and n in (c.round, 0) and c.poses] for n in rounds}
+    crowded = [call for of_round in marked.values() if len(of_round) > CALLS_IN_WORDS for call in of_round]
+    listed = {call.number: index for index, call in enumerate(crowded, 1)}
     tracks = {name: tracks[name] for name in sorted(tracks, key=_natural)}
     colours = {name: _colour(index) for index, name in enumerate(tracks)}
+    handles = [*_legend(tracks, rounds, colours, calls, shown_as)]
+    handles += [_listed(call, listed[call.number]) for call in crowded]
+    columns = -(-len(handles) // LEGEND_LINES)
+    figure, panels, metre = _figure(len(rounds), box, columns)
     for axes, number in zip(panels, rounds, strict=True):
         here = zones.get(number, ())
         labels = Labels(metre, box, [zone.region for zone in here if zone.kind == "field"])
@@ -86,13 +97,13 @@ def plot_trajectories(
         _draw_zones(axes, here, labels)
         for track in tracks.values():
             ends = np.flatnonzero(_shown(track, number))
-            if ends.size:
-                labels.keep_clear((float(track.x[ends[-1]]), float(track.y[ends[-1]])))
+            for end in (0, -1) if ends.size else ():
+                labels.keep_clear((float(track.x[ends[end]]), float(track.y[ends[end]])))
         for name, track in tracks.items():
             _draw_track(axes, track, number, colours[name], labels, shown_as)
-        for call in calls:
-            if call.rule in moments and number in (call.round, 0):
-                _draw_call(axes, call, moments[call.rule].sign, labels)
+        for call in marked[number]:
+            words = str(listed[call.number]) if call.number in listed else _words_of(call)
+            _draw_call(axes, call, moments[call.rule].sign, words, labels)
         axes.set(xlim=(box[0], box[2]), ylim=(box[1], box[3]), xlabel="x, m", aspect="equal")
         axes.grid(True, color="0.92", linewidth=0.6)
         axes.set_axisbelow(True)
@@ -101,15 +112,16 @@ def plot_trajectories(
     panels[0].set_ylabel("y, m")
     if title:
         figure.suptitle(title, fontsize=14, fontweight="bold", x=0.01, horizontalalignment="left")
-    handles = list(_legend(tracks, rounds, colours, calls, shown_as))
-    figure.legend(handles=handles, loc="outside right upper", frameon=False, fontsize=9, handlelength=2.6)
+    figure.legend(
+        handles=handles, loc="outside right upper", frameon=False, fontsize=9, handlelength=2.6, ncols=columns
+    )
     figure.savefig(out_png, dpi=130, format="png", bbox_inches="tight", pad_inches=0.15)
 
 
 def _moments(game: Game, calls: Sequence[CallRecord]) -> Mapping[str, Moment]:
     """The rules whose calls are marked."""
     if game is not UNKNOWN:
-        return game.moments
+        return game.marked
     return {call.rule: Moment("X", call.rule.replace("_", " ")) for call in calls if call.poses}
 
 
@@ -119,14 +131,15 @@ def _rounds(tracks: Mapping[str, Track]) -> list[int]:
     return sorted(played) or [0]
 
 
-def _figure(count: int, box: Bounds) -> tuple[Figure, list[Axes], float]:
+def _figure(count: int, box: Bounds, legend_columns: int = 1) -> tuple[Figure, list[Axes], float]:
     """The figure, its panels, and the length of a metre in points."""
     aspect = (box[3] - box[1]) / (box[2] - box[0])
     columns = min(count, 4 if aspect > 1.0 else 2)
     rows = math.ceil(count / columns)
-    # The longer side of a panel is about 8 inches; the legend takes 2 beside them.
+    # The longer side of a panel is about 8 inches; the legend is beside them.
     width, height = (8.0 / aspect, 8.0) if aspect > 1.0 else (8.0, 8.0 * aspect)
-    size = (min(24.0, columns * (width + 0.5) + 2.2), min(24.0, rows * (height + 0.7) + 0.6))
+    legend = 2.0 if legend_columns == 1 else 2.8 * legend_columns
+    size = (min(24.0, columns * (width + 0.5) + 0.2 + legend), min(24.0, rows * (height + 0.7) + 0.6))
     figure = Figure(figsize=size, layout="compressed", facecolor="white")
     FigureCanvasAgg(figure)
     grid = figure.subplots(rows, columns, squeeze=False, sharey=True)
@@ -205,14 +218,25 @@ def _draw_track(axes: Axes, track: Track, number: int, colour: Colour, labels: L
     labels.write(axes, track.name, (float(x[-1]), float(y[-1])), colour, bold=True)
 
 
-def _draw_call(axes: Axes, call: CallRecord, sign: str, labels: Labels) -> None:
-    if not call.poses or not call.players:
-        return
+def _draw_call(axes: Axes, call: CallRecord, sign: str, words: str, labels: Labels) -> None:
     here = (call.poses[0].x, call.poses[0].y)
     axes.plot(*here, sign, color="none", markeredgecolor="black", markersize=15, markeredgewidth=1.2, zorder=6)
-    whom, *others = call.players
-    words = f"{whom} {clock_text(call.clock)}" + (f" by {', '.join(others)}" if others else "")
     labels.write(axes, words, here, (0.0, 0.0, 0.0), bold=False)
+
+
+def _words_of(call: CallRecord) -> str:
+    """Who was concerned, when, and who else took part: `nemo 0:09.0 by bruce`."""
+    whom, *others = call.players or [call.rule]
+    return f"{whom} {clock_text(call.clock)}" + (f" by {', '.join(others)}" if others else "")
+
+
+def _listed(call: CallRecord, number: int) -> Line2D:
+    """A call in the legend, where the panel has only its number there."""
+    size = 6.0 if number < 10 else 9.0
+    return Line2D(
+        [], [], color="black", marker=f"${number}$", markersize=size, markeredgewidth=0.0, linestyle="",
+        label=_words_of(call),
+    )  # fmt: skip
 
 
 def _legend(

@@ -9,7 +9,7 @@ from vrg.bus.messages import DISQUALIFIED
 from vrg.colours import Rgb
 from vrg.games.game import Game
 from vrg.ui import palette, shapes
-from vrg.ui.scene import Scene, ScenePlayer
+from vrg.ui.scene import Scene, ScenePlayer, speed_text
 from vrg.ui.text import Face, Fonts
 
 PHYSICAL_RIM: Final = 2
@@ -18,11 +18,13 @@ _ROW: Final = 24
 """The height of a row where there is room, in pixels at the usual size of a window."""
 _LEAST: Final = 18
 """The height below which rows are not made any lower; the list then has two columns, and tells no roles."""
-_WIDE: Final = (0.10, 0.38, 0.55)
+_WIDE: Final = (0.10, 0.36, 0.56)
 _HALF: Final = (0.16, 0.66)
 """Where the cells of a row begin, as parts of its width: name, role, deed; or name and deed."""
 _SPEED: Final = 0.90
 """Where the speed ends in a row of one column, as a part of its width. The battery stands behind it."""
+_BRIEFLY: Final = {"emergency stop": "stopped"}
+"""Words for what a player does that have no room, and others for them."""
 LOW_BATTERY: Final = 0.2
 """The charge below which a battery is shown as low, 0 to 1."""
 
@@ -111,8 +113,7 @@ class RosterPainter:
     def _gauges(self, surface: pygame.Surface, place: pygame.Rect, player: ScenePlayer, ui: float) -> None:
         """Show the speed as a number and the battery as a bar at the right end of a row."""
         if player.speed is not None:
-            # A robot that stands still may be measured to creep backwards: that is no "-0.0".
-            text = self._fonts.render(f"{round(player.speed, 1) + 0.0:.1f}", round(12 * ui), palette.MUTED)
+            text = self._fonts.render(speed_text(player.speed), round(12 * ui), palette.MUTED)
             right = place.left + round(place.width * _SPEED)
             surface.blit(text, text.get_rect(midright=(right, place.centery)))
         if player.battery is not None:
@@ -146,4 +147,5 @@ def _deed(player: ScenePlayer, row: _Row) -> tuple[str, Rgb]:
         return "out" if row.brief and player.state == DISQUALIFIED else player.state, palette.MUTED
     if player.battery is not None and player.battery < LOW_BATTERY:
         return f"{player.battery:.0%} left", palette.CAUTION
-    return player.mode.rpartition("/")[2] or player.state, palette.MUTED
+    word = player.mode.rpartition("/")[2] or player.state
+    return _BRIEFLY.get(word, word), palette.MUTED

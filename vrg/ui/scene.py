@@ -120,3 +120,9 @@ def clock_text(seconds: float) -> str:
     """A time in s as people read it: `m:ss.t`."""
     tenths = int(seconds * 10 + 1e-6)
     return f"{tenths // 600}:{tenths // 10 % 60:02d}.{tenths % 10}"
+
+
+def speed_text(speed: float) -> str:
+    """A speed in m/s with one digit after the point."""
+    # A robot that stands still may be measured to creep backwards: that is no "-0.0".
+    return f"{round(speed, 1) + 0.0:.1f}"

@@ -9,6 +9,8 @@ from vrg.ui import palette, shapes
 
 FINENESS: Final = 2
 """How many times larger than it is shown a robot is drawn."""
+NOSE: Final = 0.3
+"""How far the nose reaches beyond the body, as a part of the body's length."""
 
 
 def robot_sprite(style: Style, physical: bool, length: int, width: int) -> pygame.Surface:
@@ -18,7 +20,7 @@ def robot_sprite(style: Style, physical: bool, length: int, width: int) -> pygam
     """
     long, wide = length * FINENESS, width * FINENESS
     rim = (3 if physical else 1) * FINENESS
-    nose = round(0.3 * long)
+    nose = round(NOSE * long)
     half = long // 2 + rim + nose + 2
     surface = pygame.Surface((2 * half, 2 * half), pygame.SRCALPHA)
     body = pygame.Rect(0, 0, long, wide)

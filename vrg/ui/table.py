@@ -15,19 +15,26 @@ from vrg.bus.node import Node, Tick, due_index
 from vrg.bus.topics import Keys
 from vrg.colours import Rgb
 from vrg.games import game_of
-from vrg.games.game import Marker, title
+from vrg.games.game import Game, Marker, title
 from vrg.ui import palette
 from vrg.ui.banner import banners
 from vrg.ui.builder import SceneBuilder, SceneInlets
 from vrg.ui.pace import Pace
-from vrg.ui.scene import Scene, clock_text
+from vrg.ui.scene import Scene, ScenePlayer, clock_text, speed_text
 
 STATUS_EVERY: Final = 5.0
 """s of match time between status lines where the output is no terminal."""
 REDRAW: Final = 0.25
 """s of real time between redraws of a terminal."""
 CALLS_SHOWN: Final = 6
+CALLS_LEAST: Final = 2
+"""Calls for which there must be room, or else the players stand beside each other."""
 
+_COLUMNS: Final = {
+    "player": 0, "role": 50, "state": 0, "x, m": 76, "y, m": 76, "heading": 92, "m/s": 64, "battery": 84, "does": 0,
+}  # fmt: skip
+"""What is told of a player, and from how many columns of the terminal on."""
+_NUMBERS: Final = {"x, m", "y, m", "heading", "m/s", "battery"}
 _SIGNS: Final = {
     Marker.TRIANGLE: "▲",
     Marker.CIRCLE: "●",
@@ -79,7 +86,8 @@ class TerminalTable(Node):
             # Without its own thread: a node is drawn when it ticks.
             self._live = Live(console=self._console, auto_refresh=False)
             self._live.start()
-        self._live.update(table(scene), refresh=True)
+        size = self._console.size
+        self._live.update(table(scene, size.width, size.height), refresh=True)
 
     def _print(self, scene: Scene, calls: list[Call]) -> None:
         for call in calls:
@@ -114,23 +122,38 @@ def status_line(scene: Scene) -> str:
     )
 
 
-def table(scene: Scene) -> RenderableType:
-    """The match as a table for rich."""
+def table(scene: Scene, width: int = 120, height: int = 50) -> RenderableType:
+    """The match as a table for rich, for a terminal of this many columns and lines.
+
+    Where the lines do not suffice, the players stand beside each other and there are fewer calls; where the columns do
+    not, less is told of each player. Words have the terminal's own colours, so that they can be read on any ground.
+    """
     parts: list[RenderableType] = [_heading(scene)]
     for banner in banners(scene):
         text = Text(f" {banner.heading} ", style=f"bold {_hex(palette.ink_on(banner.colour))} on {_hex(banner.colour)}")
         text.append("  " + "; ".join(banner.lines), style="not bold")
         parts.append(text)
-    parts += [_players(scene), _calls(scene)]
-    return Panel(Group(*parts), title=title(scene.game) or "Waiting for the referee", title_align="left")
+    used = sum(_lines(part, width - 4) for part in parts) + 2
+    beside = len(scene.players) + 1 + min(CALLS_LEAST, len(scene.calls)) > height - used
+    players = _players_beside(scene, width - 4) if beside else _players(scene, width - 4)
+    room = height - used - (players.row_count + (not beside))
+    return Panel(
+        Group(*parts, players, _calls(scene, max(1, min(CALLS_SHOWN, room)), wrapped=room > 2 * CALLS_SHOWN)),
+        title=title(scene.game) or "Waiting for the referee",
+        title_align="left",
+    )
+
+
+def _lines(part: RenderableType, width: int) -> int:
+    """How many lines a text takes, about: it is wrapped between words."""
+    return max(1, math.ceil(1.05 * len(part.plain) / width)) if isinstance(part, Text) else 1
 
 
 def _heading(scene: Scene) -> Text:
     text = Text()
     if scene.stage is None:
         return text
-    colour = palette.CAUTION if scene.stage is Stage.FOUL else palette.SAFE
-    text.append(title(scene.stage.value), style=f"bold {_hex(colour)}")
+    text.append(title(scene.stage.value), style="bold yellow" if scene.stage is Stage.FOUL else "bold green")
     text.append(f"   {game_of(scene.game).round_word} {scene.round} of {scene.rounds}   ")
     text.append(clock_text(scene.clock), style="bold")
     for team, points in scene.score:
@@ -139,27 +162,61 @@ def _heading(scene: Scene) -> Text:
     return text
 
 
-def _players(scene: Scene) -> Table:
+def _players(scene: Scene, width: int) -> Table:
+    """A line for each player, with as much of it as there is room for."""
     grid = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
-    for column in ("player", "role", "state", "x, m", "y, m", "heading", "does"):
-        grid.add_column(column, justify="right" if column in ("x, m", "y, m", "heading") else "left")
+    shown = [name for name, least in _COLUMNS.items() if width >= least]
+    for name in shown:
+        grid.add_column(name, justify="right" if name in _NUMBERS else "left", no_wrap=name in _NUMBERS)
     game = game_of(scene.game)
     poses = {body.name: body.pose for body in scene.bodies}
     for player in scene.players:
-        style = game.style(player.role, player.state)
-        sign = Text(f"{_SIGNS[style.marker]} {player.name}", style=_hex(style.colour))
         pose = poses.get(player.name)
-        where = (f"{pose.x:.2f}", f"{pose.y:.2f}", f"{_degrees(pose.theta):.0f}°") if pose else ("?", "?", "?")
         does = player.fault or ("driven by hand" if player.manual else player.mode)
-        grid.add_row(
-            sign, Text(player.role), Text(player.state), *where, Text(does, style="yellow" if player.fault else "")
-        )
+        cells = {
+            "player": _name(player, game),
+            "role": Text(player.role),
+            "state": Text(player.state),
+            "x, m": Text(f"{pose.x:.2f}" if pose else "?"),
+            "y, m": Text(f"{pose.y:.2f}" if pose else "?"),
+            "heading": Text(f"{_degrees(pose.theta):.0f}°" if pose else "?"),
+            "m/s": Text("?" if player.speed is None else speed_text(player.speed)),
+            "battery": Text("" if player.battery is None else f"{player.battery:.0%}"),
+            "does": Text(does, style="bold red" if player.fault else ""),
+        }
+        grid.add_row(*(cells[name] for name in shown))
     return grid
 
 
-def _calls(scene: Scene) -> Table:
+def _players_beside(scene: Scene, width: int) -> Table:
+    """Two or three players in a line, each with what it does."""
+    columns = max(1, min(3, width // 26))
+    game = game_of(scene.game)
     grid = Table.grid(padding=(0, 2, 0, 0))
-    for call in scene.calls[-CALLS_SHOWN:]:
+    for _ in range(columns):
+        grid.add_column(no_wrap=True)
+        grid.add_column(no_wrap=True, overflow="ellipsis")
+    rows = -(-len(scene.players) // columns)
+    for row in range(rows):
+        cells: list[RenderableType] = []
+        for player in scene.players[row::rows]:
+            does = player.fault or ("by hand" if player.manual else player.mode.rpartition("/")[2])
+            word = player.state if player.out_of_play else does
+            cells += [_name(player, game), Text(word, style="bold red" if player.fault else "")]
+        grid.add_row(*cells)
+    return grid
+
+
+def _name(player: ScenePlayer, game: Game) -> Text:
+    style = game.style(player.role, player.state)
+    return Text.assemble((_SIGNS[style.marker], _hex(style.colour)), f" {player.name}")
+
+
+def _calls(scene: Scene, count: int, *, wrapped: bool) -> Table:
+    grid = Table.grid(padding=(0, 2, 0, 0))
+    grid.add_column()
+    grid.add_column(no_wrap=not wrapped, overflow="ellipsis")
+    for call in scene.calls[-count:]:
         grid.add_row(Text(clock_text(call.clock), style="dim"), Text(call.text))
     return grid
 

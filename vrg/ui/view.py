@@ -54,20 +54,24 @@ class View:
         return min(ax, bx), min(ay, by), abs(bx - ax), abs(by - ay)
 
 
-def fit(box: Bounds, area: Area) -> View:
-    """Show `box` as large as `area` allows, turned by 90 degrees where that shows it larger."""
+def fit(box: Bounds, area: Area, whole: Area | None = None) -> View:
+    """Show `box` as large as `area` allows, turned by 90 degrees where that shows it larger.
+
+    Args:
+        whole: the area that decides whether it is turned; so it does not turn when a part of it is taken for a while.
+    """
     wide, tall = max(box[2] - box[0], 0.1), max(box[3] - box[1], 0.1)
-    left, top, width, height = area
-    upright = min(width / wide, height / tall)
-    lying = min(width / tall, height / wide)
+    _, _, width, height = whole or area
     # The small factor keeps a nearly square field as its map shows it.
-    turned = lying > upright * 1.02
+    turned = min(width / tall, height / wide) > min(width / wide, height / tall) * 1.02
+    left, top, width, height = area
+    scale = min(width / tall, height / wide) if turned else min(width / wide, height / tall)
     return View(
         x=(box[0] + box[2]) / 2,
         y=(box[1] + box[3]) / 2,
         left=left + width / 2,
         top=top + height / 2,
-        scale=max(lying if turned else upright, 0.01),
+        scale=max(scale, 0.01),
         turned=turned,
     )
 

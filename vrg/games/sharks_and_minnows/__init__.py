@@ -25,5 +25,9 @@ GAME = Game(
         MINNOWS: "a minnow is left after the last pass; the score does not decide",
     },
     out_of_play=frozenset({INACTIVE}),
-    moments={"tag": Moment("X", "tag"), "out_of_bounds": Moment("s", "out of bounds")},
+    moments={
+        "tag": Moment("X", "tag"),
+        "out_of_bounds": Moment("s", "out of bounds"),
+        "pass_limit": Moment("D", "time is up"),
+    },
 )

@@ -1,0 +1,72 @@
+"""The names beside the robots."""
+
+import math
+import random
+
+import pygame
+import pytest
+
+from vrg.ui import palette
+from vrg.ui.nametags import NamePainter
+from vrg.ui.text import Fonts
+
+AREA = pygame.Rect(0, 0, 700, 700)
+RADIUS = 14.0
+
+
+def crowd(count, seed, apart=3 * RADIUS):
+    """Robots that do not touch each other, in the middle of the area."""
+    rng, places = random.Random(seed), []
+    while len(places) < count:
+        place = (rng.uniform(150, 550), rng.uniform(150, 550))
+        if all(math.dist(place, other) > apart for other in places):
+            places.append(place)
+    return [(f"player{i + 1}", palette.TEXT, (place, RADIUS)) for i, place in enumerate(places)]
+
+
+def gap(plate, centre):
+    """The distance of a plate from a robot's edge."""
+    x = min(max(centre[0], plate.left), plate.right)
+    y = min(max(centre[1], plate.top), plate.bottom)
+    return math.dist((x, y), centre) - RADIUS
+
+
+@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("count", [2, 7, 16, 24])
+def test_names_cover_nothing(count, seed):
+    robots = crowd(count, seed)
+    plates = NamePainter(Fonts()).draw(pygame.Surface(AREA.size), AREA, robots, 1.0)
+    assert len(plates) == count
+    for index, plate in enumerate(plates):
+        assert AREA.contains(plate)
+        assert all(gap(plate, circle[0]) > 0 for _, _, circle in robots)
+        assert not any(plate.colliderect(other) for other in plates[:index])
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_a_name_beside_another_robot_is_led_to_its_own(seed):
+    robots = crowd(24, seed)
+    plates = NamePainter(Fonts()).draw(surface := pygame.Surface(AREA.size), AREA, robots, 1.0)
+    for index, (plate, (_, _, (centre, _))) in enumerate(zip(plates, robots, strict=True)):
+        others = [circle[0] for i, (_, _, circle) in enumerate(robots) if i != index]
+        clear = gap(plate, centre) + 3.5 <= min(gap(plate, other) for other in others)
+        on_edge = (min(max(centre[0], plate.left), plate.right), min(max(centre[1], plate.top), plate.bottom))
+        middle = [round((a + b) / 2) for a, b in zip(centre, on_edge, strict=True)]
+        around = [surface.get_at((middle[0] + dx, middle[1] + dy)) for dx in (-1, 0, 1) for dy in (-1, 0, 1)]
+        assert clear or any(tuple(colour)[:3] != (0, 0, 0) for colour in around), "no line"
+
+
+def test_a_name_stays_where_it_is_while_that_is_free():
+    painter, surface = NamePainter(Fonts()), pygame.Surface(AREA.size)
+    shark = ("shark", palette.TEXT, ((300.0, 345.0), RADIUS))
+    alone = [("nemo", palette.TEXT, ((300.0, 300.0), RADIUS))]
+    [below] = painter.draw(surface, AREA, alone, 1.0)
+    [above, _] = painter.draw(surface, AREA, [*alone, shark], 1.0)
+    [later] = painter.draw(surface, AREA, alone, 1.0)
+    assert below.top > 300 > above.bottom
+    assert later == above
+
+
+def test_a_robot_outside_the_picture_has_no_name():
+    far = [("nemo", palette.TEXT, ((-100.0, 300.0), RADIUS))]
+    assert NamePainter(Fonts()).draw(pygame.Surface(AREA.size), AREA, far, 1.0) == []

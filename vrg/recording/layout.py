@@ -1,0 +1,87 @@
+"""The layout in which Foxglove and Lichtblick show the recording of a match.
+
+Panels are named by their type and an id of their own, as in a layout that Foxglove exports; the log panel is called
+RosOut there.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+from vrg.types import Vector
+
+_PLAIN: Final = re.compile(r"[\w/.-]+", re.ASCII)
+"""A topic that a path to a value of a message may hold without quotation marks."""
+
+
+def foxglove_layout(lasers: Mapping[str, Sequence[str]], middle: Vector, width: float) -> dict[str, Any]:
+    """The layout for a match: the scene, the referee's calls, the speeds and the batteries.
+
+    Args:
+        lasers: the names of the lasers of each robot, by the robot's name.
+        middle: where the camera looks, m. width: how much of the field it shows, m.
+    """
+    shown = ["/map", "/field", "/scene"]
+    scans = [f"/robot/{robot}/laser/{name}" for robot, names in lasers.items() for name in names]
+    panels: dict[str, dict[str, Any]] = {
+        "3D!match": {
+            "cameraState": {
+                "distance": width, "perspective": True, "phi": 30.0, "thetaOffset": 0.0, "fovy": 45.0, "near": 0.5,
+                "far": 5000.0, "target": [0.0, 0.0, 0.0], "targetOffset": [*middle, 0.0],
+                "targetOrientation": [0.0, 0.0, 0.0, 1.0],
+            },
+            "followMode": "follow-none",
+            "topics": {
+                **{topic: {"visible": True} for topic in shown},
+                # All scans at once hide the robots: a viewer switches on those that it wants to see.
+                **{topic: {"visible": False, "pointSize": 3} for topic in scans},
+            },
+        },
+        "RosOut!calls": {"topicToRender": "/referee/calls", "minLogLevel": 1, "searchTerms": []},
+        "StateTransitions!stage": {
+            "paths": [{"value": "/referee/state.stage", "label": "stage", "timestampMethod": "receiveTime"}],
+            "isSynced": True,
+        },
+        "Plot!speed": _plot("Speed, m/s", lasers, "twist", "v"),
+        "Plot!battery": _plot("Battery, 0 to 1", lasers, "battery", "charge"),
+    }  # fmt: skip
+    return {
+        "configById": panels,
+        "globalVariables": {},
+        "userNodes": {},
+        "playbackConfig": {"speed": 1},
+        "layout": _split(
+            "row",
+            _split("column", "3D!match", "StateTransitions!stage", 88),
+            _split("column", "RosOut!calls", _split("column", "Plot!speed", "Plot!battery", 60), 40),
+            60,
+        ),
+    }
+
+
+def _plot(title: str, robots: Mapping[str, Sequence[str]], topic: str, value: str) -> dict[str, Any]:
+    paths = [
+        {
+            "value": f"{_quoted(f'/robot/{robot}/{topic}')}.{value}",
+            "label": robot,
+            "enabled": True,
+            "timestampMethod": "receiveTime",
+        }
+        for robot in robots
+    ]
+    return {
+        "title": title,
+        "paths": paths,
+        "xAxisVal": "timestamp",
+        "showLegend": True,
+        "legendDisplay": "left",
+        "isSynced": True,
+    }
+
+
+def _quoted(topic: str) -> str:
+    return topic if _PLAIN.fullmatch(topic) else f'"{topic}"'
+
+
+def _split(direction: str, first: object, second: object, percentage: int) -> dict[str, Any]:
+    return {"direction": direction, "first": first, "second": second, "splitPercentage": percentage}
