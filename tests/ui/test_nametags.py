@@ -7,7 +7,7 @@ import pygame
 import pytest
 
 from vrg.ui import palette
-from vrg.ui.nametags import NamePainter
+from vrg.ui.nametags import NamePainter, numbers
 from vrg.ui.text import Fonts
 
 AREA = pygame.Rect(0, 0, 700, 700)
@@ -70,3 +70,19 @@ def test_a_name_stays_where_it_is_while_that_is_free():
 def test_a_robot_outside_the_picture_has_no_name():
     far = [("nemo", palette.TEXT, ((-100.0, 300.0), RADIUS))]
     assert NamePainter(Fonts()).draw(pygame.Surface(AREA.size), AREA, far, 1.0) == []
+
+
+def test_names_that_differ_by_a_number_are_shortened_in_a_crowd_only():
+    assert numbers(["player1", "player12"]) == ["1", "12"]
+    assert numbers(["shark1", "minnow2"]) is None
+    assert numbers(["player", "player2"]) is None
+    assert numbers(["1", "2"]) is None
+    assert numbers(["nemo", "dory"]) is None
+    painter, surface = NamePainter(Fonts()), pygame.Surface(AREA.size)
+    row = [(f"player{i}", palette.TEXT, ((40.0 + 30.0 * i, 350.0), 10.0)) for i in range(20)]
+    apart = [
+        (name, colour, ((40.0 + 120 * (i % 5), 60.0 + 120 * (i // 5)), 10.0)) for i, (name, colour, _) in enumerate(row)
+    ]
+    crowded = painter.draw(surface, AREA, row, 1.0)
+    assert max(plate.width for plate in crowded) < 40
+    assert min(plate.width for plate in painter.draw(surface, AREA, apart, 1.0)) > 50

@@ -10,6 +10,7 @@ import pygame
 from vrg.ui import palette, shapes
 from vrg.ui.banner import Banner, banners
 from vrg.ui.field import FieldPainter
+from vrg.ui.ground import strip_height
 from vrg.ui.palette import ink_on
 from vrg.ui.panel import PanelPainter
 from vrg.ui.scene import Scene
@@ -70,10 +71,11 @@ class Painter:
         size = round(14 * ui)
         words = self._fonts.shorten(words, area.width - round(40 * ui), size, Face.BOLD)
         text = self._fonts.render(words, size, palette.INK, Face.BOLD)
-        # In a narrow window it stands above the scale.
-        lift = 14 if area.width > 760 * ui else 80
-        plate = text.get_rect(midbottom=(area.centerx, area.bottom - round(lift * ui)))
-        plate = plate.inflate(round(24 * ui), round(12 * ui))
+        plate = text.get_rect().inflate(round(24 * ui), round(12 * ui))
+        # Right of the scale, in the strip below the field; in a narrow window upon the scale.
+        right = area.right - round(12 * ui)
+        plate.midright = (min(right, area.centerx + plate.width // 2), area.bottom - strip_height(ui) // 2)
+        plate.left = max(plate.left, min(round(190 * ui), right - plate.width))
         shapes.pill(surface, plate, palette.CAUTION, radius=plate.height // 2)
         surface.blit(text, text.get_rect(center=plate.center))
 

@@ -11,7 +11,7 @@ from vrg.games import UNKNOWN, game_of
 from vrg.games.game import Style
 from vrg.types import Pose
 from vrg.ui import palette, shapes
-from vrg.ui.ground import draw_ground
+from vrg.ui.ground import draw_ground, strip_height
 from vrg.ui.nametags import Circle, NamePainter
 from vrg.ui.scene import Flash, Scene, SceneBody
 from vrg.ui.sprites import FINENESS, NOSE, robot_sprite
@@ -42,9 +42,11 @@ class FieldPainter:
             ui: scales letters. driving: the player with a ring. whole: the area while there is no banner.
         """
         self._game = game_of(scene.game)
-        view = fit(extent(scene), area, whole)
+        strip = strip_height(ui)
+        view = fit(extent(scene), _above(area, strip), _above(whole, strip))
         rect = pygame.Rect(area)
         surface.blit(self._ground_for(rect, scene, view, ui), rect)
+        rect.height = max(1, rect.height - strip)
         before = surface.get_clip()
         surface.set_clip(rect.clip(before))
         if scene.stage in (Stage.INITIALIZE, Stage.ROUND_OVER):
@@ -104,19 +106,28 @@ class FieldPainter:
     def _flash(self, surface: pygame.Surface, rect: pygame.Rect, flash: Flash, view: View, ui: float) -> None:
         """Draw a ring that grows and fades about what was called, with a word for it."""
         centre = view.point(*flash.at)
-        colour = palette.mix(palette.CAUTION, palette.FIELD, flash.share)
+        opacity = round(255 * (1.0 - flash.share))
         radius = max(0.6 * view.scale, SMALLEST) * (1.0 + flash.share)
-        for width, share in ((1.0, 1.0), (0.7, 0.75)):
-            shapes.ring(surface, centre, radius * share, colour, 4 * ui * width)
+        reach = math.ceil(radius + 4 * ui)
+        layer = pygame.Surface((2 * reach, 2 * reach), pygame.SRCALPHA)
+        for width, share in ((4.0, 1.0), (3.0, 0.75)):
+            shapes.ring(layer, (reach, reach), radius * share, palette.CAUTION, width * ui)
+        layer.set_alpha(opacity)
+        surface.blit(layer, layer.get_rect(center=(round(centre[0]), round(centre[1]))))
         text = self._fonts.render(flash.word.upper(), max(14, round(18 * ui)), palette.INK, Face.BOLD)
         plate = text.get_rect(midbottom=(round(centre[0]), round(centre[1] - radius - 4 * ui))).inflate(12, 4)
         if plate.top < rect.top:
             plate.top = round(centre[1] + radius + 4 * ui)
         plate.clamp_ip(rect)
-        shapes.pill(surface, plate, palette.CAUTION, round(255 * (1.0 - flash.share)), 6)
+        shapes.pill(surface, plate, palette.CAUTION, opacity, 6)
         text = text.copy()
-        text.set_alpha(round(255 * (1.0 - flash.share)))
+        text.set_alpha(opacity)
         surface.blit(text, text.get_rect(center=plate.center))
+
+
+def _above(area: Area, strip: int) -> Area:
+    left, top, width, height = area
+    return left, top, width, max(1, height - strip)
 
 
 def _trail(surface: pygame.Surface, body: SceneBody, view: View, style: Style) -> None:

@@ -31,9 +31,16 @@ def draw_ground(surface: pygame.Surface, scene: Scene, view: View, ui: float, fo
         shapes.polygon(surface, corners, palette.WALL)
         # A thin wall may be less than a pixel wide.
         shapes.outline(surface, corners, palette.WALL_EDGE, max(1.0, 1.5 * ui))
+    strip = pygame.Rect(0, surface.get_height() - strip_height(ui), surface.get_width(), strip_height(ui))
+    surface.fill(palette.BACKGROUND, strip)
     _legend(surface, view, ui, fonts)
     if {body.physical for body in scene.bodies} == {True, False}:
         _explain_rim(surface, ui, fonts)
+
+
+def strip_height(ui: float) -> int:
+    """The height in pixels of the strip below the field, in which the scale is."""
+    return round(50 * ui)
 
 
 def _outline(region: Region, view: View) -> list[Pixel]:
@@ -127,9 +134,6 @@ def _legend(surface: pygame.Surface, view: View, ui: float, fonts: Fonts) -> Non
     if surface.get_width() < length + 140 * ui or surface.get_height() < 160 * ui:
         return
     size = max(10, round(12 * ui))
-    plate = pygame.Rect(0, 0, round(length + 100 * ui), round(72 * ui))
-    plate.bottomleft = (round(8 * ui), surface.get_height() - round(2 * ui))
-    shapes.pill(surface, plate, palette.BACKGROUND, 200, 8)
     for start, end in (
         ((left, bottom), (left + length, bottom)),
         ((left, bottom - 4 * ui), (left, bottom + 4 * ui)),
@@ -138,15 +142,15 @@ def _legend(surface: pygame.Surface, view: View, ui: float, fonts: Fonts) -> Non
         shapes.line(surface, start, end, palette.MUTED, 1.5 * ui)
     text = fonts.render(f"{metres} m", size, palette.MUTED)
     surface.blit(text, text.get_rect(midbottom=(left + length / 2, bottom - 3 * ui)))
-    origin = (left + length + 40 * ui, bottom - (34 if view.turned else 4) * ui)
+    origin = (left + length + 40 * ui, bottom - (26 if view.turned else 0) * ui)
     for theta, name in ((0.0, "x"), (math.pi / 2, "y")):
         angle = view.angle(theta)
-        tip = shapes.oriented(origin, angle, 20 * ui, 0.0)
+        tip = shapes.oriented(origin, angle, 15 * ui, 0.0)
         shapes.line(surface, origin, tip, palette.MUTED, 1.5 * ui)
         head = [shapes.oriented(tip, angle, a * ui, b * ui) for a, b in ((5, 0), (-3, 3.5), (-3, -3.5))]
         shapes.polygon(surface, head, palette.MUTED)
         letter = fonts.render(name, size, palette.MUTED)
-        surface.blit(letter, letter.get_rect(center=shapes.oriented(origin, angle, 33 * ui, 0.0)))
+        surface.blit(letter, letter.get_rect(center=shapes.oriented(origin, angle, 26 * ui, 0.0)))
 
 
 def _explain_rim(surface: pygame.Surface, ui: float, fonts: Fonts) -> None:

@@ -22,6 +22,8 @@ _COVERED: Final = 600.0
 """What it costs to cover something, besides the pixels that are covered."""
 _DOUBTFUL: Final = 400.0
 """What it costs to be taken for another robot's name."""
+_CROWD: Final = 8
+"""From how many robots on their names may be shortened."""
 _LONG: Final = 30.0
 """What it costs to stand a step further away."""
 
@@ -35,6 +37,7 @@ class NamePainter:
     def __init__(self, fonts: Fonts) -> None:
         self._fonts = fonts
         self._last: dict[str, int] = {}
+        self._crowded = False
 
     def draw(
         self, surface: pygame.Surface, area: pygame.Rect, robots: Sequence[tuple[str, Rgb, Circle]], ui: float
@@ -45,13 +48,14 @@ class NamePainter:
             where the names are.
         """
         size = max(12, round(13 * ui))
+        words = self._words([name for name, _, _ in robots], [circle for _, _, circle in robots], size)
         circles = [circle for _, _, circle in robots]
         bodies = [_square(circle) for circle in circles]
         plates: list[pygame.Rect] = []
         for index, (name, colour, (centre, radius)) in enumerate(robots):
             if not area.inflate(40, 40).collidepoint(centre):
                 continue
-            text = self._fonts.render(name, size, colour, Face.BOLD)
+            text = self._fonts.render(words[index], size, colour, Face.BOLD)
             plate = self._place(name, text.get_rect().inflate(10, 2), index, circles, [*bodies, *plates], area)
             plates.append(plate)
             if _gap(plate, centre) > radius + plate.height:
@@ -62,6 +66,17 @@ class NamePainter:
             shapes.pill(surface, plate, palette.BACKGROUND, 170, 6)
             surface.blit(text, text.get_rect(center=plate.center))
         return plates
+
+    def _words(self, names: Sequence[str], circles: Sequence[Circle], size: int) -> Sequence[str]:
+        """The names, or in a crowd what tells them apart: 7 and 12 for player7 and player12."""
+        short = numbers(names)
+        if short is None or len(names) < _CROWD:
+            return names
+        gaps = sorted(min(math.dist(a, b) for b, _ in circles if b is not a) for a, _ in circles)
+        widest = max(self._fonts.width(name, size, Face.BOLD) for name in names)
+        # It takes more room to go back to whole names, so that they do not flicker.
+        self._crowded = gaps[len(gaps) // 2] < widest * (1.5 if self._crowded else 1.0)
+        return short if self._crowded else names
 
     def _place(
         self,
@@ -88,6 +103,14 @@ class NamePainter:
             if best_cost <= _LONG * step:
                 break
         return best
+
+
+def numbers(names: Sequence[str]) -> list[str] | None:
+    """The numbers at the ends of names that are otherwise the same, or None where they are not."""
+    stems = {name.rstrip("0123456789") for name in names}
+    [stem] = stems if len(stems) == 1 else [""]
+    found = [name.removeprefix(stem) for name in names]
+    return found if stem and all(found) else None
 
 
 def _doubts(plate: pygame.Rect, own: int, circles: Sequence[Circle], *, led: bool) -> int:

@@ -19,11 +19,11 @@ _ROW: Final = 24
 _LEAST: Final = 18
 """The height below which rows are not made any lower; the list then has two columns, and tells no roles."""
 _WIDE: Final = (0.10, 0.36, 0.56)
-_HALF: Final = (0.16, 0.66)
+_HALF: Final = (0.16, 0.60)
 """Where the cells of a row begin, as parts of its width: name, role, deed; or name and deed."""
 _SPEED: Final = 0.90
 """Where the speed ends in a row of one column, as a part of its width. The battery stands behind it."""
-_BRIEFLY: Final = {"emergency stop": "stopped"}
+_BRIEFLY: Final = {"emergency stop": "stop"}
 """Words for what a player does that have no room, and others for them."""
 LOW_BATTERY: Final = 0.2
 """The charge below which a battery is shown as low, 0 to 1."""
