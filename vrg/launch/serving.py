@@ -14,7 +14,7 @@ from vrg.bus.node import Node
 from vrg.bus.process import Statistics, run_node, run_world
 from vrg.bus.session import open_router, open_session
 from vrg.bus.stopping import Stop, stop_on_signals
-from vrg.config.setup import MatchSetup
+from vrg.config.setup import MatchSetup, write_setup
 from vrg.errors import LaunchError, StrategyError
 from vrg.launch import nodes
 from vrg.launch.bounds import MemoryBound, printing_to, say_where_on_request
@@ -69,6 +69,9 @@ def serve(
         finished = _never
         idle = None
         if kind == "coordinator":
+            if not folder.setup.exists():
+                # Where no launcher has written it, `vrg result` and `vrg plot` need it.
+                write_setup(setup, folder.setup)
             journal = stack.enter_context(nodes.open_journal(setup, folder))
             node = nodes.coordinator_node(setup, journal)
         elif kind == "recorder":

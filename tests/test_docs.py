@@ -1,0 +1,123 @@
+"""README and docs/: every command that they show exists as it is written, and so does every file and heading."""
+
+import re
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import typer
+
+from vrg.cli import make_app
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), ROOT / "benchmarks" / "README.md"]
+BEFORE_VRG = re.compile(r"^.*?\bvrg (?=[a-z-])")
+"""What may stand before the arguments in a line of a shell: a prompt, a path, `scripts/with-vcan`."""
+
+
+def shell_lines(page: Path) -> Iterator[tuple[int, str]]:
+    """The lines of code blocks in which `vrg` is called, one command each, by their numbers."""
+    fenced = ""
+    for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
+        if line.lstrip().startswith("```"):
+            fenced = "" if fenced else line.strip("` ") or "text"
+        elif fenced in ("", "sh", "text", "console") and (fenced or line.startswith("    ")):
+            for part in re.split(r"&&?|;", line.partition(" #")[0]):
+                if re.match(
+                    r"\s*(\$ |scripts/with-vcan |timeout \d+ )*(\.venv/bin/|bash -c ')?(\.venv/bin/)?vrg [a-z-]", part
+                ):
+                    yield number, BEFORE_VRG.sub("", part).strip().strip("'")
+
+
+def spans(page: Path) -> Iterator[tuple[int, str]]:
+    """What is in backticks within sentences, by the number of its line."""
+    for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
+        if not line.startswith("    "):
+            yield from ((number, span) for span in re.findall(r"`([^`]+)`", line))
+
+
+class NoCommandError(Exception):
+    """What is written is no command line of `vrg`."""
+
+
+def parse(arguments: list[str], *, whole: bool) -> None:
+    """Let the command line take the arguments, without doing anything.
+
+    Args:
+        whole: False if arguments may be missing, because a sentence names a command only.
+
+    Raises:
+        NoCommandError: there is no such command or option, or an argument is wrong.
+    """
+    command = typer.main.get_command(make_app())
+    name, rest = "vrg", arguments
+    while (commands := getattr(command, "commands", None)) and rest and not rest[0].startswith("-"):
+        name, *rest = rest
+        if name not in commands:
+            raise NoCommandError(f"no command {name}")
+        command = commands[name]
+    if "--help" in rest:
+        return
+    if commands:
+        if whole:
+            raise NoCommandError(f"{name}: no command is named")
+        return
+    try:
+        command.make_context(name, rest)
+    except Exception as error:  # typer has a copy of click of its own, whose errors have no public name
+        if whole or type(error).__name__ != "MissingParameter":
+            raise NoCommandError(str(error)) from error
+
+
+CASES = [(f"{page.name}:{number}", line, True) for page in PAGES for number, line in shell_lines(page)] + [
+    (f"{page.name}:{number}", span.removeprefix("vrg "), False)
+    for page in PAGES
+    for number, span in spans(page)
+    if re.match(r"vrg [a-z-]", span)
+]
+
+
+def test_commands_are_found() -> None:
+    assert len([case for case in CASES if case[2]]) > 40
+    assert len(CASES) > 90
+
+
+@pytest.mark.parametrize(("place", "line", "whole"), CASES, ids=[f"{place} {line}" for place, line, _ in CASES])
+def test_a_command_is_one_as_it_is_written(place: str, line: str, whole: bool) -> None:
+    arguments = [word for word in shlex.split(line) if word != "..."]
+    arguments = [word.strip("[]") for word in arguments]
+    parse(arguments, whole=whole)
+
+
+def test_what_is_no_command_is_found_out() -> None:
+    for line in ("plai match.toml", "play match.toml --sped 3", "official", "official place player2 --at 17"):
+        with pytest.raises(NoCommandError):
+            parse(shlex.split(line), whole=True)
+
+
+def headings(page: Path) -> set[str]:
+    """The anchors of a page's headings, as GitHub makes them."""
+    found = set()
+    for heading in re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE):
+        words = re.sub(r"[^\w\- ]", "", heading.lower())
+        found.add(words.replace(" ", "-"))
+    return found
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_link_leads_somewhere(page: Path) -> None:
+    for target in re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf-8")):
+        if target.startswith(("http://", "https://")):
+            continue
+        file, _, anchor = target.partition("#")
+        there = (page.parent / file).resolve() if file else page
+        assert there.exists(), f"{page.name}: {target}"
+        assert not anchor or anchor in headings(there), f"{page.name}: {target}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_file_of_the_repository_that_is_named_is_there(page: Path) -> None:
+    for _, span in spans(page):
+        if re.fullmatch(r"(vrg|docs|deploy|tests|scripts|examples|benchmarks)/[\w./-]+", span):
+            assert (ROOT / span).exists(), f"{page.name}: {span}"
