@@ -216,7 +216,7 @@ def jog(
     option: OptionsOption = None,
     unsafe: Annotated[bool, typer.Option("--unsafe", help="Also a drive without a watchdog of its own.")] = False,
 ) -> None:
-    """Turn one motor slowly, to see which it is and which way it turns. Everything that can stop a robot stops it."""
+    """Turn one motor slowly, to see which it is and which way it turns. A fault, Ctrl-C or `vrg can stop` stops it."""
     from vrg.hal.can.base import TURN, WheelAxis  # python-can is for who uses a bus
     from vrg.hal.can.plausibility import STANDS
     from vrg.hal.can.train import DriveTrain

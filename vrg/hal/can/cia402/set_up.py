@@ -107,7 +107,7 @@ class SetUp:
             raise RobotError(
                 f"node {self._node}: expected a deadline of {DEADLINE:g} s for setpoints (0x1401:05), so that the "
                 f"drive stops the motor when none come; it says {said}. If you can do without, write "
-                'watchdog = "unsafe" in the wiring of this robot'
+                'watchdog = "unsafe" in the wiring of this robot (`vrg can jog`: --unsafe)'
             )
 
     def begin(self) -> None:
