@@ -174,7 +174,8 @@ class Guard:
             node = next(axis.node for axis in watched if axis.node not in self._proved)
             self.latch(
                 f"node {node}: its own watchdog has not stopped it within {PROOF_TIMEOUT:g} s without setpoints: "
-                'switch the watchdog on in the drive, or write watchdog = "unsafe" in the wiring of this robot (`vrg can jog`: --unsafe)'
+                'switch the watchdog on in the drive, or write watchdog = "unsafe" in the wiring of this robot '
+                "(`vrg can jog`: --unsafe)"
             )
 
     @property
