@@ -233,8 +233,11 @@ def jog(
     told = options_of(spoken, option)
     train = DriveTrain(protocol, link, spoken, [axis], model, options=told, unwatched=unsafe)
     typer.echo(f"Turning {protocol} {id_} on {link} at {speed:g} turn/s for {seconds:g} s. Ctrl-C stops it.")
-    logging.getLogger("vrg").setLevel(logging.CRITICAL)  # what goes wrong is told by the error alone
+    logger = logging.getLogger("vrg")
     with ExitStack() as stack:
+        # What goes wrong is told by the error alone.
+        stack.callback(logger.setLevel, logger.level)
+        logger.setLevel(logging.CRITICAL)
         interrupted = stack.enter_context(stoppable())
         train.connect()
         stack.callback(train.close)
