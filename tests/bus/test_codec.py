@@ -77,6 +77,7 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
         m.Report,
         mode=st.text(max_size=30), armed=st.booleans(), manual=st.booleans(), fault=st.none() | st.text(max_size=50),
         latched=st.booleans(), estop=st.booleans(),
+        command=st.none() | st.builds(Twist, speeds, spins), battery=st.none() | st.floats(0, 1),
     ),
     m.MeasuredPose: st.builds(m.MeasuredPose, pose=poses, v=speeds, w=spins),
     m.Recover: st.builds(m.Recover, by=names),
