@@ -125,6 +125,27 @@ def test_everybody_and_the_last_call_fit_onto_a_terminal(scene_at, size, count, 
     assert "squirt is out" in text
     if changes:
         assert "resume" in text
+    assert "0:12.5" in text, "a call has its time"
+
+
+@pytest.mark.parametrize("size", [(80, 24), (60, 24), (120, 30), (4, 2), (20, 5), (1, 1)])
+@pytest.mark.parametrize("count", [0, 1, 7, 24])
+def test_faults_long_names_and_tiny_terminals_break_nothing(scene_at, size, count):
+    width, height = size
+    scene = many(scene_at(13.5), count)
+    fault = "axis 2 (node 5) has latched: overvoltage at 58.2 V while it braked, as its drive says of itself; wait"
+    players = tuple(
+        dataclasses.replace(p, fault=fault, name=f"a-very-long-name-of-a-robot-{i}")
+        for i, p in enumerate(scene.players)
+    )
+    console = Console(file=io.StringIO(), width=width, height=height)
+    console.print(table(dataclasses.replace(scene, players=players), width, height))
+    lines = console.file.getvalue().splitlines()
+    if width >= 60:
+        assert len(lines) <= height
+        text = "\n".join(lines)
+        assert all(re.search(rf"…\S*t-{i}\b", text) for i in range(count)), "all names differ"
+        assert "0:12.5" in text
 
 
 def test_speed_and_battery_are_told_where_there_is_room(scene_at):
@@ -138,11 +159,10 @@ def test_speed_and_battery_are_told_where_there_is_room(scene_at):
 
 def test_words_have_the_terminals_own_colours(scene_at):
     """On a light ground, light colours cannot be read. A sign is large enough in any colour."""
-    console = Console(file=io.StringIO(), force_terminal=True, color_system="truecolor", width=100)
-    console.print(table(scene_at(13.5)))
-    coloured = re.findall(r"\x1b\[[0-9;]*38;2;[0-9;]+m([^\x1b]*)", console.file.getvalue())
-    assert coloured
-    assert {word.strip() for word in coloured} <= {"▲", "●", "✕"}
+    lines = Console(file=io.StringIO(), width=100).render_lines(table(scene_at(13.5)))
+    styled = [(part.text, part.style.color) for line in lines for part in line if part.style is not None]
+    own = {text.strip() for text, colour in styled if colour is not None and colour.triplet is not None}
+    assert own == {"▲", "●", "✕"}
 
 
 def test_no_color_is_honoured(scene_at, monkeypatch):

@@ -210,8 +210,9 @@ class Match:
             return how[0].upper() + how[1:]
         more = f" and {len(self.waiting) - 1} more" if len(self.waiting) > 1 else ""
         if self.waiting[0] in self._reasons:  # it is told as the reason of the halt already
-            return f"As soon as this{more} is solved, {how}"
-        return shortened(f"To be solved first: {self.waiting[0]}{more}. Then {how}", LONGEST)
+            return f"As soon as this{more} {'are' if more else 'is'} solved, {how}"
+        # What to do comes first: a window may cut the end.
+        return shortened(f"{how[0].upper()}{how[1:]} as soon as this is solved: {self.waiting[0]}{more}", LONGEST)
 
     def _enter(self, stage: Stage) -> Stage:
         self.stage = stage

@@ -60,10 +60,12 @@ class Moment:
 
     Args:
         sign: matplotlib's marker in a plot. word: the word in its legend, and in a window.
+        others: what the other players of the call have to do with the first one, in a word such as `by`.
     """
 
     sign: str
     word: str
+    others: str = "with"
 
 
 @dataclass(frozen=True, kw_only=True)

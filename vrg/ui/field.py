@@ -107,7 +107,7 @@ class FieldPainter:
         """Draw a ring that grows and fades about what was called, with a word for it."""
         centre = view.point(*flash.at)
         opacity = round(255 * (1.0 - flash.share))
-        radius = max(0.6 * view.scale, SMALLEST) * (1.0 + flash.share)
+        radius = min(max(0.6 * view.scale, SMALLEST), 60 * ui) * (1.0 + flash.share)
         reach = math.ceil(radius + 4 * ui)
         layer = pygame.Surface((2 * reach, 2 * reach), pygame.SRCALPHA)
         for width, share in ((4.0, 1.0), (3.0, 0.75)):

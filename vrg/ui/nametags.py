@@ -24,8 +24,12 @@ _DOUBTFUL: Final = 400.0
 """What it costs to be taken for another robot's name."""
 _CROWD: Final = 8
 """From how many robots on their names may be shortened."""
-_LONG: Final = 30.0
+_LONG: Final = 40.0
 """What it costs to stand a step further away."""
+_LOYAL: Final = 35.0
+"""What it is worth to stay in the same place: less than a step, so that names come back to their robots."""
+_PATIENT: Final = 390.0
+"""By how much a place that is not good must be worse than another before it is left; less than what is doubtful."""
 
 Circle = tuple[Pixel, float]
 """The centre and the radius of a robot in the window, pixels."""
@@ -50,22 +54,25 @@ class NamePainter:
         size = max(12, round(13 * ui))
         words = self._words([name for name, _, _ in robots], [circle for _, _, circle in robots], size)
         circles = [circle for _, _, circle in robots]
-        bodies = [_square(circle) for circle in circles]
-        plates: list[pygame.Rect] = []
+        taken = [_square(circle) for circle in circles]
+        placed: list[tuple[pygame.Surface, pygame.Rect]] = []
         for index, (name, colour, (centre, radius)) in enumerate(robots):
             if not area.inflate(40, 40).collidepoint(centre):
                 continue
             text = self._fonts.render(words[index], size, colour, Face.BOLD)
-            plate = self._place(name, text.get_rect().inflate(10, 2), index, circles, [*bodies, *plates], area)
-            plates.append(plate)
+            plate = self._place(name, text.get_rect().inflate(10, 2), index, circles, taken, area)
+            taken.append(plate)
+            placed.append((text, plate))
             if _gap(plate, centre) > radius + plate.height:
                 end = _nearest(plate, centre)
                 share = radius / math.dist(centre, end)
                 edge = (centre[0] + (end[0] - centre[0]) * share, centre[1] + (end[1] - centre[1]) * share)
                 shapes.stroke(surface, edge, end, palette.mix(palette.FIELD, colour, 0.8), 1.0)
+        # Above all lines, so that none runs through a name.
+        for text, plate in placed:
             shapes.pill(surface, plate, palette.BACKGROUND, 170, 6)
             surface.blit(text, text.get_rect(center=plate.center))
-        return plates
+        return [plate for _, plate in placed]
 
     def _words(self, names: Sequence[str], circles: Sequence[Circle], size: int) -> Sequence[str]:
         """The names, or in a crowd what tells them apart: 7 and 12 for player7 and player12."""
@@ -88,20 +95,23 @@ class NamePainter:
         area: pygame.Rect,
     ) -> pygame.Rect:
         """The best place for a plate: over nothing else, not beside another robot, and as near its own as can be."""
-        last = self._last.get(name, 0)
-        best, best_cost = plate, math.inf
-        for step, away in enumerate(_STEPS):
-            sides = [step * len(_SIDES) + side for side in range(len(_SIDES))]
-            for index in sorted(sides, key=lambda place: place != last):
-                tried = _beside(plate, circles[own], _SIDES[index % len(_SIDES)], away * plate.height).clamp(area)
-                cost = sum(_COVERED + _overlap(tried, taken[i]) for i in tried.collidelistall(taken))
-                cost += _LONG * step + _DOUBTFUL * _doubts(tried, own, circles, led=step > 0)
-                if cost < best_cost:
-                    best, best_cost = tried, cost
-                    self._last[name] = index
-            # Further away it could only be worse.
-            if best_cost <= _LONG * step:
-                break
+        last = self._last.get(name)
+        best, best_place, best_cost = plate, 0, math.inf
+        # The last place is tried first: most often it is still free, and then nothing else has to be looked at.
+        for index in sorted(range(len(_STEPS) * len(_SIDES)), key=lambda place: place != last):
+            step, side = divmod(index, len(_SIDES))
+            stays = index == last
+            cost = _LONG * step - _LOYAL * stays
+            if cost >= best_cost:
+                continue
+            tried = _beside(plate, circles[own], _SIDES[side], _STEPS[step] * plate.height).clamp(area)
+            harm = sum(_COVERED + _overlap(tried, taken[i]) for i in tried.collidelistall(taken))
+            if cost + harm - _PATIENT * stays < best_cost:
+                harm += _DOUBTFUL * _doubts(tried, own, circles, led=step > 0)
+            cost += max(0.0, harm - _PATIENT * stays)
+            if cost < best_cost:
+                best, best_place, best_cost = tried, index, cost
+        self._last[name] = best_place
         return best
 
 

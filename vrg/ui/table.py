@@ -1,5 +1,6 @@
 """Shows the match as text: a live table in a terminal, plain lines where the output is a file or a CI log."""
 
+import io
 import math
 from typing import ClassVar, Final
 
@@ -27,6 +28,8 @@ STATUS_EVERY: Final = 5.0
 REDRAW: Final = 0.25
 """s of real time between redraws of a terminal."""
 CALLS_SHOWN: Final = 6
+LONGEST_NAME: Final = 24
+"""The characters of a name that are shown."""
 CALLS_LEAST: Final = 2
 """Calls for which there must be room, or else the players stand beside each other."""
 
@@ -133,20 +136,21 @@ def table(scene: Scene, width: int = 120, height: int = 50) -> RenderableType:
         text = Text(f" {banner.heading} ", style=f"bold {_hex(palette.ink_on(banner.colour))} on {_hex(banner.colour)}")
         text.append("  " + "; ".join(banner.lines), style="not bold")
         parts.append(text)
-    used = sum(_lines(part, width - 4) for part in parts) + 2
-    beside = len(scene.players) + 1 + min(CALLS_LEAST, len(scene.calls)) > height - used
-    players = _players_beside(scene, width - 4) if beside else _players(scene, width - 4)
-    room = height - used - (players.row_count + (not beside))
-    return Panel(
-        Group(*parts, players, _calls(scene, max(1, min(CALLS_SHOWN, room)), wrapped=room > 2 * CALLS_SHOWN)),
-        title=title(scene.game) or "Waiting for the referee",
-        title_align="left",
-    )
+    inside = max(1, width - 4)
+    room = height - 2 - sum(_height(part, inside) for part in parts)
+    players, calls = _players(scene, inside), min(CALLS_LEAST, len(scene.calls))
+    taken = _height(players, inside)
+    if taken + calls > room:
+        players = _players_beside(scene, inside)
+        taken = _height(players, inside)
+    parts += [players, _calls(scene, inside, max(1, room - taken))]
+    return Panel(Group(*parts), title=title(scene.game) or "Waiting for the referee", title_align="left")
 
 
-def _lines(part: RenderableType, width: int) -> int:
-    """How many lines a text takes, about: it is wrapped between words."""
-    return max(1, math.ceil(1.05 * len(part.plain) / width)) if isinstance(part, Text) else 1
+def _height(part: RenderableType, width: int) -> int:
+    """How many lines a part takes at a width."""
+    console = Console(width=width, file=io.StringIO())
+    return len(console.render_lines(part, console.options))
 
 
 def _heading(scene: Scene) -> Text:
@@ -167,7 +171,9 @@ def _players(scene: Scene, width: int) -> Table:
     grid = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
     shown = [name for name, least in _COLUMNS.items() if width >= least]
     for name in shown:
-        grid.add_column(name, justify="right" if name in _NUMBERS else "left", no_wrap=name in _NUMBERS)
+        grid.add_column(
+            name, justify="right" if name in _NUMBERS else "left", no_wrap=name in _NUMBERS or name == "player"
+        )
     game = game_of(scene.game)
     poses = {body.name: body.pose for body in scene.bodies}
     for player in scene.players:
@@ -192,33 +198,40 @@ def _players_beside(scene: Scene, width: int) -> Table:
     """Two or three players in a line, each with what it does."""
     columns = max(1, min(3, width // 26))
     game = game_of(scene.game)
-    grid = Table.grid(padding=(0, 2, 0, 0))
+    cell = max(8, width // columns)
+    names = min(max((len(p.name) for p in scene.players), default=0), max(4, cell // 2 - 4))
+    grid = Table.grid(padding=(0, 1, 0, 0))
     for _ in range(columns):
-        grid.add_column(no_wrap=True)
-        grid.add_column(no_wrap=True, overflow="ellipsis")
+        grid.add_column(no_wrap=True, width=names + 2)
+        grid.add_column(no_wrap=True, width=max(1, cell - names - 4), overflow="ellipsis")
     rows = -(-len(scene.players) // columns)
     for row in range(rows):
         cells: list[RenderableType] = []
         for player in scene.players[row::rows]:
             does = player.fault or ("by hand" if player.manual else player.mode.rpartition("/")[2])
             word = player.state if player.out_of_play else does
-            cells += [_name(player, game), Text(word, style="bold red" if player.fault else "")]
+            cells += [_name(player, game, names), Text(word, style="bold red" if player.fault else "")]
         grid.add_row(*cells)
     return grid
 
 
-def _name(player: ScenePlayer, game: Game) -> Text:
+def _name(player: ScenePlayer, game: Game, longest: int = LONGEST_NAME) -> Text:
     style = game.style(player.role, player.state)
-    return Text.assemble((_SIGNS[style.marker], _hex(style.colour)), f" {player.name}")
+    name = player.name
+    if len(name) > longest:
+        # Names often differ at their ends.
+        name = f"{name[: (longest - 1) // 2]}…{name[-(longest // 2) :]}"
+    return Text.assemble((_SIGNS[style.marker], _hex(style.colour)), f" {name}")
 
 
-def _calls(scene: Scene, count: int, *, wrapped: bool) -> Table:
-    grid = Table.grid(padding=(0, 2, 0, 0))
-    grid.add_column()
-    grid.add_column(no_wrap=not wrapped, overflow="ellipsis")
-    for call in scene.calls[-count:]:
-        grid.add_row(Text(clock_text(call.clock), style="dim"), Text(call.text))
-    return grid
+def _calls(scene: Scene, width: int, room: int) -> Group:
+    """The last calls, whole if there are enough lines, or else each shortened to one line."""
+    calls = [Text.assemble((clock_text(call.clock), "dim"), "  ", call.text) for call in scene.calls[-CALLS_SHOWN:]]
+    if sum(_height(call, width) for call in calls) <= room:
+        return Group(*calls)
+    for call in calls:
+        call.truncate(width, overflow="ellipsis")
+    return Group(*calls[-room:])
 
 
 def _degrees(theta: float) -> float:

@@ -26,7 +26,7 @@ GAME = Game(
     },
     out_of_play=frozenset({INACTIVE}),
     moments={
-        "tag": Moment("X", "tag"),
+        "tag": Moment("X", "tag", others="by"),
         "out_of_bounds": Moment("s", "out of bounds"),
         "pass_limit": Moment("D", "time is up"),
     },
