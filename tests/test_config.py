@@ -10,6 +10,7 @@ from vrg.config.loading import check_strategies, load_match, match_path
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup, read_setup, write_setup
 from vrg.errors import ConfigError, LaunchError
+from vrg.hal.sim.map import load_map
 from vrg.launch.nodes import strategy_of
 
 GOOD = match_path("sharks-and-minnows").read_text(encoding="utf-8")
@@ -325,3 +326,9 @@ y = 19.0
     with pytest.raises(ConfigError) as caught:
         load_match(tmp_path / "match.toml")
     assert [problem.line for problem in caught.value.problems] == [1, 4, 8, 11, 17, 22]
+
+
+def test_a_set_up_holds_the_walls_and_obstacles_of_its_map() -> None:
+    setup = load_match(match_path("sharks-and-minnows"))
+    assert tuple(setup.obstacles) == load_map("courtyard").obstacles
+    assert len(setup.obstacles) > 10

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from mcap.reader import make_reader
+
 ROOT = Path(__file__).parents[1]
 
 
@@ -19,6 +21,15 @@ def test_a_match_with_players_of_ones_own_is_played(tmp_path: Path) -> None:
     result = json.loads((run / "result.json").read_text())
     assert result["ended"] == "game over"
     assert {"journal.jsonl", "recording.mcap", "trajectories.png", "match.toml"} <= set(os.listdir(run))
+    with (run / "recording.mcap").open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary is not None
+    topics = {channel.topic for channel in summary.channels.values()}
+    robot = next(topic.split("/")[2] for topic in topics if topic.endswith("/pose"))
+    recorded = {f"/robot/{robot}/{what}" for what in ("pose", "twist", "command", "battery", "laser/front")}
+    assert {"/field", "/scene", *recorded} <= topics
+    layout = json.loads((run / "foxglove-layout.json").read_text())
+    assert any(robot in line["value"] for line in layout["configById"]["Plot!speed"]["paths"])
 
 
 def test_the_player_in_the_readme_is_the_example(tmp_path: Path) -> None:

@@ -17,6 +17,8 @@ from vrg.bus.radio import Radio
 from vrg.bus.topics import Keys
 from vrg.errors import StrategyError
 from vrg.hal.device import Device
+from vrg.hal.sensors.battery import Battery
+from vrg.hal.sensors.spec import Sample
 from vrg.types import STILL, Twist
 
 KEYS = Keys("m")
@@ -91,6 +93,29 @@ def test_the_strategy_drives_when_nothing_is_stronger(bench: Bench) -> None:
     told = bench.tick()
     assert told == ["arm", "drive 0.35 0.00"]
     assert bench.tick() == ["drive 0.35 0.00"], "it is armed once"
+
+
+def test_a_report_tells_the_motion_that_the_robot_was_told_to_make(bench: Bench) -> None:
+    bench.tick()
+    assert bench.report().command == Twist(0.35, 0.0)
+    bench.hear(m.SpeedLimit(v_max=0.2))
+    bench.tick()
+    assert bench.report().command == Twist(pytest.approx(0.2), 0.0), "after all limits"
+    bench.tick(may_move=False)
+    assert bench.report().command == STILL
+    bench.tick(halted="a cable")
+    assert bench.report().command is None, "it is not driven"
+
+
+def test_a_report_tells_the_charge_of_the_battery_while_it_is_known(bench: Bench) -> None:
+    bench.tick()
+    assert bench.report().battery is None
+    bench.robot.samples.append(Sample(0.0, 0.0, Battery(charge=0.6)))
+    bench.tick()
+    assert bench.report().battery == 0.6
+    bench.robot.blind = True
+    bench.tick()
+    assert bench.report().battery is None
 
 
 def test_a_new_player_reaches_its_robot_only_when_it_is_started_and_begins_disarmed(bench: Bench) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 import typer
+from mcap.reader import make_reader
 
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Stage
@@ -19,9 +20,10 @@ from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import read_journal
 from vrg.geometry import outline_distance
 from vrg.hal.models import robot_model
+from vrg.hal.sim.map import load_map
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.in_process import Ending, play
-from vrg.launch.nodes import open_journal, recorder_node
+from vrg.launch.nodes import open_journal, recorder_node, spectator_node
 from vrg.launch.run_folder import RunFolder
 from vrg.recording.reader import read_tracks
 from vrg.regions import Rectangle
@@ -204,6 +206,20 @@ def test_a_player_that_never_lines_up_does_not_keep_the_others_from_playing(tmp_
     placed = [c for c in calls if c.rule == "placed"]
     assert 1 <= len(placed) <= 3
     assert "player7" in placed[0].text
+
+
+def test_a_recording_and_a_window_show_the_walls_of_the_map(tmp_path: Path) -> None:
+    setup, folder = setup_for("planar", 0), RunFolder(tmp_path)
+    recorder = recorder_node(setup, folder)
+    with open_journal(setup, folder) as journal:
+        play(setup, journal, watchers=[recorder], pace=lambda time: time < 1.0)
+    recorder.stop()
+    with folder.recording.open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary is not None
+    assert "/map" in {channel.topic for channel in summary.channels.values()}
+    window = spectator_node(setup, "window", tmp_path)
+    assert window._builder.build(True).obstacles == load_map("courtyard").obstacles
 
 
 def test_players_may_have_names_in_their_own_language(tmp_path: Path) -> None:

@@ -27,7 +27,8 @@ def test_it_names_topics_and_values_that_a_recording_has(tmp_path):
     seen = {topic for topic, how in panels["3D!match"]["topics"].items() if how["visible"]}
     assert seen == {topic for topic in newest if topic in ("/map", "/field", "/scene")}
     assert panels["RosOut!calls"]["topicToRender"] == "/referee/calls"
-    for panel in ("Plot!speed", "StateTransitions!stage"):
+    assert "/robot/nemo/laser/front" in panels["3D!match"]["topics"]
+    for panel in ("Plot!speed", "Plot!battery", "StateTransitions!stage"):
         for line in panels[panel]["paths"]:
             topic, _, value = line["value"].rpartition(".")
             assert value in newest[topic], line

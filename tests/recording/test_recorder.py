@@ -123,9 +123,10 @@ def test_how_a_robot_moves_and_is_told_to_move_and_its_battery_are_recorded(tmp_
 
     assert [(body["v"], body["w"]) for _, body in written("/robot/nemo/twist")] == [(0.9, 0.1)]
     commands = written("/robot/nemo/command")
-    assert [at for at, _ in commands] == pytest.approx([1.0, 1.1, 1.2])
-    assert [body["v"] for _, body in commands] == pytest.approx([0.0, 0.1, 0.2])
-    assert [body["charge"] for _, body in written("/robot/nemo/battery")] == [0.5, 0.4], "what changed, and no more"
+    assert [at for at, _ in commands] == pytest.approx([0.0, 1.0, 1.1, 1.2])
+    assert [body["v"] for _, body in commands] == pytest.approx([0.9, 0.0, 0.1, 0.2])
+    charges = [body["charge"] for _, body in written("/robot/nemo/battery")]
+    assert charges == [0.8, 0.5, 0.4], "what changed, and no more"
     assert [body["mode"] for _, body in written("/player/nemo/report")] == ["Minnow/Cross", "x"]
 
 
@@ -201,7 +202,7 @@ def test_physical_robots_have_a_rim_in_the_scene(file):
     assert {name for name in synthetic.NAMES if entities[name]["lines"]} == {"bruce", "nemo"}
 
 
-SCAN = Laser(angle_min=-0.5, angle_step=0.5, range_max=8.0, data=np.array([1.0, 2.0, 8.0], dtype="<f4").tobytes())
+SCAN = Laser(angle_min=-0.5, angle_step=0.5, range_max=8.0, data=np.array([1.0004, 2.0, 8.0], dtype="<f4").tobytes())
 
 
 def recorded_readings(path, said, **options):
@@ -232,7 +233,7 @@ def test_lasers_are_recorded_where_they_are_on_the_robot(tmp_path):
         models={"nemo": P2AT},
     )
     assert (schema, topic) == ("foxglove.LaserScan", "/robot/nemo/laser/front")
-    assert data["ranges"] == [1.0, 2.0, 8.0]
+    assert data["ranges"] == [1.0, 2.0, 8.0], "in whole mm"
     assert (data["start_angle"], data["end_angle"]) == (-0.5, 0.5)
     assert P2AT.laser.x > 0.0
     assert data["pose"]["position"]["y"] == pytest.approx(2.0 + P2AT.laser.x)

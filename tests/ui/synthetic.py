@@ -13,10 +13,11 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys, Topic
 from vrg.regions import Circle, Polygon, Rectangle, Sector
-from vrg.types import Pose
+from vrg.types import Pose, Twist
 
 X_MIN, X_MAX, Y_MIN, Y_MAX = 16.0, 26.0, -32.0, -13.0
 PASS_TIME = 20.0
+COMMAND = Twist(0.9, 0.1)
 SHARKS = ("bruce", "anchor")
 MINNOWS = ("nemo", "marlin", "dory", "gill", "squirt")
 NAMES = (*SHARKS, *MINNOWS)
@@ -173,7 +174,8 @@ class Match:
             if time - node.period < call.clock <= time:
                 self.say(mailbox, keys.referee_event, call, time, call.number)  # type: ignore[arg-type]
         for name in NAMES:
-            report = m.Report(mode="Shark/Chase" if name in SHARKS else "Minnow/Cross", armed=True)
+            mode = "Shark/Chase" if name in SHARKS else "Minnow/Cross"
+            report = m.Report(mode=mode, armed=True, command=COMMAND, battery=0.8)
             self.say(mailbox, keys.report(name), report, time, number)  # type: ignore[arg-type]
         mailbox.handover(time)
         node.tick(Tick(time))

@@ -3,6 +3,7 @@
 import dataclasses
 
 import matplotlib.image
+import msgspec
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
@@ -30,6 +31,11 @@ def drawn(monkeypatch):
 
     monkeypatch.setattr(plot, "_figure", keep)
     return kept
+
+
+def tag_at(call, clock):
+    """The call at another time; its number does not matter."""
+    return msgspec.structs.replace(call, clock=float(clock), number=7)
 
 
 def words(axes):
@@ -64,6 +70,25 @@ def test_a_zone_of_any_shape_is_drawn_with_its_name_in_its_middle(recorded, draw
         assert names[zone.name] == zone.region.middle
     assert [patch.get_hatch() for patch in first.patches] == [None, "//", None, None]
     assert not second.patches
+
+
+def test_many_calls_are_numbered_and_told_in_the_legend(recorded, drawn, tmp_path):
+    [tag, _] = read_calls(recorded)
+    calls = [tag_at(tag, n) for n in range(12)]
+    plot_trajectories(recorded, tmp_path / "plot.png", calls=calls)
+    [legend] = drawn[0].figure.legends
+    told = [text.get_text() for text in legend.get_texts()]
+    assert [words for words in told if "by bruce" in words] == [f"gill 0:{n:02d}.0 by bruce" for n in range(12)]
+    signs = [line.get_marker() for line, words in zip(legend.legend_handles, told, strict=True) if "by bruce" in words]
+    assert signs == [f"${n}$" for n in range(1, 13)]
+    assert {str(n) for n in range(1, 13)} <= set(words(drawn[0]))
+    assert not any("by bruce" in text for text in words(drawn[0])), "a number stands for the words"
+
+
+def test_a_few_calls_are_told_beside_their_marks(recorded, drawn, tmp_path):
+    [tag, _] = read_calls(recorded)
+    plot_trajectories(recorded, tmp_path / "plot.png", calls=[tag_at(tag, n) for n in range(8)])
+    assert {f"gill 0:{n:02d}.0 by bruce" for n in range(8)} <= set(words(drawn[0]))
 
 
 def test_walls_and_obstacles_are_drawn(recorded, drawn, tmp_path):
@@ -154,7 +179,7 @@ def test_tracks_without_a_referee_are_plotted_whole(recorded, drawn, tmp_path):
     }
     plot_trajectories(silent, tmp_path / "plot.png", calls=read_calls(recorded))
     assert len(drawn) == 1
-    assert "gill 0:09.0 by bruce" in words(drawn[0])
+    assert "gill 0:09.0 with bruce" in words(drawn[0])
 
 
 def test_without_tracks_there_is_nothing_to_plot(tmp_path):

@@ -102,6 +102,15 @@ def test_a_tag_flashes_where_it_happened_for_a_moment():
     assert len(flashes(builder, 9.0 + FLASH_SECONDS, rate=4.0)) == 1, "a moment is real time"
 
 
+def test_what_was_called_before_a_restart_of_the_world_does_not_flash_again():
+    builder = SceneBuilder()
+    builder.referee(synthetic.state(9.0))
+    builder.call(synthetic.calls(9.0)[0], 9.0)
+    assert flashes(builder, 9.1)
+    builder.clock(m.Clock(time=9.0, tick=1, epoch=1, rate=1.0, estop=False))
+    assert builder.build(True).flashes == ()
+
+
 def test_only_calls_that_the_game_marks_flash():
     builder = SceneBuilder()
     builder.referee(synthetic.state(9.0))

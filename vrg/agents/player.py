@@ -95,7 +95,7 @@ class Player(Node):
 
     def look(self, tick: Tick) -> View | None:
         """Return what the player sees, or None if its robot has to stand still. The robot is then stopped already."""
-        self._fault, self._latched, self._manual, self._command = None, False, False, None
+        self._fault, self._latched, self._manual, self._command, self._battery = None, False, False, None, None
         self._device.hear()
         referee = self._referee.latest
         readings = self._read()

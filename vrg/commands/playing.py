@@ -83,12 +83,15 @@ def play_match(
     console = Console(highlight=False)
     try:
         keep(setup, folder)
-        if wish.record:
-            keep_layout(setup, folder)
     except OSError as error:
         console.print(
             f"[yellow]the files that the match names cannot be kept with the run: {escape(str(error))}[/yellow]"
         )
+    try:
+        if wish.record:
+            keep_layout(setup, folder)
+    except OSError as error:
+        console.print(f"[yellow]the layout for Foxglove cannot be written: {escape(str(error))}[/yellow]")
     console.print(
         f"{setup.name}: {setup.game}, seed {setup.seed}, {setup.engine}; run in {folder.path}",
         soft_wrap=True,

@@ -19,6 +19,8 @@ from vrg.hal.sensors.laser import LaserSpec
 from vrg.launch.run_folder import RunFolder
 from vrg.recording.layout import foxglove_layout
 
+LEAST_SHOWN = 20.0
+"""The width of what Foxglove's camera shows at least, m."""
 FILES = "files"
 """The folder for files that are not beside the match file."""
 
@@ -84,9 +86,12 @@ def keep_layout(setup: MatchSetup, folder: RunFolder) -> None:
         player.name: [spec.name for spec in robot_model(player.model).sensors if isinstance(spec, LaserSpec)]
         for player in setup.players
     }
-    xs, ys = [player.pose.x for player in setup.players], [player.pose.y for player in setup.players]
-    middle = ((min(xs) + max(xs)) / 2, (min(ys) + max(ys)) / 2)
-    width = max(max(xs) - min(xs), max(ys) - min(ys)) * 1.5 + 5.0
+    bounds = [(player.pose.x, player.pose.y, player.pose.x, player.pose.y) for player in setup.players]
+    bounds += [obstacle.bounds for obstacle in setup.obstacles]
+    x_min, y_min = min(b[0] for b in bounds), min(b[1] for b in bounds)
+    x_max, y_max = max(b[2] for b in bounds), max(b[3] for b in bounds)
+    middle = ((x_min + x_max) / 2, (y_min + y_max) / 2)
+    width = max(x_max - x_min, y_max - y_min, LEAST_SHOWN)
     folder.layout.write_text(json.dumps(foxglove_layout(lasers, middle, width), indent=2) + "\n", encoding="utf-8")
 
 

@@ -4,12 +4,15 @@ Panels are named by their type and an id of their own, as in a layout that Foxgl
 RosOut there.
 """
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from vrg.types import Vector
 
+FIELD_OF_VIEW: Final = 45.0
+"""The vertical angle of the camera's view, degrees."""
 _PLAIN: Final = re.compile(r"[\w/.-]+", re.ASCII)
 """A topic that a path to a value of a message may hold without quotation marks."""
 
@@ -26,7 +29,8 @@ def foxglove_layout(lasers: Mapping[str, Sequence[str]], middle: Vector, width: 
     panels: dict[str, dict[str, Any]] = {
         "3D!match": {
             "cameraState": {
-                "distance": width, "perspective": True, "phi": 30.0, "thetaOffset": 0.0, "fovy": 45.0, "near": 0.5,
+                "distance": width / (2 * math.tan(math.radians(FIELD_OF_VIEW) / 2)), "perspective": True, "phi": 30.0,
+                "thetaOffset": 0.0, "fovy": FIELD_OF_VIEW, "near": 0.5,
                 "far": 5000.0, "target": [0.0, 0.0, 0.0], "targetOffset": [*middle, 0.0],
                 "targetOrientation": [0.0, 0.0, 0.0, 1.0],
             },

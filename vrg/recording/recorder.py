@@ -5,7 +5,8 @@ Topics:
 - `/scene`: the robots as boxes coloured by role, the physical ones with a white rim. `/field`: the zones as outlines,
   when they change. `/map`: walls and obstacles, once.
 - `/robot/<robot>/pose`: where the world shows a robot. `/robot/<robot>/measured`: a physical robot's measured pose.
-- `/robot/<robot>/twist`: how it moves. `/robot/<robot>/command`: how its player wants it to move.
+- `/robot/<robot>/twist`: how it moves. `/robot/<robot>/command`: the motion that it was last told to make, after all
+  limits.
 - `/robot/<robot>/battery`: the charge of its battery, when it changes by a thousandth.
 - `/robot/<robot>/<kind>/<sensor>`: the readings of its sensors, where the recorder is asked for them.
 - `/player/<player>/report`: what a player says of itself, when it changes.
@@ -58,7 +59,7 @@ class Recorder(Node):
         models: of the robots, by name; a robot without one is drawn 0.5 m long.
         obstacles: the ground that the map's walls and obstacles cover, m.
         sensors: the messages of the kinds of sensors that are recorded too, such as `Laser`, of every robot. With scans
-            a recording is about twice as large.
+            a recording is two to three times as large.
         period: s between ticks.
 
     Attributes:

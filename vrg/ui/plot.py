@@ -26,6 +26,8 @@ from vrg.ui.scene import JUMP, clock_text
 
 CALLS_IN_WORDS: Final = 8
 """The most calls in a panel that are told beside their marks. More of them are numbered and told in the legend."""
+LETTER: Final = 0.075
+"""The width of a letter of the legend, inches."""
 LEGEND_LINES: Final = 36
 """The lines of the legend in one column."""
 _ROLE_MARKERS: Final = {
@@ -81,14 +83,15 @@ def plot_trajectories(
     rounds = _rounds(tracks)
     box = _extent(tracks, zones)
     marked = {n: [c for c in calls if c.rule in moments and n in (c.round, 0) and c.poses] for n in rounds}
-    crowded = [call for of_round in marked.values() if len(of_round) > CALLS_IN_WORDS for call in of_round]
-    listed = {call.number: index for index, call in enumerate(crowded, 1)}
+    listed = [call for of_round in marked.values() if len(of_round) > CALLS_IN_WORDS for call in of_round]
     tracks = {name: tracks[name] for name in sorted(tracks, key=_natural)}
     colours = {name: _colour(index) for index, name in enumerate(tracks)}
     handles = [*_legend(tracks, rounds, colours, calls, shown_as)]
-    handles += [_listed(call, listed[call.number]) for call in crowded]
+    handles += [_listed(number, _words_of(call, moments)) for number, call in enumerate(listed, 1)]
     columns = -(-len(handles) // LEGEND_LINES)
-    figure, panels, metre = _figure(len(rounds), box, columns)
+    longest = max(len(str(handle.get_label())) for handle in handles)
+    figure, panels, metre = _figure(len(rounds), box, columns * (0.75 + LETTER * longest))
+    numbers = iter(range(1, len(listed) + 1))
     for axes, number in zip(panels, rounds, strict=True):
         here = zones.get(number, ())
         labels = Labels(metre, box, [zone.region for zone in here if zone.kind == "field"])
@@ -102,7 +105,9 @@ def plot_trajectories(
         for name, track in tracks.items():
             _draw_track(axes, track, number, colours[name], labels, shown_as)
         for call in marked[number]:
-            words = str(listed[call.number]) if call.number in listed else _words_of(call)
+            labels.keep_clear((call.poses[0].x, call.poses[0].y), width=17.0, height=17.0)
+        for call in marked[number]:
+            words = str(next(numbers)) if len(marked[number]) > CALLS_IN_WORDS else _words_of(call, moments)
             _draw_call(axes, call, moments[call.rule].sign, words, labels)
         axes.set(xlim=(box[0], box[2]), ylim=(box[1], box[3]), xlabel="x, m", aspect="equal")
         axes.grid(True, color="0.92", linewidth=0.6)
@@ -131,15 +136,20 @@ def _rounds(tracks: Mapping[str, Track]) -> list[int]:
     return sorted(played) or [0]
 
 
-def _figure(count: int, box: Bounds, legend_columns: int = 1) -> tuple[Figure, list[Axes], float]:
-    """The figure, its panels, and the length of a metre in points."""
+def _figure(count: int, box: Bounds, legend: float = 2.0) -> tuple[Figure, list[Axes], float]:
+    """The figure, its panels, and the length of a metre in points.
+
+    Args:
+        count: the number of panels. box: what each of them shows, m. legend: the width of the legend, inches.
+    """
     aspect = (box[3] - box[1]) / (box[2] - box[0])
     columns = min(count, 4 if aspect > 1.0 else 2)
     rows = math.ceil(count / columns)
-    # The longer side of a panel is about 8 inches; the legend is beside them.
+    # The longer side of a panel is about 8 inches, but all of them together have 24 at most. The legend is beside them.
     width, height = (8.0 / aspect, 8.0) if aspect > 1.0 else (8.0, 8.0 * aspect)
-    legend = 2.0 if legend_columns == 1 else 2.8 * legend_columns
-    size = (min(24.0, columns * (width + 0.5) + 0.2 + legend), min(24.0, rows * (height + 0.7) + 0.6))
+    shrink = min(1.0, (24.0 - 0.5 * columns) / (columns * width), (24.0 - 0.7 * rows) / (rows * height))
+    width, height = width * shrink, height * shrink
+    size = (columns * (width + 0.5) + 0.2 + legend, rows * (height + 0.7) + 0.6)
     figure = Figure(figsize=size, layout="compressed", facecolor="white")
     FigureCanvasAgg(figure)
     grid = figure.subplots(rows, columns, squeeze=False, sharey=True)
@@ -224,18 +234,18 @@ def _draw_call(axes: Axes, call: CallRecord, sign: str, words: str, labels: Labe
     labels.write(axes, words, here, (0.0, 0.0, 0.0), bold=False)
 
 
-def _words_of(call: CallRecord) -> str:
+def _words_of(call: CallRecord, moments: Mapping[str, Moment]) -> str:
     """Who was concerned, when, and who else took part: `nemo 0:09.0 by bruce`."""
     whom, *others = call.players or [call.rule]
-    return f"{whom} {clock_text(call.clock)}" + (f" by {', '.join(others)}" if others else "")
+    return f"{whom} {clock_text(call.clock)}" + (f" {moments[call.rule].others} {', '.join(others)}" if others else "")
 
 
-def _listed(call: CallRecord, number: int) -> Line2D:
-    """A call in the legend, where the panel has only its number there."""
+def _listed(number: int, words: str) -> Line2D:
+    """A call in the legend. In the panel its number stands for it."""
     size = 6.0 if number < 10 else 9.0
     return Line2D(
         [], [], color="black", marker=f"${number}$", markersize=size, markeredgewidth=0.0, linestyle="",
-        label=_words_of(call),
+        label=words,
     )  # fmt: skip
 
 
