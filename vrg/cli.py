@@ -28,6 +28,7 @@ COMMANDS: dict[str, tuple[str, str | None]] = {
     "result": ("vrg.commands.after:result", None),
     "plot": ("vrg.commands.after:plot", None),
     "substitute": ("vrg.commands.substitute:substitute", None),
+    "sensors": ("vrg.commands.sensors:sensors", None),
     "topic": ("vrg.commands.topic:app", None),
     "can": ("vrg.commands.can:app", None),
     "diagram": ("vrg.commands.diagram:diagram", None),

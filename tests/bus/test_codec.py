@@ -16,9 +16,11 @@ from vrg.errors import MessageError
 from vrg.hal.sensors import SENSORS
 from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.encoders import Encoders
+from vrg.hal.sensors.gps import Gps
 from vrg.hal.sensors.ins import Ins
 from vrg.hal.sensors.laser import Laser
 from vrg.hal.sensors.odometry import Odometry
+from vrg.hal.sensors.sonar import Sonar
 from vrg.hal.sensors.touch import Touch
 from vrg.regions import Circle, Polygon, Rectangle, Sector
 from vrg.types import Pose, Twist
@@ -64,6 +66,11 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
     Odometry: st.builds(Odometry, pose=poses, twist=st.builds(Twist, speeds, spins)),
     Encoders: st.builds(Encoders, left=st.integers(-(2**60), 2**60), right=st.just(0)),
     Touch: st.builds(Touch, pressed=st.lists(st.booleans(), max_size=8).map(tuple)),
+    Sonar: st.builds(Sonar, range_max=st.just(5.0), ranges=st.lists(st.floats(0, 5), max_size=16).map(tuple)),
+    Gps: st.builds(
+        Gps,
+        latitude=st.none() | st.floats(-1.57, 1.57), longitude=st.none() | st.floats(-3.14, 3.14), satellites=counts,
+    ),
     Battery: st.builds(Battery, charge=st.floats(0, 1)),
     m.Say: st.builds(m.Say, words=st.binary(max_size=1024)),
     m.Placed: st.builds(m.Placed, pose=poses, by=names),

@@ -143,7 +143,7 @@ def test_bumpers_and_battery_say_what_is_true() -> None:
 def test_of_a_physical_robot_only_what_it_may_lack_is_simulated() -> None:
     suite = SensorSuite(Surroundings(load_map("open"), 1, True))
     suite.resize(["g"], [P2AT], [True], instant(0, [P2AT], (0, 0)))
-    assert {m.kind for _, _, m in suite.sense(instant(0, [P2AT], (0, 0)))} == {"laser"}
+    assert {m.kind for _, _, m in suite.sense(instant(0, [P2AT], (0, 0)))} == {"laser", "sonar", "gps"}
 
 
 def test_a_simulation_that_cannot_be_imported_is_told() -> None:

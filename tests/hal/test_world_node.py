@@ -48,7 +48,10 @@ DISARM = Drive(twist=STILL, armed=False)
 
 
 LASER_A, LASER_C, LASER_G = (KEYS.sensor(Laser, name, "front").key for name in "acg")
-SENSORS = {"laser/front", "touch/main", "encoders/main", "odometry/main", "ins/main", "battery/main"}
+SENSORS = {
+    "laser/front", "sonar/rings", "touch/main", "encoders/main", "odometry/main", "ins/main", "gps/main",
+    "battery/main",
+}  # fmt: skip
 
 
 def sensed(wire: Wire, kind: type[S], name: str = "a") -> S:
@@ -650,10 +653,14 @@ class TestPhysicalRobots:
         assert sees.ranges[90] == pytest.approx(2.0 - model.length / 2 - model.laser.x, abs=0.001)
 
     def test_nobodys_noise_depends_on_it(self) -> None:
-        def readings(*robots: tuple[str, float, float, float]) -> list[object]:
+        def readings(*robots: tuple[str, float, float, float]) -> dict[str, list[object]]:
             world = Wire(config(*robots, physical="g", seed=4, lasers=False))
             world.tick(300, each=[GO])
-            return [m for key, _, m in world.log if "/robot/a/" in key]
+            said: dict[str, list[object]] = {}
+            for key, _, message in world.log:
+                if "/robot/a/" in key:
+                    said.setdefault(key, []).append(message)
+            return said
 
         assert readings(("a", 0, 0, 0)) == readings(("g", 9, 9, 0), ("a", 0, 0, 0))
 

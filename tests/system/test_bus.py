@@ -105,3 +105,12 @@ def test_the_rate_of_a_topic_is_measured(match: Match) -> None:
     assert len(rows) == 2
     assert rows[-1]["hz"] > 1
     assert rows[-1]["gap_max_ms"] > 0.0
+
+
+def test_the_sensors_of_a_robot_are_shown_while_it_plays(match: Match) -> None:
+    shown = match.vrg("sensors", PLAYERS[0], "--match", match.keys.match, "--router", match.endpoint, "--seconds", "3")
+    assert shown.returncode == 0, shown.stderr
+    for words in ("181 beams", "sonar rings", "satellites", "encoders main", "charge"):
+        assert words in shown.stdout
+    nobody = match.vrg("sensors", "nobody", "--match", match.keys.match, "--router", match.endpoint, "--seconds", "1")
+    assert nobody.returncode == 1

@@ -78,7 +78,7 @@ class MatchFile(Table):
         game: the name of the game. map: a map's name, or the path of its file. engine: the physics engine's name.
         seed: the seed of all random numbers in the match.
         rate: match seconds per real second.
-        lasers: False omits the scans, which saves time where no player looks at them. noise: False means perfect
+        lasers: False omits all range finders, to save time where no player looks at them. noise: False means perfect
             sensors.
         on_fault: what follows if a player fails for good, as its program fails too often, hangs, prints without end or
             uses too much memory: `disqualify` takes it out and plays on, `halt` halts the match.

@@ -9,9 +9,11 @@ from vrg.bus.mailbox import Inlet
 from vrg.bus.messages import SensorMessage
 from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.encoders import Encoders
+from vrg.hal.sensors.gps import Gps
 from vrg.hal.sensors.ins import Ins
 from vrg.hal.sensors.laser import Laser
 from vrg.hal.sensors.odometry import Odometry
+from vrg.hal.sensors.sonar import Sonar
 from vrg.hal.sensors.spec import Sample
 from vrg.hal.sensors.touch import Touch
 
@@ -93,6 +95,16 @@ class Readings(Struct, frozen=True):
     def touch(self) -> Sample[Touch] | None:
         """Which bumpers are pressed."""
         return self.latest(Touch)
+
+    @property
+    def sonar(self) -> Sample[Sonar] | None:
+        """The newest ranges of the first ring of ultrasonic range finders."""
+        return self.latest(Sonar)
+
+    @property
+    def gps(self) -> Sample[Gps] | None:
+        """The newest position of the first GPS receiver."""
+        return self.latest(Gps)
 
     @property
     def battery(self) -> Sample[Battery] | None:

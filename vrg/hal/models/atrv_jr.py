@@ -4,6 +4,7 @@ from vrg.hal.models.description import RobotModel
 from vrg.hal.models.lms200 import LMS200, lms200
 from vrg.hal.sensors.battery import BatterySpec
 from vrg.hal.sensors.encoders import EncodersSpec
+from vrg.hal.sensors.gps import GpsSpec
 from vrg.hal.sensors.ins import InsSpec
 from vrg.hal.sensors.odometry import OdometrySpec
 from vrg.hal.sensors.touch import TouchSpec
@@ -33,6 +34,7 @@ ATRV_JR = RobotModel(
         EncodersSpec(ticks=20_000),
         OdometrySpec(),
         InsSpec(),
+        GpsSpec(),
         BatterySpec(),
     ),
     source=(

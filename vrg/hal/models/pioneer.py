@@ -2,8 +2,10 @@
 
 from vrg.hal.models.description import RobotModel
 from vrg.hal.models.lms200 import LMS200, lms200
+from vrg.hal.models.p2_sonar import P2_SONAR, p2_sonar
 from vrg.hal.sensors.battery import BatterySpec
 from vrg.hal.sensors.encoders import EncodersSpec
+from vrg.hal.sensors.gps import GpsSpec
 from vrg.hal.sensors.ins import InsSpec
 from vrg.hal.sensors.odometry import OdometrySpec
 from vrg.hal.sensors.touch import TouchSpec
@@ -33,7 +35,9 @@ P2AT = RobotModel(
         EncodersSpec(ticks=34_000),
         OdometrySpec(),
         InsSpec(),
+        GpsSpec(),
         BatterySpec(),
+        p2_sonar(),
     ),
     source=(
         "Length, width, height, wheel diameter (0.22 m), top speed (0.7 m/s), turn rate (140 degrees/s) and "
@@ -44,5 +48,6 @@ P2AT = RobotModel(
         "concrete, friction 0.92. Effective track: measured in the pybullet engine, see vrg.hal.sim.engines.pybullet; "
         "the robot's own parameter file p2at.p as shipped with p2os has 2 / DiffConvFactor = 0.588 m. "
     )
+    + P2_SONAR
     + LMS200,
 )

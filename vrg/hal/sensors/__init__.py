@@ -21,9 +21,11 @@ SENSORS: Registry[type[SensorSpec]] = Registry(
     {
         "battery": "vrg.hal.sensors.battery:BatterySpec",
         "encoders": "vrg.hal.sensors.encoders:EncodersSpec",
+        "gps": "vrg.hal.sensors.gps:GpsSpec",
         "ins": "vrg.hal.sensors.ins:InsSpec",
         "laser": "vrg.hal.sensors.laser:LaserSpec",
         "odometry": "vrg.hal.sensors.odometry:OdometrySpec",
+        "sonar": "vrg.hal.sensors.sonar:SonarSpec",
         "touch": "vrg.hal.sensors.touch:TouchSpec",
     },
     _check,

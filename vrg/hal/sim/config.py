@@ -38,7 +38,7 @@ class WorldConfig:
         map: a map's name, or the path of its file. engine: the name of a physics engine.
         tick: the match time between steps, s. seed: the seed of all noise.
         rate: match seconds per real second; 0 means as fast as possible, which only a match in one process can be.
-        lasers: False omits the scans, which saves time where no player looks at them. noise: False means perfect
+        lasers: False omits all range finders, to save time where no player looks at them. noise: False means perfect
             sensors.
         robots: the robots that are in the world from the start.
     """

@@ -2,6 +2,7 @@
 
 name = "yard"
 bounds = { x_min = -5, y_min = -5, x_max = 5, y_max = 5 }   # any region; no robot can be placed outside of it
+origin = { latitude = 35.083, longitude = -106.624 }        # where x = y = 0 is, for GPS; degrees, WGS 84; +y is north
 [[wall]]                     # a polyline
 points = [[-5, -5], [5, -5]]
 thickness = 0.2
@@ -51,12 +52,14 @@ class Map:
         name: the name that the map's file gives.
         bounds: the part of the plane in which robots may be placed.
         boxes: walls and box-shaped obstacles. circles: round obstacles.
+        origin: the latitude and the longitude of x = y = 0, rad, WGS 84; +x is east and +y is north.
     """
 
     name: str
     bounds: Region
     boxes: tuple[Box, ...]
     circles: tuple[Circle, ...]
+    origin: tuple[float, float] = (0.0, 0.0)
 
     @cached_property
     def obstacles(self) -> tuple[Polygon | Circle, ...]:
@@ -118,9 +121,15 @@ class _CircleEntry(Table):
     radius: _Size
 
 
+class _Origin(Table):
+    latitude: Annotated[float, Field(ge=-85.0, le=85.0)]
+    longitude: Annotated[float, Field(ge=-180.0, le=180.0)]
+
+
 class _MapFile(Table):
     name: str
     bounds: RegionSetting
+    origin: _Origin = _Origin(latitude=0.0, longitude=0.0)
     wall: list[_WallEntry] = Field(default_factory=list)
     box: list[_BoxEntry] = Field(default_factory=list)
     circle: list[_CircleEntry] = Field(default_factory=list)
@@ -161,4 +170,5 @@ def _parse(text: str, file: str) -> Map:
         bounds=entry.bounds,
         boxes=tuple(boxes),
         circles=tuple(Circle(c.x, c.y, c.radius) for c in entry.circle),
+        origin=(math.radians(entry.origin.latitude), math.radians(entry.origin.longitude)),
     )

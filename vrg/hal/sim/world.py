@@ -25,7 +25,7 @@ _BATTERY_TICKS = 10
 """The number of ticks between two energy balances."""
 STATE_PERIOD = 0.1
 """The match time in s between two states of a robot of which nothing has changed."""
-_LASERS = frozenset({"laser"})
+_RANGE_FINDERS = frozenset({"laser", "sonar"})
 
 
 class World:
@@ -52,7 +52,7 @@ class World:
         self._ghosts: dict[str, Ghost] = {}
         self._gate = RefereeGate()
         self._sensors = SensorSuite(Surroundings(self.map, config.seed, config.noise))
-        self._spared = frozenset() if config.lasers else _LASERS
+        self._spared = frozenset() if config.lasers else _RANGE_FINDERS
         self._state_ticks = max(1, round(STATE_PERIOD / config.tick))
         self._said: dict[str, RobotState] = {}
         for robot in config.robots:

@@ -1,0 +1,52 @@
+"""Rings of ultrasonic range finders."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from msgspec import Meta
+
+from vrg.bus.messages import SensorMessage
+from vrg.hal.sensors.spec import SensorSpec
+from vrg.types import Metres, Pose
+
+COUNT_LIMIT = 256
+"""The largest number of transducers in a ring."""
+
+
+class Sonar(SensorMessage, frozen=True, kw_only=True):
+    """The ranges of all transducers of a ring.
+
+    Args:
+        range_max: the longest range, m. A transducer that hears no echo reads range_max.
+        ranges: the range of each transducer in the order of the spec, m.
+    """
+
+    kind = "sonar"
+
+    range_max: Metres
+    ranges: Annotated[tuple[Metres, ...], Meta(max_length=COUNT_LIMIT)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SonarSpec(SensorSpec):
+    """A ring of ultrasonic range finders on a robot.
+
+    Each measures the distance to the nearest surface within its cone, wherever in the cone that is.
+
+    Args:
+        places: the pose of each transducer in the robot's frame, m and rad.
+        cone: the whole angle of the cone, rad, less than pi.
+        range_min, range_max: the shortest and the longest range, m. Anything nearer reads range_min.
+        noise: standard deviation of a range, as a fraction of it. resolution: the step of a range, m.
+    """
+
+    message = Sonar
+    simulation = "vrg.hal.sim.sensors.sonar:SonarSimulation"
+    synthesised = True
+
+    places: tuple[Pose, ...]
+    cone: float
+    range_min: float
+    range_max: float
+    noise: float
+    resolution: float
