@@ -107,7 +107,7 @@ def test_the_commands_that_are_printed_work(vrg: Vrg) -> None:
 def test_the_match_can_be_checked_and_played(vrg: Vrg, tmp_path: Path) -> None:
     out = good(vrg, "new", "match", "final")
     assert "vrg play final.toml" in out
-    assert "good: sharks-and-minnows, 4 players, 1 round, map open" in good(vrg, "check", "final.toml")
+    assert "good: sharks-and-minnows, 4 players, 2 rounds, map open" in good(vrg, "check", "final.toml")
     ending = played(tmp_path / "final.toml", tmp_path / "run")
     assert ending.state.winner is not None
     assert ending.state.clock < 60.0, "it is short"
@@ -255,7 +255,11 @@ def test_a_folder_that_cannot_be_made_is_told(vrg: Vrg, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("kind", "name", "said"),
     [
-        ("player", "2fast", "expected a name of 1 to 64 of A-Z a-z 0-9 _ beginning with a letter, got '2fast'"),
+        (
+            "player",
+            "2fast",
+            "expected a name of 1 to 64 characters, A-Z a-z 0-9 _, beginning with a letter, got '2fast'",
+        ),
         ("player", "my-ann", "beginning with a letter, got 'my-ann'"),
         ("player", "../ann", "beginning with a letter, got '../ann'"),
         ("player", "änn", "beginning with a letter, got 'änn'"),

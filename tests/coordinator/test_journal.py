@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from vrg.bus.messages import Call, Stage
-from vrg.coordinator.journal import Header, Journal, read_journal
+from vrg.coordinator.journal import Header, Journal, read_journal, read_standing
 from vrg.coordinator.match import Standing
 from vrg.errors import JournalError
 
@@ -48,6 +48,17 @@ def test_what_was_written_is_read_back(path: Path) -> None:
     assert header == HEADER
     assert [r.n for r in records] == [1, 2, 3]
     assert records[2].calls == [call(3)]
+
+
+def test_the_standing_is_read_with_the_clock_of_the_newest_tick(path: Path) -> None:
+    with Journal(path, HEADER) as journal:
+        assert read_standing(path) is None
+        journal.append(1.0, [Stage.PLAY_ROUND], [call(1)], standing(1.0))
+        assert read_standing(path) == standing(1.0)
+        journal.mark(standing(2.7))
+    assert read_standing(path) == standing(2.7)
+    path.with_name(path.name + ".clock").unlink()
+    assert read_standing(path) == standing(1.0)
 
 
 def test_a_journal_is_taken_up_where_it_ended(path: Path) -> None:

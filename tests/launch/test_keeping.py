@@ -62,6 +62,13 @@ def test_every_file_and_what_it_imports_is_kept(match: Path) -> None:
     assert "other" not in kept.text
 
 
+def test_vrg_itself_is_not_kept_where_it_is_beside_a_strategy(match: Path) -> None:
+    """As in a clone of VRG, in which a student plays."""
+    (match.parent / "vrg").mkdir()
+    (match.parent / "vrg" / "__init__.py").touch()
+    assert not any(place.parts[0] == "vrg" for place in files_of(load_match(match)).copies)
+
+
 def test_a_run_can_be_played_again_without_what_it_was_played_from(match: Path, tmp_path: Path) -> None:
     def play(file: Path, runs: str) -> Path:
         done = CliRunner().invoke(

@@ -8,7 +8,7 @@ import typer
 from vrg.bus.messages import Stage
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup, read_setup
-from vrg.coordinator.journal import read_journal
+from vrg.coordinator.journal import read_standing
 from vrg.coordinator.match import Match
 from vrg.coordinator.rulebook import Field
 from vrg.errors import LaunchError
@@ -22,10 +22,10 @@ RunArgument = Annotated[Path, typer.Argument(metavar="RUN", help="Run folder, su
 def result(run: RunArgument) -> None:
     """Make result.json from the journal of a run, and print how the match ended."""
     folder, setup = _open(run)
-    _, records = read_journal(folder.journal)
-    if not records:
+    standing = read_standing(folder.journal)
+    if standing is None:
         raise LaunchError(f"{folder.journal}: nothing was decided in this match")
-    state = Match(rulebook_of(setup), records[-1].standing).state(Field({}), estop=False)
+    state = Match(rulebook_of(setup), standing).state(Field({}), estop=False)
     over = state.stage is Stage.GAME_OVER
     ended = results.ended_of(state) if over else "broken off: its launcher ended before the match"
     found = results.write_result(setup, folder, state, ended)

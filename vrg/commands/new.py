@@ -112,7 +112,9 @@ def _class_name(name: str) -> str:
     """
     class_name = "".join(part[:1].upper() + part[1:] for part in name.split("_"))
     if not _IDENTIFIER.fullmatch(name):
-        raise ConfigError([f"expected a name of 1 to 64 of A-Z a-z 0-9 _ beginning with a letter, got {name!r}"])
+        raise ConfigError(
+            [f"expected a name of 1 to 64 characters, A-Z a-z 0-9 _, beginning with a letter, got {name!r}"]
+        )
     if keyword.iskeyword(name) or keyword.iskeyword(class_name):
         raise ConfigError([f"{name}: choose another name: it is a word of Python itself"])
     return class_name

@@ -182,8 +182,10 @@ def recover(
 
 def estop(
     release: Annotated[bool, typer.Option("--release", help="Release it; robots stay disarmed until resume.")] = False,
-    match: NameOption = None,
-    router: EndpointOption = None,
+    match: Annotated[
+        str | None, typer.Option("--match", help="Name of the match; all that run here if missing.")
+    ] = None,
+    router: Annotated[str | None, typer.Option("--router", help="Endpoint of its router.")] = None,
     reason: ReasonOption = "",
 ) -> None:
     """Stop every robot at once, of all matches that run here if none is named. It stays so until it is released."""

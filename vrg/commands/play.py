@@ -35,7 +35,7 @@ SeedOption = Annotated[int | None, typer.Option(min=0, help="Seed that replaces 
 
 
 def check(match: MatchArgument) -> None:
-    """Say whether a match file can be played, or everything that is wrong with it."""
+    """Say whether a match file can be played, or what is wrong with it."""
     from vrg.config.loading import check_strategies, load_match, match_path, unproved  # `vrg play` must start quickly
     from vrg.config.rules import rulebook_of
     from vrg.launch.nodes import strategy_of

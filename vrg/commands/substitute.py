@@ -41,7 +41,10 @@ def substitute(
         mailbox.publish(keys.seat_request, SeatRequest(player=player, strategy=target, by=me(), id=number))
         for out in (sent := mailbox.collect()):
             if not session.wait_for_listener(out.message.key, out.topic.qos, _PATIENCE):
-                raise BusError(f"no launcher runs match {name}: put the player in by `vrg player`")
+                raise BusError(
+                    f"no `vrg play` runs a match with the name {name} there; if its processes were started by hand, "
+                    "use `vrg player`"
+                )
         session.send(sent)
         deadline = time.monotonic() + _PATIENCE
         while time.monotonic() < deadline:

@@ -63,7 +63,7 @@ def _done(match: Match, official: Official, now: Field, silent: Collection[str])
 
 
 def _refused(official: Official, why: str) -> Outcome:
-    return announce("refused", f"{official.by} asks for {official.action}: {why}", official.id)
+    return announce("refused", f"{official.action}, asked for by {official.by}, is refused: {why}", official.id)
 
 
 def _refusal(match: Match, action: OfficialAction, absent: Sequence[str]) -> str | None:

@@ -87,7 +87,7 @@ class Journal:
         self.path = path
         try:
             self._file = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
-            self._clock = os.open(path.with_name(path.name + ".clock"), os.O_RDWR | os.O_CREAT, 0o644)
+            self._clock = os.open(_clock_file(path), os.O_RDWR | os.O_CREAT, 0o644)
         except OSError as error:
             raise JournalError(f"{path}: cannot be opened: {error}") from error
         try:
@@ -126,14 +126,7 @@ class Journal:
         """The standing to go on from, with the clock of the newest tick; None in a new journal."""
         if self.last is None:
             return None
-        standing = self.last.standing
-        try:
-            mark = msgspec.json.decode(os.pread(self._clock, CLOCK_WIDTH, 0), type=ClockMark)
-        except (msgspec.DecodeError, msgspec.ValidationError):
-            return standing
-        if mark.n != self.last.n:
-            return standing
-        return msgspec.structs.replace(standing, clock=mark.clock, total=mark.total, in_stage=mark.in_stage)
+        return _at_mark(self.last, os.pread(self._clock, CLOCK_WIDTH, 0))
 
     def append(self, time: float, stages: list[Stage], calls: list[Call], standing: Standing) -> None:
         """Write a change and wait until it is on disk.
@@ -204,6 +197,37 @@ def read_journal(path: Path) -> tuple[Header, list[Record]]:
         raise JournalError(f"{path}: expected a journal, got an empty file")
     records = [_decode(line, Record, path, number) for number, line in enumerate(lines[1:], 2)]
     return _decode(lines[0], Header, path, 1), records
+
+
+def read_standing(path: Path) -> Standing | None:
+    """The standing at the newest tick of a journal; None if nothing was decided yet.
+
+    Raises:
+        JournalError: as `read_journal`.
+    """
+    _, records = read_journal(path)
+    if not records:
+        return None
+    try:
+        mark = _clock_file(path).read_bytes()
+    except OSError:
+        return records[-1].standing
+    return _at_mark(records[-1], mark)
+
+
+def _clock_file(path: Path) -> Path:
+    return path.with_name(path.name + ".clock")
+
+
+def _at_mark(last: Record, mark: bytes) -> Standing:
+    """The standing of the last record, with the play clock of the newest tick if the mark belongs to this record."""
+    try:
+        found = msgspec.json.decode(mark[:CLOCK_WIDTH], type=ClockMark)
+    except (msgspec.DecodeError, msgspec.ValidationError):
+        return last.standing
+    if found.n != last.n:
+        return last.standing
+    return msgspec.structs.replace(last.standing, clock=found.clock, total=found.total, in_stage=found.in_stage)
 
 
 def _decode(line: bytes, kind: type[T], path: Path, number: int) -> T:

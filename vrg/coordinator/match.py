@@ -208,7 +208,7 @@ class Match:
         how = "the key C or `vrg official resume` continues play"
         if not self.waiting:
             return how[0].upper() + how[1:]
-        more = f" and {len(self.waiting) - 1} more" if len(self.waiting) > 1 else ""
+        more = f" (and {len(self.waiting) - 1} more)" if len(self.waiting) > 1 else ""
         if self.waiting[0] in self._reasons:  # it is told as the reason of the halt already
             return f"As soon as this{more} {'are' if more else 'is'} solved, {how}"
         # What to do comes first: a window may cut the end.

@@ -167,7 +167,9 @@ def _names(file: Path) -> Iterator[str]:
 
 
 def _module_in(folder: Path, name: str) -> Path | None:
-    """The file or the package of a module in a folder."""
+    """The file or the package of a module in a folder; None for VRG itself, which is no part of a match."""
+    if name == "vrg":
+        return None
     if (folder / f"{name}.py").is_file():
         return folder / f"{name}.py"
     return folder / name if (folder / name / "__init__.py").is_file() else None
