@@ -211,7 +211,7 @@ class Supervisor:
         # Where the fork server has died, nobody knows how a node has ended: a window was closed, most likely.
         if status in (0, UNKNOWN) and not process.spec.essential:
             self.processes.remove(process)
-            self._announce(f"{name} was closed; the match goes on")
+            self._announce(f"{name} was closed")
             return
         words = process.log.last_words(1) if status is not None and 0 < status != UNKNOWN else ""
         # What VRG itself has said last is better than the status that goes with it.
