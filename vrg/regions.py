@@ -7,6 +7,7 @@ it in the same way, for example `{ shape = "circle", x = 1.0, y = 2.0, radius = 
 """
 
 import math
+from collections.abc import Iterable
 from typing import Annotated
 
 from msgspec import Meta, Struct
@@ -18,6 +19,12 @@ Bounds = tuple[float, float, float, float]
 """The smallest axis-aligned rectangle around something: (x_min, y_min, x_max, y_max), m."""
 
 _EPS = 1e-12
+
+
+def surrounding(boxes: Iterable[Bounds]) -> Bounds:
+    """The smallest bounds around all of these, of which there must be at least one, m."""
+    x_min, y_min, x_max, y_max = zip(*boxes, strict=True)
+    return min(x_min), min(y_min), max(x_max), max(y_max)
 
 
 class _Shape(Struct, frozen=True, tag_field="shape", forbid_unknown_fields=True):

@@ -1,6 +1,5 @@
 """The command `vrg sensors`, which shows what the sensors of a robot measure while a match runs."""
 
-import queue
 import time
 from typing import Annotated
 
@@ -11,9 +10,9 @@ from rich.live import Live
 from vrg.bus.codec import Received, decode
 from vrg.bus.messages import SensorMessage
 from vrg.bus.names import chunk_of, name_of
-from vrg.bus.session import open_session
 from vrg.bus.topics import Keys
-from vrg.commands.options import EndpointOption, NameOption, stoppable, which_match
+from vrg.commands.options import EndpointOption, NameOption, which_match
+from vrg.commands.topic import arrivals_on, listening
 from vrg.errors import MessageError
 from vrg.hal.sensors import message_of
 from vrg.ui.readings import Sensor, Watched, sensor_table
@@ -35,15 +34,9 @@ def sensors(
     """Show what the sensors of a robot measure now: those that the world simulates."""
     name, endpoint = which_match(match, router)
     keys, console = Keys(name), Console(highlight=False)
-    arrivals: queue.Queue[tuple[str, bytes]] = queue.Queue(1000)
-
-    def arrived(key: str, payload: bytes) -> None:
-        if not arrivals.full():
-            arrivals.put_nowait((key, payload))
-
     watched, now, begun, told = Watched(), 0.0, time.monotonic(), False
-    with stoppable() as stop, open_session(endpoint, patience=3.0, stop=stop) as session:
-        session.watch_raw(f"{keys.root}/robot/{chunk_of(robot)}/sensor/**", arrived)
+    with listening(endpoint) as (stop, session):
+        arrivals = arrivals_on(session, f"{keys.root}/robot/{chunk_of(robot)}/sensor/**")
         with Live(console=console, auto_refresh=False, transient=False) as live:
             while not stop.wait(REDRAW if seconds is None else seconds):
                 while not arrivals.empty():

@@ -51,9 +51,22 @@ def _plain(keys: Keys, key: str, payload: bytes) -> dict[str, Any]:
 
 
 @contextmanager
-def _listening(endpoint: str) -> Iterator[tuple[Stop, Session]]:
+def listening(endpoint: str) -> Iterator[tuple[Stop, Session]]:
+    """A session with the router of a running match, and a Stop that Ctrl-C sets."""
     with stoppable() as stop, open_session(endpoint, patience=3.0, stop=stop) as session:
         yield stop, session
+
+
+def arrivals_on(session: Session, expression: str) -> queue.Queue[tuple[str, bytes]]:
+    """What comes on a key expression from now on: key and payload. What comes faster than it is taken is dropped."""
+    arrivals: queue.Queue[tuple[str, bytes]] = queue.Queue(1000)
+
+    def arrived(key: str, payload: bytes) -> None:
+        if not arrivals.full():
+            arrivals.put_nowait((key, payload))
+
+    session.watch_raw(expression, arrived)
+    return arrivals
 
 
 @app.command("list")
@@ -73,7 +86,7 @@ def list_topics(
         counts[key] += 1
         sizes[key] += len(payload)
 
-    with _listening(endpoint) as (stop, session):
+    with listening(endpoint) as (stop, session):
         session.watch_raw(f"{keys.root}/**", arrived)
         stop.wait(seconds)
         nodes = sorted("/".join(map(name_of, key.split("/")[3:5])) for key in session.alive(keys.alive()))
@@ -101,16 +114,10 @@ def echo(
     """Print messages as they come."""
     name, endpoint = which_match(match, router)
     keys = Keys(name)
-    arrivals: queue.Queue[tuple[str, bytes]] = queue.Queue(1000)
-
-    def arrived(key: str, payload: bytes) -> None:
-        if not arrivals.full():
-            arrivals.put_nowait((key, payload))
-
     shown = 0
     quiet_at = time.monotonic() + QUIET
-    with _listening(endpoint) as (stop, session):
-        session.watch_raw(_full_key(keys, key), arrived)
+    with listening(endpoint) as (stop, session):
+        arrivals = arrivals_on(session, _full_key(keys, key))
         while not stop.is_set() and (count is None or shown < count):
             try:
                 message = _plain(keys, *arrivals.get(timeout=0.1))
@@ -143,7 +150,7 @@ def hz(
             times.append(time.monotonic())
 
     reports = 0
-    with _listening(endpoint) as (stop, session):
+    with listening(endpoint) as (stop, session):
         session.watch_raw(expression, arrived)
         while not stop.wait(1.0) and (count is None or reports < count):
             since = time.monotonic() - 1.0

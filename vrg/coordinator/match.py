@@ -205,14 +205,14 @@ class Match:
         """How play can go on again, in words; None while it is not halted."""
         if not self._reasons or self.over:
             return None
-        how = "the key C or `vrg official resume` continues play"
+        how = "key C or `vrg official resume` continues play"
         if not self.waiting:
-            return how[0].upper() + how[1:]
+            return f"The {how}"
         more = f" (and {len(self.waiting) - 1} more)" if len(self.waiting) > 1 else ""
         if self.waiting[0] in self._reasons:  # it is told as the reason of the halt already
-            return f"As soon as this{more} {'are' if more else 'is'} solved, {how}"
+            return f"As soon as this{more} {'are' if more else 'is'} solved, the {how}"
         # What to do comes first: a window may cut the end.
-        return shortened(f"{how[0].upper()}{how[1:]} as soon as this is solved: {self.waiting[0]}{more}", LONGEST)
+        return shortened(f"The {how} as soon as this is solved: {self.waiting[0]}{more}", LONGEST)
 
     def _enter(self, stage: Stage) -> Stage:
         self.stage = stage

@@ -18,6 +18,7 @@ from vrg.hal.models import robot_model
 from vrg.hal.sensors.laser import LaserSpec
 from vrg.launch.run_folder import RunFolder
 from vrg.recording.layout import foxglove_layout
+from vrg.regions import surrounding
 
 LEAST_SHOWN = 20.0
 """The width of what Foxglove's camera shows at least, m."""
@@ -88,8 +89,7 @@ def keep_layout(setup: MatchSetup, folder: RunFolder) -> None:
     }
     bounds = [(player.pose.x, player.pose.y, player.pose.x, player.pose.y) for player in setup.players]
     bounds += [obstacle.bounds for obstacle in setup.obstacles]
-    x_min, y_min = min(b[0] for b in bounds), min(b[1] for b in bounds)
-    x_max, y_max = max(b[2] for b in bounds), max(b[3] for b in bounds)
+    x_min, y_min, x_max, y_max = surrounding(bounds)
     middle = ((x_min + x_max) / 2, (y_min + y_max) / 2)
     width = max(x_max - x_min, y_max - y_min, LEAST_SHOWN)
     folder.layout.write_text(json.dumps(foxglove_layout(lasers, middle, width), indent=2) + "\n", encoding="utf-8")

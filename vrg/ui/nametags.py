@@ -52,8 +52,8 @@ class NamePainter:
             where the names are.
         """
         size = max(12, round(13 * ui))
-        words = self._words([name for name, _, _ in robots], [circle for _, _, circle in robots], size)
         circles = [circle for _, _, circle in robots]
+        words = self._words([name for name, _, _ in robots], circles, size)
         taken = [_square(circle) for circle in circles]
         placed: list[tuple[pygame.Surface, pygame.Rect]] = []
         for index, (name, colour, (centre, radius)) in enumerate(robots):

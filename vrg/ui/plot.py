@@ -20,7 +20,7 @@ from vrg.games import UNKNOWN, game_of
 from vrg.games.game import Game, Marker, Moment
 from vrg.recording.reader import Track, read_calls, read_setting, read_tracks
 from vrg.recording.records import CallRecord
-from vrg.regions import Bounds, Region
+from vrg.regions import Bounds, Region, surrounding
 from vrg.ui.labels import HALO, Colour, Labels
 from vrg.ui.scene import JUMP, clock_text
 
@@ -164,11 +164,9 @@ def _extent(tracks: Mapping[str, Track], zones: Mapping[int, Sequence[Zone]]) ->
     shown = [_shown(track, 0) for track in tracks.values()]
     xs = np.concatenate([track.x[keep] for track, keep in zip(tracks.values(), shown, strict=True)])
     ys = np.concatenate([track.y[keep] for track, keep in zip(tracks.values(), shown, strict=True)])
+    driven = (float(xs.min()), float(ys.min()), float(xs.max()), float(ys.max()))
     every = [zone.region.bounds for of_round in zones.values() for zone in of_round]
-    x_min = min([float(xs.min()), *(bounds[0] for bounds in every)])
-    y_min = min([float(ys.min()), *(bounds[1] for bounds in every)])
-    x_max = max([float(xs.max()), *(bounds[2] for bounds in every)])
-    y_max = max([float(ys.max()), *(bounds[3] for bounds in every)])
+    x_min, y_min, x_max, y_max = surrounding([driven, *every])
     return x_min - 0.7, y_min - 0.7, x_max + 0.7, y_max + 0.7
 
 

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-from vrg.regions import Bounds
+from vrg.regions import Bounds, surrounding
 from vrg.types import Vector
 from vrg.ui.scene import Scene
 
@@ -78,10 +78,9 @@ def fit(box: Bounds, area: Area, whole: Area | None = None) -> View:
 
 def extent(scene: Scene) -> Bounds:
     """The part of the world to show: the zones, without them the walls, and without those the bodies."""
-    regions = [zone.region for zone in scene.zones] or scene.obstacles
-    points = [p for x_min, y_min, x_max, y_max in (r.bounds for r in regions) for p in ((x_min, y_min), (x_max, y_max))]
-    if not points:
+    boxes = [region.bounds for region in [zone.region for zone in scene.zones] or scene.obstacles]
+    if not boxes:
         points = [(b.pose.x, b.pose.y) for b in scene.bodies] or [(0.0, 0.0)]
-        points += [(x + dx, y + dx) for x, y in points for dx in (-3.0, 3.0)]
-    xs, ys = [x for x, _ in points], [y for _, y in points]
-    return min(xs) - MARGIN, min(ys) - MARGIN, max(xs) + MARGIN, max(ys) + MARGIN
+        boxes = [(x - 3.0, y - 3.0, x + 3.0, y + 3.0) for x, y in points]
+    x_min, y_min, x_max, y_max = surrounding(boxes)
+    return x_min - MARGIN, y_min - MARGIN, x_max + MARGIN, y_max + MARGIN

@@ -60,8 +60,8 @@ class GpsSimulation(SensorSimulation[GpsSpec]):
         number = now.tick // m.spec.due_every(now.dt)
         window = max(1, round(m.spec.correlation * m.spec.rate))
         first, last = number - window + 1, number
-        blocks = [self._white(m, block, window) for block in (first // window, last // window)]
-        drawn = np.concatenate(blocks if first // window != last // window else blocks[:1])
+        blocks = range(first // window, last // window + 1)
+        drawn = np.concatenate([self._white(m, block, window) for block in blocks])
         start = first - first // window * window
         east, north = drawn[start : start + window].sum(axis=0) * m.spec.position_noise / math.sqrt(window)
         return float(east), float(north)

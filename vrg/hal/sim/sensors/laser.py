@@ -10,8 +10,7 @@ from vrg.hal.models import RobotModel
 from vrg.hal.sensors.laser import Laser, LaserSpec
 from vrg.hal.sim.sensors.base import Instant, Said, SensorSimulation, Surroundings
 from vrg.hal.sim.sensors.noise import Floats, generator
-from vrg.hal.sim.sensors.rays import Edges, Fan, cast
-from vrg.hal.sim.shapes import box_edges
+from vrg.hal.sim.sensors.rays import Edges, Fan, among_robots, cast
 
 _BLOCK = 64
 """The number of scans whose noise is drawn at once."""
@@ -43,10 +42,7 @@ class LaserSimulation(SensorSimulation[LaserSpec]):
 
     def look(self, models: Sequence[RobotModel], poses: Floats) -> None:
         """Take in where all robots are, shape (robots, 3), before the scans of a tick."""
-        bodies = np.empty((len(models), 5))
-        bodies[:, :3] = poses
-        bodies[:, 3:] = [m.size for m in models]
-        self._edges = self._static.join(Edges(box_edges(bodies)))
+        self._edges = among_robots(self._static, models, poses)
 
     def scan(
         self, robot: str, spec: LaserSpec, pose: tuple[float, float, float], number: int

@@ -7,11 +7,15 @@ is never nearer than its near side, so the sign of one cross product excludes ha
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache
 
 import numpy as np
 import numpy.typing as npt
+
+from vrg.hal.models import RobotModel
+from vrg.hal.sim.shapes import box_edges
 
 Floats = npt.NDArray[np.float64]
 
@@ -44,6 +48,18 @@ class Edges:
         joined.normals = np.concatenate((self.normals, others.normals), axis=1)
         joined.offsets = np.concatenate((self.offsets, others.offsets))
         return joined
+
+
+def among_robots(walls: Edges, models: Sequence[RobotModel], poses: Floats) -> Edges:
+    """The edges of walls together with those of all robots.
+
+    Args:
+        models: the models of the robots. poses: theirs, shape (robots, 3), m and rad.
+    """
+    bodies = np.empty((len(models), 5))
+    bodies[:, :3] = poses
+    bodies[:, 3:] = [m.size for m in models]
+    return walls.join(Edges(box_edges(bodies)))
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,7 @@ from vrg.hal.sensors.sonar import Sonar, SonarSpec
 from vrg.hal.sim.sensors.base import Instant, Mounted, Said, SensorSimulation, Surroundings
 from vrg.hal.sim.sensors.cones import nearest_in_cones
 from vrg.hal.sim.sensors.noise import Floats, generator
-from vrg.hal.sim.sensors.rays import Edges
-from vrg.hal.sim.shapes import box_edges
+from vrg.hal.sim.sensors.rays import Edges, among_robots
 
 
 class SonarSimulation(SensorSimulation[SonarSpec]):
@@ -30,10 +29,7 @@ class SonarSimulation(SensorSimulation[SonarSpec]):
         due = self.due(now)
         if not due:
             return []
-        bodies = np.empty((len(now.models), 5))
-        bodies[:, :3] = now.poses
-        bodies[:, 3:] = [m.size for m in now.models]
-        edges = self._static.join(Edges(box_edges(bodies)))
+        edges = among_robots(self._static, now.models, now.poses)
         said: list[Said] = []
         # All rings of one kind at once: that takes a quarter of the time of one after the other.
         for cone, range_max in {(m.spec.cone, m.spec.range_max): None for m in due}:
