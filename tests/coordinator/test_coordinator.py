@@ -41,7 +41,7 @@ class Table:
         self.journal = Journal(folder / "journal.jsonl", HEADER)
         self.mailbox = Mailbox()
         self.book = SharksAndMinnows(settings, players or contestants())
-        self.node = Coordinator(self.mailbox, KEYS, self.book, self.journal, seed=3, disqualify=disqualify)
+        self.node = Coordinator(self.mailbox, KEYS, self.book, self.journal, disqualify=disqualify)
         self.places = {c.name: c.start for c in self.book.contestants.values()}
         self.silent: set[str] = set()
         self.stopped: set[str] = set()
@@ -133,7 +133,7 @@ def test_who_has_reported_and_falls_silent_before_the_round_is_waited_for(table:
 
 def test_each_robot_is_told_its_own_limit_and_nobody_else(table: Table) -> None:
     table.ticks(3)
-    assert {k.split("/")[3]: v for k, v in table.limits.items()} == table.book.speed_limits(3)
+    assert {k.split("/")[3]: v for k, v in table.limits.items()} == table.book.speed_limits()
 
 
 def test_a_tag_is_called_journalled_and_published(table: Table) -> None:

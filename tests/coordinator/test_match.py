@@ -61,7 +61,7 @@ class Book:
     def score(self, state: State) -> dict[str, int]:
         return {"team": state.points}
 
-    def speed_limits(self, seed: int) -> dict[str, float]:
+    def speed_limits(self) -> dict[str, float]:
         return {}
 
     def overrule(self, state: State, action: OfficialAction, subject: str, value: str) -> State:

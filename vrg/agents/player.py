@@ -7,15 +7,17 @@ A tick has two halves. `look` returns the view, or None if the robot has to stan
 outer loop can ask for views and give actions in place of a strategy.
 """
 
+from typing import Any
+
 from vrg.agents.motion import VelocityEstimator
 from vrg.agents.strategy import Action, Strategy, View, action_of
 from vrg.blame import DecisionTimeoutError, failure_of, place_of_method
-from vrg.bus.codec import Received
+from vrg.bus.codec import Received, checked
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import RefereeState, Report, shortened
+from vrg.bus.messages import Bid, Message, RefereeState, Report, Sightings, Sketch, shortened
 from vrg.bus.node import Node, Tick, is_fresh
 from vrg.bus.radio import Radio
-from vrg.bus.topics import Keys
+from vrg.bus.topics import Keys, Topic
 from vrg.errors import RobotError, StaleDataError, StrategyError
 from vrg.hal.device import Device
 from vrg.hal.readings import Readings
@@ -58,6 +60,7 @@ class Player(Node):
         period: float = PERIOD,
     ) -> None:
         super().__init__(device.name, mailbox, period)
+        self._keys = keys
         self._report = keys.report(self.name)
         self._device = device
         self._strategy = strategy
@@ -118,17 +121,34 @@ class Player(Node):
         Raises:
             StrategyError: what the action says cannot be sent to the team, or it has been no finite motion for long.
         """
-        if action.say is not None:
-            try:
-                self._radio.say(action.say)
-            except Exception as error:
-                raise self._wrong(f"what it says cannot be sent: {error}") from None
+        self._tell(action)
         twist = action.twist if self._makes_sense(action.twist) else STILL
         manual = self._device.lease(view.time)
         self._manual = manual is not None
         if self._manual:
             self._mode = "Manual"
         self._send((manual or twist) if view.me.may_move else STILL)
+
+    def _tell(self, action: Action) -> None:
+        """Send what an action says to the team, to the referee and to the windows.
+
+        Raises:
+            StrategyError: it cannot be sent.
+        """
+        try:
+            if action.say is not None:
+                self._radio.say(action.say)
+            told: list[tuple[Topic[Any], Message]] = []
+            if action.sightings:
+                told.append((self._keys.sightings(self.name), Sightings(seen=list(action.sightings))))
+            for lot, cost in action.bids.items():
+                told.append((self._keys.bid(self.name), Bid(lot=lot, cost=None if cost is None else float(cost))))
+            if action.sketch is not None:
+                told.append((self._keys.sketch(self.name), Sketch(strokes=list(action.sketch))))
+            for topic, message in told:
+                self.mailbox.publish(topic, checked(message))
+        except Exception as error:
+            raise self._wrong(f"what it says cannot be sent: {error}") from None
 
     def give_way(self, why: str) -> None:
         """Stop the robot and report why, in place of a tick: the strategy has failed."""

@@ -2,10 +2,10 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any
 
-from vrg.bus.messages import PlayerStatus, RefereeState
+from vrg.bus.messages import PlayerStatus, RefereeState, Sighting, Stroke
 from vrg.bus.radio import Heard
 from vrg.hal.models import RobotModel
 from vrg.hal.readings import Readings
@@ -20,10 +20,17 @@ class Action:
     Args:
         twist: the motion to drive with until the next tick.
         say: what it says to its team: numbers, texts, lists and tables of these. None says nothing.
+        sightings: the unknown robots that it tells the referee it has seen.
+        bids: its bids in the referee's auctions: the cost by lot. None withdraws a bid, or gives back what was won.
+        sketch: dots and lines that windows show, for example what it has seen and where it wants to go. None leaves
+            what was last sketched.
     """
 
     twist: Twist = STILL
     say: Any = None
+    sightings: Sequence[Sighting] = ()
+    bids: Mapping[str, float | None] = field(default_factory=dict)
+    sketch: Sequence[Stroke] | None = None
 
 
 @dataclass(frozen=True)
@@ -113,4 +120,4 @@ def action_of(answer: object) -> Action:
         plain = Twist(float(twist.v), float(twist.w))
     except (TypeError, ValueError, OverflowError):
         raise TypeError(f"expected a Twist of two numbers, got {twist!r}") from None
-    return Action(plain, action.say)
+    return replace(action, twist=plain)

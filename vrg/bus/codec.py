@@ -40,6 +40,30 @@ def encode(body: Message, stamp: float, sequence: int) -> bytes:
     return _encoder.encode((body.version, sequence, stamp, body))
 
 
+def checked(body: T) -> T:
+    """Return a message as its receivers would get it. Numbers in it may be numpy's.
+
+    Raises:
+        MessageError: a value is out of range, NaN, or of another type, or a list is too long.
+    """
+    try:
+        return msgspec.convert(msgspec.to_builtins(body, enc_hook=plain), type(body))
+    except (msgspec.ValidationError, TypeError) as error:
+        raise MessageError(f"expected {type(body).__name__}: {error}") from None
+
+
+def plain(value: object) -> object:
+    """Convert numpy's numbers and arrays into Python's own, for msgspec.
+
+    Raises:
+        TypeError: the value is none of these.
+    """
+    tolist = getattr(value, "tolist", None)
+    if callable(tolist):
+        return tolist()
+    raise TypeError(f"expected numbers, texts, lists and tables, got {type(value).__name__}")
+
+
 def decode(payload: bytes, message_type: type[T], key: str) -> Received[T]:
     """Decode and validate a message.
 

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 import msgspec
 
-from vrg.bus.codec import Received
+from vrg.bus.codec import Received, plain
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import SAY_LIMIT, Say
 from vrg.bus.names import name_of
@@ -124,18 +124,6 @@ class Radio:
         arrived = [message for due, message in self._coming if due <= now + 1e-9]
         self._coming = self._coming[len(arrived) :]
         return [Heard(_speaker(message.key), message.stamp, _decode(message.body.words)) for message in arrived]
-
-
-def plain(value: object) -> object:
-    """Convert numpy's numbers and arrays into Python's own, for msgspec.
-
-    Raises:
-        TypeError: the value is none of these.
-    """
-    tolist = getattr(value, "tolist", None)
-    if callable(tolist):
-        return tolist()
-    raise TypeError(f"expected numbers, texts, lists and tables, got {type(value).__name__}")
 
 
 def _distance(a: Vector | None, b: Vector | None) -> float | None:

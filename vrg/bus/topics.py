@@ -127,6 +127,23 @@ class Keys:
     report = NamedLine("player/{player}/report", m.Report, LATEST, "player", "all", "what it does, what it lacks")
     manual = NamedLine("player/{player}/manual", m.Manual, LATEST, "windows", "player", "a human drives it for a while")
     say = NamedLine("team/{team}/say/{player}", m.Say, EVENT, "player", "players of its team", "what it says to them")
+    sightings = NamedLine(
+        "player/{player}/sightings",
+        m.Sightings,
+        EVENT,
+        "player",
+        "referee, windows, recorder",
+        "unknown robots it sees",
+    )
+    bid = NamedLine("player/{player}/bid", m.Bid, EVENT, "player", "referee", "what a lot would cost it")
+    sketch = NamedLine(
+        "player/{player}/sketch",
+        m.Sketch,
+        LATEST,
+        "player",
+        "windows, recorder",
+        "dots and lines to show",
+    )
     referee_state = Line(
         "referee/state", m.RefereeState, STATE, "referee", "all", "stage, score, clock, players, zones"
     )

@@ -231,7 +231,7 @@ class _Checker:
             return None
         if entry.localisation != "odometry" and not backend.physical:
             self.problems.append(Problem("a virtual robot has none: leave it out", (*where, "localisation")))
-        strategy = entry.strategy or game.strategy
+        strategy = entry.strategy or role.strategy or game.strategy
         if ":" not in strategy:
             if strategy not in STRATEGIES:
                 text = f"{STRATEGIES.expected(strategy)}; or `module:Class`, or `file.py:Class`"

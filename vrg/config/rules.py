@@ -23,4 +23,4 @@ def rulebook_of(setup: MatchSetup) -> RuleBook[Any]:
         for p in setup.players
     ]
     make: Callable[..., RuleBook[Any]] = game.load_rules()
-    return make(settings, contestants)
+    return make(settings, contestants, setup.seed)

@@ -3,6 +3,7 @@
 import logging
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from msgspec import structs
@@ -20,14 +21,14 @@ from vrg.bus.messages import (
     shortened,
 )
 from vrg.bus.node import Node, Tick
-from vrg.bus.topics import Keys
+from vrg.bus.topics import Keys, name_in
 from vrg.coordinator.attendance import POSE_TIMEOUT, Attendance
 from vrg.coordinator.decisions import decide
 from vrg.coordinator.journal import Journal
 from vrg.coordinator.match import Match, standing_still
 from vrg.coordinator.outcome import Outcome
 from vrg.coordinator.placing import Placing
-from vrg.coordinator.rulebook import Field, RuleBook
+from vrg.coordinator.rulebook import Field, Offer, RuleBook
 from vrg.errors import JournalError
 from vrg.hal.estop import decisive
 
@@ -50,7 +51,6 @@ class Coordinator(Node):
         mailbox: the node's own mailbox. keys: the keys of the match.
         book: the rule book.
         journal: the open journal. If it has a standing, the match goes on from there, in HALT.
-        seed: the seed of the match.
         disqualify: True disqualifies a player that falls silent in play; False halts the match.
         period: the match time between ticks, s.
     """
@@ -64,7 +64,6 @@ class Coordinator(Node):
         book: RuleBook[Any],
         journal: Journal,
         *,
-        seed: int,
         disqualify: bool = True,
         period: float = PERIOD,
     ) -> None:
@@ -72,11 +71,13 @@ class Coordinator(Node):
         self._keys = keys
         self._journal = journal
         self.match = Match(book, journal.standing)
-        self._limits = book.speed_limits(seed)
+        self._limits = book.speed_limits()
         self._names = self.match.names
         self._poses = mailbox.subscribe(keys.poses)
         self._clock = mailbox.subscribe(keys.clock)
         self._disqualify = disqualify
+        self._bids = mailbox.subscribe(keys.bid())
+        self._sightings = mailbox.subscribe(keys.sightings())
         self._attendance = Attendance(mailbox, keys, self._names)
         self._placing = Placing(mailbox, keys)
         self._officials = mailbox.subscribe(keys.official)
@@ -118,8 +119,14 @@ class Coordinator(Node):
             bodies = {b.name: b for b in received.body.bodies if b.name in self._names}
             moving = frozenset(name for name, body in bodies.items() if _moves(body))
             physical = frozenset(name for name, body in bodies.items() if body.physical)
-            self._field = Field({name: body.pose for name, body in bodies.items()}, moving, physical)
+            poses = {name: body.pose for name, body in bodies.items()}
+            self._field = Field(poses, moving, physical, received.stamp)
             self._attendance.lost = [name for name, body in bodies.items() if body.physical and body.age > POSE_TIMEOUT]
+        self._field = replace(
+            self._field,
+            offers=[Offer(name_in(r.key), r.body.lot, r.body.cost) for r in self._bids.take()],
+            sightings=[(name_in(r.key), seen) for r in self._sightings.take() for seen in r.body.seen],
+        )
 
     def _hear_estops(self, now: float) -> Outcome:
         estop = decisive(self._estops.take())

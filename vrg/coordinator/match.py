@@ -5,6 +5,7 @@
 HALT is possible in every stage but the last: the clock is stopped and robots stand still until an official ends it.
 """
 
+import logging
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -13,10 +14,13 @@ from msgspec import Struct, structs
 
 from vrg.bus.messages import OfficialAction, PlayerStatus, RefereeState, Stage, shortened
 from vrg.coordinator import disqualifying
+from vrg.coordinator.auctions import auctioned
 from vrg.coordinator.disqualifying import kept_out, readmitted
 from vrg.coordinator.outcome import Outcome, announce
 from vrg.coordinator.rulebook import Disqualification, Field, RuleBook
 from vrg.types import Pose
+
+log = logging.getLogger(__name__)
 
 ROUND_PAUSE = 2.0
 """The match time in s that ROUND_OVER lasts, so that everybody sees how the round ended."""
@@ -124,6 +128,7 @@ class Match:
             score=self._book.score(self.game),
             players=players,
             zones=self._book.zones(self.game),
+            auctions=[self.game.auctions[lot] for lot in sorted(self.game.auctions)],
             winner=self.winner,
             estop=estop,
         )
@@ -254,7 +259,10 @@ class Match:
     def _play(self, dt: float, now: Field) -> Outcome:
         self.clock += dt
         self.total += dt
-        verdict = self._book.judge(self.game, self._before or now, now, self.clock)
+        game, refused = auctioned(self.game, now.offers, self.clock)
+        for why in refused:
+            log.info("%s", why)
+        verdict = self._book.judge(game, self._before or now, now, self.clock)
         self._before = now
         self.game = verdict.state
         stages: list[Stage] = []

@@ -10,7 +10,7 @@ from typing import Generic, Protocol, TypeVar
 
 from msgspec import Struct
 
-from vrg.bus.messages import OfficialAction, PlayerStatus, Stage, Zone
+from vrg.bus.messages import Auction, OfficialAction, PlayerStatus, Sighting, Stage, Zone
 from vrg.types import Pose
 
 
@@ -35,10 +35,12 @@ class GameState(Struct, frozen=True, kw_only=True):
         round: the number of the round, from 1.
         disqualified: the players that are out because they have failed. A rule book treats them as obstacles: they
             neither score nor are scored on, and no round waits for them. `Match` keeps them from moving.
+        auctions: the auctions, by lot. A rule book opens and closes them; `Match` takes in bids and decides who wins.
     """
 
     round: int = 1
     disqualified: dict[str, Disqualification] = {}
+    auctions: dict[str, Auction] = {}
 
 
 S = TypeVar("S", bound=GameState)
@@ -63,18 +65,33 @@ class Contestant:
 
 
 @dataclass(frozen=True)
+class Offer:
+    """A player's bid: its cost for the lot, or None if it withdraws its bid or gives the lot back."""
+
+    bidder: str
+    lot: str
+    cost: float | None
+
+
+@dataclass(frozen=True)
 class Field:
-    """Where everybody is at one instant.
+    """Where everybody is at one instant, and what players have told the referee.
 
     Args:
         poses: the poses by player. A player that the world has not reported is missing.
         moving: the players that are not at rest.
         physical: the players whose robots are physical ones, which only people can put somewhere.
+        time: the match time of the poses, s.
+        offers: the bids since the tick before, in order.
+        sightings: what players have seen, and who has told it, since the tick before, in order.
     """
 
     poses: Mapping[str, Pose]
     moving: frozenset[str] = frozenset()
     physical: frozenset[str] = frozenset()
+    time: float = 0.0
+    offers: Sequence[Offer] = ()
+    sightings: Sequence[tuple[str, Sighting]] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,6 +131,8 @@ class Verdict(Generic[S]):
 
 class RuleBook(Protocol[S]):
     """The rules of one game. The result of every method depends on its arguments and on the set-up alone.
+
+    A rule book is made from the game's settings, the list of contestants, and the seed of the match.
 
     Attributes:
         name: the name of the game. round_word: what a round is called. rounds: how many there are.
@@ -155,7 +174,7 @@ class RuleBook(Protocol[S]):
     def score(self, state: S) -> dict[str, int]:
         """The points of each team."""
 
-    def speed_limits(self, seed: int) -> dict[str, float]:
+    def speed_limits(self) -> dict[str, float]:
         """The top speed of each player's robot in this match, m/s. A player that is missing has its model's own."""
 
     def overrule(self, state: S, action: OfficialAction, subject: str, value: str) -> S:

@@ -10,7 +10,11 @@ from vrg.registry import Registry
 GAMES: Registry[Game] = Registry(
     "game",
     "vrg.games",
-    {"sharks-and-minnows": "vrg.games.sharks_and_minnows:GAME", "practice": "vrg.games.practice:GAME"},
+    {
+        "sharks-and-minnows": "vrg.games.sharks_and_minnows:GAME",
+        "pursuit-evasion": "vrg.games.pursuit_evasion:GAME",
+        "practice": "vrg.games.practice:GAME",
+    },
     lambda found: None if isinstance(found, Game) else "expected a vrg.games.game.Game",
 )
 """Every game by name."""

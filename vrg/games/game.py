@@ -38,12 +38,15 @@ class Role:
     Args:
         name: the game's word for it, such as `shark`. team: the team of the players that begin in this role.
         colour, marker: how a player in this role is drawn.
+        strategy: `module:Class` of the strategy that a player in this role has if the match file names no other; empty
+            for that of the game.
     """
 
     name: str
     team: str
     colour: Rgb
     marker: Marker
+    strategy: str = ""
 
 
 @dataclass(frozen=True)

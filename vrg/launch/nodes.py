@@ -55,7 +55,7 @@ def coordinator_node(setup: MatchSetup, journal: "Journal") -> "Coordinator":
     from vrg.coordinator.coordinator import Coordinator
 
     disqualify = setup.on_fault == "disqualify"
-    return Coordinator(Mailbox(), setup.keys, rulebook_of(setup), journal, seed=setup.seed, disqualify=disqualify)
+    return Coordinator(Mailbox(), setup.keys, rulebook_of(setup), journal, disqualify=disqualify)
 
 
 def strategy_class(target: str, base: Path) -> "type[Strategy]":

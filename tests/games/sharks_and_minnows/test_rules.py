@@ -341,17 +341,16 @@ def test_teams_stay_what_they_were_at_the_start() -> None:
 
 
 def test_speeds_are_seeded_and_within_their_bounds() -> None:
-    rules = book()
-    limits = rules.speed_limits(3)
-    assert limits == rules.speed_limits(3)
-    assert limits != rules.speed_limits(4)
+    limits = SharksAndMinnows(SETTINGS, contestants(), seed=3).speed_limits()
+    assert limits == SharksAndMinnows(SETTINGS, contestants(), seed=3).speed_limits()
+    assert limits != SharksAndMinnows(SETTINGS, contestants(), seed=4).speed_limits()
     assert all(0.6 * 0.7 <= v <= 0.7 for v in limits.values())
     assert len(set(limits.values())) == len(limits)
 
 
 def test_speeds_do_not_depend_on_the_order_of_the_file() -> None:
     turned = SharksAndMinnows(SETTINGS, contestants()[::-1])
-    assert turned.speed_limits(3) == book().speed_limits(3)
+    assert turned.speed_limits() == book().speed_limits()
 
 
 def test_a_pass_ends_by_default_after_three_times_what_the_slowest_may_need_for_the_field() -> None:

@@ -8,6 +8,7 @@ from vrg.bus.messages.base import REASON_LENGTH, TEXT_LENGTH, Message, SensorMes
 from vrg.bus.messages.match import (
     DISQUALIFIED,
     FAILED,
+    Auction,
     Call,
     Estop,
     Official,
@@ -17,7 +18,20 @@ from vrg.bus.messages.match import (
     Stage,
     Zone,
 )
-from vrg.bus.messages.player import SAY_LIMIT, Manual, Pulse, Report, Say
+from vrg.bus.messages.player import (
+    SAY_LIMIT,
+    SIGHTINGS_LIMIT,
+    SKETCH_LIMIT,
+    Bid,
+    Manual,
+    Pulse,
+    Report,
+    Say,
+    Sighting,
+    Sightings,
+    Sketch,
+    Stroke,
+)
 from vrg.bus.messages.robot import Drive, MeasuredPose, Placed, Recover, RobotState, SpeedLimit
 from vrg.bus.messages.seat import SeatAnswer, SeatRequest
 from vrg.bus.messages.world import Body, Clock, Poses, RequestKind, WorldAnswer, WorldRequest
@@ -27,7 +41,11 @@ __all__ = [
     "FAILED",
     "REASON_LENGTH",
     "SAY_LIMIT",
+    "SIGHTINGS_LIMIT",
+    "SKETCH_LIMIT",
     "TEXT_LENGTH",
+    "Auction",
+    "Bid",
     "Body",
     "Call",
     "Clock",
@@ -51,8 +69,12 @@ __all__ = [
     "SeatAnswer",
     "SeatRequest",
     "SensorMessage",
+    "Sighting",
+    "Sightings",
+    "Sketch",
     "SpeedLimit",
     "Stage",
+    "Stroke",
     "WorldAnswer",
     "WorldRequest",
     "Zone",

@@ -3,9 +3,10 @@
 import enum
 from typing import Annotated
 
-from msgspec import Meta, Struct
+from msgspec import Meta, Struct, field
 
 from vrg.bus.messages.base import Message, Reason, Text
+from vrg.bus.messages.player import Sighting
 from vrg.regions import Region
 from vrg.types import Count, Name, Pose, Seconds
 
@@ -65,6 +66,26 @@ class Zone(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     region: Region
 
 
+class Auction(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """An auction of the referee among players. The lowest bid wins, and of equal ones that of the lowest name.
+
+    Args:
+        lot: the name of what is auctioned. bidders: the players that may bid.
+        opened: the time of play in this round at which it was opened, s. lasts: how long it is open at least, s.
+        bids: the bids so far, by player.
+        winner: the player that has won; None while the auction is open.
+        evidence: sightings that belong to the lot, oldest first.
+    """
+
+    lot: Name
+    bidders: list[Name]
+    opened: Seconds
+    lasts: Seconds
+    bids: dict[Name, float] = {}
+    winner: Name | None = None
+    evidence: list[Sighting] = []
+
+
 class RefereeState(Message, frozen=True, kw_only=True):
     """The whole state of a match that everybody may know.
 
@@ -77,11 +98,12 @@ class RefereeState(Message, frozen=True, kw_only=True):
         round: the number of this round, from 1. rounds: how many there are. In Sharks and Minnows a round is a pass.
         score: the points of each team.
         players: every player of the match. zones: the marked parts of the field, as they are in this round.
+        auctions: the auctions that are open, or whose winner still has what it has won.
         winner: the winning team when the game is over; `draw` is possible.
         estop: True while the emergency stop is engaged.
     """
 
-    version = 2
+    version = 3
 
     game: Name
     stage: Stage
@@ -95,12 +117,17 @@ class RefereeState(Message, frozen=True, kw_only=True):
     score: dict[Name, int]
     players: list[PlayerStatus]
     zones: list[Zone]
+    auctions: list[Auction] = field(default_factory=list)
     winner: Name | None = None
     estop: bool = False
 
     def player(self, name: str) -> PlayerStatus | None:
         """The player of this name, or None."""
         return next((p for p in self.players if p.name == name), None)
+
+    def auction(self, lot: str) -> Auction | None:
+        """The auction of this lot, or None."""
+        return next((auction for auction in self.auctions if auction.lot == lot), None)
 
 
 class Call(Message, frozen=True, kw_only=True):

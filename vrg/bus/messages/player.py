@@ -2,13 +2,19 @@
 
 from typing import Annotated
 
-from msgspec import Meta
+from msgspec import Meta, Struct
 
 from vrg.bus.messages.base import Message, Text
-from vrg.types import Count, Fraction, Signed, Twist
+from vrg.types import Count, Fraction, Metres, Name, Seconds, Signed, Twist
 
 SAY_LIMIT = 1024
 """The number of bytes of MessagePack that a player may say to its team at one tick."""
+SIGHTINGS_LIMIT = 100
+"""The number of sightings that a player may tell the referee at one tick."""
+STROKE_LIMIT = 200
+"""The number of points in a stroke."""
+SKETCH_LIMIT = 50
+"""The number of strokes in a sketch."""
 
 
 class Report(Message, frozen=True, kw_only=True):
@@ -59,6 +65,66 @@ class Say(Message, frozen=True, kw_only=True):
     """
 
     words: Annotated[bytes, Meta(max_length=SAY_LIMIT)]
+
+
+class Sighting(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A robot that a player has seen, but does not know.
+
+    Args:
+        x, y: where its centre was, m, in the map's frame. time: the match time of the measurement, s.
+        xx, xy, yy: the covariance of x and y, m^2.
+    """
+
+    x: Metres
+    y: Metres
+    time: Seconds
+    xx: Annotated[float, Meta(gt=0.0, le=1e4)]
+    xy: Annotated[float, Meta(ge=-1e4, le=1e4)]
+    yy: Annotated[float, Meta(gt=0.0, le=1e4)]
+
+
+class Sightings(Message, frozen=True, kw_only=True):
+    """What a player has seen since its last tick, for the referee.
+
+    Args:
+        seen: the sightings.
+    """
+
+    seen: Annotated[list[Sighting], Meta(max_length=SIGHTINGS_LIMIT)]
+
+
+class Bid(Message, frozen=True, kw_only=True):
+    """A player's bid in an auction of the referee.
+
+    Args:
+        lot: the name of what is auctioned.
+        cost: what it would cost the player, such as the time in s until it meets an intruder: the lowest bid wins. None
+            withdraws its bid, and gives the lot back if it has won it.
+    """
+
+    lot: Name
+    cost: Annotated[float, Meta(ge=0.0, le=1e6)] | None
+
+
+class Stroke(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A dot, if there is one point, or a line through all points.
+
+    Args:
+        points: (x, y) in the map's frame, m. label: a short text beside the last point.
+    """
+
+    points: Annotated[list[tuple[Metres, Metres]], Meta(min_length=1, max_length=STROKE_LIMIT)]
+    label: Annotated[str, Meta(max_length=40)] = ""
+
+
+class Sketch(Message, frozen=True, kw_only=True):
+    """What a player wants windows, recording and plot to show about what it thinks, until its next sketch.
+
+    Args:
+        strokes: the dots and lines.
+    """
+
+    strokes: Annotated[list[Stroke], Meta(max_length=SKETCH_LIMIT)]
 
 
 class Pulse(Message, frozen=True, kw_only=True):

@@ -43,6 +43,7 @@ class Practice:
     Args:
         settings: the [rules] table of the match file.
         contestants: the players.
+        seed: the seed of the match, which changes nothing here.
     """
 
     name = GAME.name
@@ -51,7 +52,7 @@ class Practice:
     state_type = GameState
     lineup_limit = 1.0
 
-    def __init__(self, settings: Settings, contestants: Sequence[Contestant]) -> None:
+    def __init__(self, settings: Settings, contestants: Sequence[Contestant], seed: int = 0) -> None:
         self._settings = settings
         self._contestants = {c.name: c for c in contestants}
 
@@ -101,7 +102,7 @@ class Practice:
         """Nobody scores."""
         return {TEAM: 0}
 
-    def speed_limits(self, seed: int) -> dict[str, float]:
+    def speed_limits(self) -> dict[str, float]:
         """Every robot may be as fast as its model."""
         return {}
 

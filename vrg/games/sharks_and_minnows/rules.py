@@ -4,13 +4,13 @@ Minnows cross a rectangle from one end to the other, and sharks tag them. A tagg
 stands still until the pass is over and is a shark in the next.
 """
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
 from msgspec import structs
 
 from vrg.bus.messages import OfficialAction, PlayerStatus, Stage, Zone
+from vrg.coordinator.marks import not_lined_up, on_marks
 from vrg.coordinator.rulebook import Call, Contestant, Field, Verdict
 from vrg.errors import ConfigError
 from vrg.games.sharks_and_minnows import ACTIVE, GAME, INACTIVE, MINNOW, MINNOWS, SHARK, SHARKS
@@ -24,8 +24,6 @@ from vrg.types import Pose
 
 PATIENCE = 3.0
 """The default time limit of a pass, in terms of what the slowest player may need for the length of the field."""
-MARK_REACH = 0.4
-"""The distance in m from its mark within which a player is lined up."""
 
 
 class SharksAndMinnows:
@@ -34,6 +32,7 @@ class SharksAndMinnows:
     Args:
         settings: the [rules] table of the match file.
         contestants: the players.
+        seed: the seed of the match, by which top speeds are drawn.
 
     Raises:
         ConfigError: the match cannot be played; see `problems_of`. The error lists all reasons.
@@ -43,7 +42,8 @@ class SharksAndMinnows:
     round_word = GAME.round_word
     state_type = State
 
-    def __init__(self, settings: Settings, contestants: Sequence[Contestant]) -> None:
+    def __init__(self, settings: Settings, contestants: Sequence[Contestant], seed: int = 0) -> None:
+        self._seed = seed
         self.settings = settings
         self.contestants = {c.name: c for c in contestants}
         self._extent = Extent.of(contestants)
@@ -67,18 +67,7 @@ class SharksAndMinnows:
 
     def obstacles_to_start(self, state: State, now: Field) -> dict[str, str]:
         """The reasons why a player does not yet stand still on its mark, by player."""
-        reasons = {}
-        for name, mark in state.marks.items():
-            pose = now.poses.get(name)
-            if pose is None:
-                reasons[name] = "is not in the world"
-                continue
-            away = _away(pose, mark)
-            if away > MARK_REACH:
-                reasons[name] = f"is {away:.1f} m from its mark"
-            elif name in now.moving:
-                reasons[name] = "is moving"
-        return reasons
+        return not_lined_up(state.marks, now)
 
     def judge(self, state: State, before: Field, now: Field, clock: float) -> Verdict[State]:
         """Judge tags and exits over the whole way between two instants, then the time limit and the end of the pass."""
@@ -226,14 +215,14 @@ class SharksAndMinnows:
         Before a round a player may drive to its mark. There it is held until the round begins.
         """
         lining_up = stage is Stage.INITIALIZE
-        on_marks = {n for n, mark in state.marks.items() if n in now.poses and _away(now.poses[n], mark) <= MARK_REACH}
+        lined_up = on_marks(state.marks, now)
         return [
             PlayerStatus(
                 name=name,
                 team=SHARKS if contestant.role == SHARK else MINNOWS,
                 role=state.roles[name],
                 state=state.states[name],
-                may_move=name not in on_marks
+                may_move=name not in lined_up
                 if lining_up
                 else stage is Stage.PLAY_ROUND and state.states[name] == ACTIVE,
                 radius=circumradius(contestant.size),
@@ -256,11 +245,11 @@ class SharksAndMinnows:
         """The points of each team: minnows taken out for the sharks, safe crossings for the minnows."""
         return {SHARKS: state.caught, MINNOWS: state.crossed}
 
-    def speed_limits(self, seed: int) -> dict[str, float]:
+    def speed_limits(self) -> dict[str, float]:
         """The top speeds, drawn by the seed and the player's name. The order of the players does not matter."""
         limits = {}
         for name in sorted(self.contestants):
-            rng = np.random.default_rng([seed, *name.encode()])
+            rng = np.random.default_rng([self._seed, *name.encode()])
             limits[name] = self.contestants[name].v_max * float(rng.uniform(self.settings.slowest, 1.0))
         return limits
 
@@ -283,7 +272,3 @@ class SharksAndMinnows:
         if action is OfficialAction.SET_ROLE:
             return structs.replace(state, roles={**state.roles, subject: value})
         return state.with_state([subject], value)
-
-
-def _away(pose: Pose, mark: Pose) -> float:
-    return math.hypot(pose.x - mark.x, pose.y - mark.y)

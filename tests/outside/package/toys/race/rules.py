@@ -38,7 +38,7 @@ class Race:
     rounds = 1
     lineup_limit = 30.0
 
-    def __init__(self, settings: Settings, contestants: Sequence[Contestant]) -> None:
+    def __init__(self, settings: Settings, contestants: Sequence[Contestant], seed: int) -> None:
         self.finish = Circle(settings.x, settings.y, settings.radius)
         self.contestants = {c.name: c for c in contestants}
         inside = [c.name for c in contestants if self.finish.contains(c.start.x, c.start.y)]
@@ -99,7 +99,7 @@ class Race:
     def score(self, state: State) -> dict[str, int]:
         return state.score
 
-    def speed_limits(self, seed: int) -> dict[str, float]:
+    def speed_limits(self) -> dict[str, float]:
         return {}
 
     def overrule(self, state: State, action: OfficialAction, subject: str, value: str) -> State:

@@ -1,0 +1,98 @@
+"""A laser scan in the map's frame."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vrg.hal.sensors.laser import Laser
+from vrg.types import Pose, Twist, Vector
+
+Floats = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Scan:
+    """One scan of a planar laser range finder.
+
+    Args:
+        origin: where the laser was, m. heading: its heading, rad. Both in the map's frame.
+        angle_min: the angle of the first beam from the heading, rad. angle_step: the angle between beams, rad.
+        ranges: shape (beams,), m. Where a beam met nothing, or its range is no number above 0, it is infinite.
+        range_max: the longest range, m.
+    """
+
+    origin: Vector
+    heading: float
+    angle_min: float
+    angle_step: float
+    ranges: Floats
+    range_max: float
+
+    @property
+    def hits(self) -> Mask:
+        """The beams that met something: shape (beams,)."""
+        return np.isfinite(self.ranges)
+
+    @property
+    def bearings(self) -> Floats:
+        """The directions of the beams in the map's frame: shape (beams,), rad."""
+        steps = np.arange(len(self.ranges), dtype=np.float64)
+        return np.asarray(self.heading + self.angle_min + self.angle_step * steps)
+
+    @property
+    def points(self) -> Floats:
+        """Where the beams met something: shape (beams, 2), m; not finite where they met nothing."""
+        bearings = self.bearings
+        with np.errstate(invalid="ignore"):
+            return np.column_stack(
+                (self.origin[0] + self.ranges * np.cos(bearings), self.origin[1] + self.ranges * np.sin(bearings))
+            )
+
+
+def make_scan(
+    ranges: npt.ArrayLike, pose: Pose, *, mount: float, angle_min: float, angle_step: float, range_max: float
+) -> Scan:
+    """Put ranges on the map.
+
+    Args:
+        ranges: one for each beam, m. One that is not finite, not above 0, or range_max or more met nothing.
+        pose: the robot's pose at the time of the scan. mount: how far ahead of its centre the laser is, m.
+
+    Raises:
+        ValueError: the ranges are not a list of numbers.
+    """
+    plain = np.array(ranges, dtype=np.float64)
+    if plain.ndim != 1:
+        raise ValueError(f"expected a list of ranges, got an array of shape {plain.shape}")
+    with np.errstate(invalid="ignore"):
+        nothing = ~(np.isfinite(plain) & (plain > 0.0) & (plain < range_max * (1.0 - 1e-6)))
+    plain[nothing] = math.inf
+    origin = (pose.x + mount * math.cos(pose.theta), pose.y + mount * math.sin(pose.theta))
+    return Scan(origin, pose.theta, angle_min, angle_step, plain, range_max)
+
+
+def scan_of(laser: Laser, pose: Pose, mount: float) -> Scan:
+    """Put a message of a laser on the map; see `make_scan`."""
+    return make_scan(
+        laser.ranges,
+        pose,
+        mount=mount,
+        angle_min=laser.angle_min,
+        angle_step=laser.angle_step,
+        range_max=laser.range_max,
+    )
+
+
+def moved(pose: Pose, twist: Twist, dt: float) -> Pose:
+    """The pose of a robot after `dt` s (before, if it is negative) of an even motion.
+
+    It is the exact arc of a circle in its form with the chord: length v dt sin(a) / a, in the middle direction, where
+    a is half of the turn.
+    """
+    half = twist.w * dt / 2
+    chord = twist.v * dt * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
+    middle = pose.theta + half
+    return Pose(pose.x + chord * math.cos(middle), pose.y + chord * math.sin(middle), pose.theta + 2 * half)

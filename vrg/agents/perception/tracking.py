@@ -1,0 +1,116 @@
+"""Several unknown robots at once: which sighting is of which of them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from vrg.agents.perception.line import Line, fitted
+from vrg.bus.messages import Sighting
+
+GATE = 16.0
+"""The squared Mahalanobis distance beyond which a sighting is of another robot: 0.03 % of the right ones are beyond."""
+JOIN_DISTANCE = 0.8
+"""The distance in m within which two courses may be those of one robot, because two robots have no room there."""
+FORGET = 20.0
+"""The match time in s without a sighting after which a robot is forgotten."""
+FORGET_ONCE = 2.0
+"""The same for one that was seen once, which may have been an error."""
+KEPT = 40
+"""The number of sightings that are kept of each robot, to be shown."""
+
+
+@dataclass(frozen=True)
+class Track:
+    """One unknown robot.
+
+    Args:
+        line: its course. sightings: the latest sightings of it, oldest first.
+    """
+
+    line: Line
+    sightings: tuple[Sighting, ...] = ()
+
+
+@dataclass
+class Tracker:
+    """Keeps the courses of all unknown robots. Its results depend on what it was given alone.
+
+    Args:
+        speed: how fast such robots usually are, m/s; see `Line.start`.
+
+    Attributes:
+        tracks: the robots.
+    """
+
+    speed: float
+    tracks: list[Track] = field(default_factory=list)
+
+    def update(self, sightings: Sequence[Sighting]) -> None:
+        """Take in what one scan has seen: at most one sighting of each robot.
+
+        The assignment of sightings to robots is the one with the smallest sum of squared Mahalanobis distances (Kuhn,
+        "The Hungarian method for the assignment problem", 1955), where a sighting that is beyond GATE of a robot is not
+        of it. The rest are new robots.
+        """
+        if not sightings:
+            return
+        taken: set[int] = set()
+        if self.tracks:
+            costs = np.array([[min(t.line.surprise(s), 2 * GATE) for t in self.tracks] for s in sightings])
+            for row, column in zip(*linear_sum_assignment(costs), strict=True):
+                if costs[row, column] <= GATE:
+                    self.tracks[column] = _with(self.tracks[column], sightings[row])
+                    taken.add(int(row))
+        for number, sighting in enumerate(sightings):
+            if number not in taken:
+                time = self.tracks[0].line.time if self.tracks else sighting.time
+                self.tracks.append(_with(Track(Line.start(time, self.speed)), sighting))
+
+    def tidy(self, now: float) -> None:
+        """Join courses that are of one robot, and forget robots that were not seen for long. now: match time, s."""
+        self.tracks = [
+            track
+            for track in self.tracks
+            if now - track.line.last <= (FORGET if track.line.last > track.line.first else FORGET_ONCE)
+        ]
+        kept: list[Track] = []
+        for track in sorted(self.tracks, key=lambda t: (t.line.first, -t.line.count)):
+            same = next((i for i, other in enumerate(kept) if _same(other.line, track.line, now)), None)
+            if same is None:
+                kept.append(track)
+            else:
+                both = sorted((*kept[same].sightings, *track.sightings), key=lambda s: s.time)
+                kept[same] = Track(kept[same].line.joined(track.line), tuple(both[-KEPT:]))
+        self.tracks = kept
+
+    def track_of(self, evidence: Sequence[Sighting]) -> Track | None:
+        """The robot that sightings are of; a new one, which is not kept, if it is none of those that are known.
+
+        Args:
+            evidence: sightings of one robot, such as those that the referee publishes; None is returned if it is empty.
+        """
+        if not evidence:
+            return None
+        surprises = [float(np.median([track.line.surprise(s) for s in evidence])) for track in self.tracks]
+        best = min(range(len(surprises)), key=lambda i: surprises[i], default=None)
+        if best is not None and surprises[best] <= GATE:
+            return self.tracks[best]
+        return Track(fitted(evidence, time=evidence[0].time, speed=self.speed), tuple(evidence))
+
+
+def _with(track: Track, sighting: Sighting) -> Track:
+    return Track(track.line.seen(sighting), (*track.sightings, sighting)[-KEPT:])
+
+
+def _same(a: Line, b: Line, now: float) -> bool:
+    """Whether two courses are of one robot: they are near each other now, and were when one was last seen."""
+    for time in (now, max(a.first, b.first)):
+        (ax, ay), (bx, by) = a.at(time), b.at(time)
+        away = np.array([ax - bx, ay - by])
+        if float(np.hypot(*away)) > JOIN_DISTANCE:
+            return False
+        if float(away @ np.linalg.solve(a.covariance_at(time) + b.covariance_at(time), away)) > GATE:
+            return False
+    return True

@@ -1,0 +1,228 @@
+"""The strategy of a pursuer (thesis 4.2.4): watch, bid, go where the intruder can be met, and drive back."""
+
+import math
+
+from vrg.agents.avoidance import Obstacle, steer
+from vrg.agents.charon import Agent, Automaton, Mode, Submode, Transition
+from vrg.agents.control import go_to, linearise, scaled
+from vrg.agents.interception import Interception, intercept
+from vrg.agents.perception.tracking import Track
+from vrg.agents.strategy import Action, Strategy, View
+from vrg.bus.messages import Auction, Stroke
+from vrg.games.pursuit_evasion import AREA, DISPATCHED, RETURNING
+from vrg.games.pursuit_evasion.talk import words
+from vrg.games.pursuit_evasion.watch import Watch
+from vrg.hal.models import RobotModel
+from vrg.regions import Rectangle, Region
+from vrg.types import STILL, Twist, Vector
+
+OFFSET = 0.25
+"""The distance in m from the body's centre to the point that feedback linearisation steers."""
+REACH = 0.8
+"""The distance in m to an intruder that a pursuer aims at when it cannot meet its centre: less than the rule's 1 m."""
+ROOM = 1.5
+"""How far in m a pursuer may drive out of the area's bounds."""
+HORIZON, GAP = 1.5, 0.2
+"""The time in s ahead for which bodies in the way are avoided, and the distance in m to keep between them."""
+HOPE = 1.5
+"""The time in s for which a pursuer goes on after an intruder that it can no longer meet, before it gives it back."""
+SNAPSHOT_EVERY = 2.0
+"""The time in s between two messages with the snapshot."""
+BID_STEP = 0.2
+"""The change of a bid in s that is worth a new bid."""
+SHOWN = 12
+"""The number of sightings of an intruder that are sketched."""
+
+
+class Pursuer(Strategy):
+    """Finds intruders with its laser and the sightings of its team, and meets the one that it is dispatched to.
+
+    Attributes:
+        k: the gain of eq. 4.4, 0 < k <= 1: it wants to be at the meeting point in the fraction k of the time that the
+            intruder needs.
+    """
+
+    k = 1.0
+
+    def __init__(self, name: str, robot: RobotModel) -> None:
+        super().__init__(name, robot)
+        self._automaton = Automaton(self.agent())
+        self._watch = Watch(robot)
+        self._snapshot_said = -math.inf
+        self._hopeless_since: float | None = None
+        self._meeting: Interception | None = None
+        self._sketched = False
+
+    @property
+    def mode(self) -> str:
+        """The mode and submode of the automaton, such as `Pursuer/Intercept`."""
+        return self._automaton.where
+
+    def act(self, view: View) -> Action:
+        """Look, drive as the automaton says, and tell the team and the referee."""
+        at_post = self._automaton.submode in (None, "Watch") and not _driving(view)
+        self._watch.look(view, standing=at_post)
+        self._meeting = None
+        twist = self._automaton.step(view)
+        bids = self._bids(view)
+        lost = self._given_up(view)
+        return Action(
+            twist,
+            say=self._words(view),
+            sightings=self._watch.fresh,
+            bids=bids if lost is None else {lost: None},
+            sketch=self._sketch(view),
+        )
+
+    def agent(self) -> Agent[View, Twist]:
+        """The automaton of a pursuer, in the style of Figure 4.6."""
+        pursuer = Mode(
+            "Pursuer",
+            [
+                Submode("Watch", lambda _: STILL),
+                Submode("Intercept", self._intercept),
+                Submode("Return", self._return),
+            ],
+            [
+                Transition[View]("Watch", "Intercept", "Dispatch", lambda v: v.me.state == DISPATCHED),
+                Transition("Return", "Intercept", "Dispatch", lambda v: v.me.state == DISPATCHED),
+                Transition("Intercept", "Return", "Reset", lambda v: v.me.state != DISPATCHED),
+                Transition("Watch", "Return", "OffPost", lambda v: v.me.state == RETURNING),
+                Transition("Return", "Watch", "AtPost", lambda v: v.me.state != RETURNING),
+            ],
+        )
+        return Agent(
+            name="Pursuer",
+            modes=[pursuer],
+            transitions=[],
+            initial=lambda _: "Pursuer",
+            starts=[("Pursuer", "Start")],
+            inputs=["referee state", "laser", "INS", "wheel speed", "radio"],
+            outputs=["twist", "sightings", "bids", "radio"],
+        )
+
+    def _intercept(self, view: View) -> Twist:
+        """Drive straight to where the intruder can be met."""
+        auction = _won(view)
+        track = None if auction is None else self._watch.tracker.track_of(auction.evidence)
+        if track is None:
+            return STILL
+        self._meeting = self._meet(view, track)
+        point = track.line.at(view.time) if self._meeting is None else self._meeting.point
+        way = point[0] - view.pose.x, point[1] - view.pose.y
+        if math.hypot(*way) < OFFSET:
+            # It is there before the intruder, and turns to it.
+            x, y = track.line.at(view.time)
+            turn = linearise(scaled((x - view.pose.x, y - view.pose.y), 0.1), view.pose.theta, OFFSET)
+            return Twist(0.0, turn.w)
+        return self._steer(view, scaled(way, self.robot.v_max))
+
+    def _return(self, view: View) -> Twist:
+        post = view.me.mark
+        if post is None:
+            return STILL
+        if math.dist(view.position, (post.x, post.y)) > 1.0:
+            return self._steer(view, scaled((post.x - view.pose.x, post.y - view.pose.y), self.robot.v_max))
+        return go_to(post, view.pose, d=OFFSET, speed=0.5 * self.robot.v_max, reach=0.3)
+
+    def _meet(self, view: View, track: Track, *, bold: bool = True) -> Interception | None:
+        """Where and when it can meet an intruder inside the area: by eq. 4.4, or else (if it is bold) as near as REACH.
+
+        The time of the result counts from now.
+        """
+        line = track.line
+        here, target = view.position, line.at(view.time)
+        tries = [(0.0, self.k)] + ([(REACH, 1.0)] if bold else [])
+        for reach, k in tries:
+            met = intercept(here, self.robot.v_max, target, line.velocity, reach=reach, k=k)
+            if met is not None and _in_area(view, met.point):
+                return met
+        return None
+
+    def _bids(self, view: View) -> dict[str, float | None]:
+        """Its new bids: the time to meet the intruder, or None where it cannot meet it any more."""
+        bids: dict[str, float | None] = {}
+        if _won(view) is not None:
+            return bids
+        for auction in view.referee.auctions:
+            if auction.winner is not None or self.name not in auction.bidders:
+                continue
+            track = self._watch.tracker.track_of(auction.evidence)
+            met = None if track is None else self._meet(view, track)
+            before = auction.bids.get(self.name)
+            if met is None:
+                if before is not None:
+                    bids[auction.lot] = None
+            elif before is None or abs(before - met.time) > BID_STEP:
+                bids[auction.lot] = round(met.time, 3)
+        return bids
+
+    def _given_up(self, view: View) -> str | None:
+        """The intruder that it was dispatched to and has not been able to meet for HOPE seconds, or None."""
+        auction = _won(view)
+        if auction is None or self._meeting is not None or self._automaton.submode != "Intercept":
+            self._hopeless_since = None
+            return None
+        if self._hopeless_since is None:
+            self._hopeless_since = view.time
+        return auction.lot if view.time - self._hopeless_since > HOPE else None
+
+    def _words(self, view: View) -> object:
+        snapshot = None
+        if self._watch.own is not None and view.time - self._snapshot_said >= SNAPSHOT_EVERY:
+            self._snapshot_said, snapshot = view.time, self._watch.own
+        odometry = view.readings.odometry
+        twist = STILL if odometry is None or not view.me.may_move else odometry.value.twist
+        return words(view.pose, twist, self._watch.fresh, snapshot)
+
+    def _sketch(self, view: View) -> list[Stroke] | None:
+        """The sightings and the course of each intruder that it knows, and where it will meet its own."""
+        strokes: list[Stroke] = []
+        for track in self._watch.tracker.tracks:
+            if track.line.count < 2:
+                continue
+            strokes += [Stroke(points=[(s.x, s.y)]) for s in track.sightings[-SHOWN:]]
+            strokes.append(Stroke(points=[track.line.at(track.line.first), track.line.at(view.time)]))
+        if self._meeting is not None:
+            strokes.append(Stroke(points=[view.position, self._meeting.point], label=f"{self._meeting.time:.1f} s"))
+        if not strokes and not self._sketched:
+            return None
+        self._sketched = bool(strokes)
+        return strokes
+
+    def _steer(self, view: View, wanted: Vector) -> Twist:
+        """The twist for a wanted velocity, which leads around the robots that it knows."""
+        radii = {player.name: player.radius for player in view.referee.players}
+        places = {**self._watch.places(view.time)}
+        places |= {p.name: (p.pose.x, p.pose.y) for p in view.others() if p.pose is not None}
+        bodies = [
+            Obstacle(place, (0.0, 0.0), view.me.radius + radii.get(name, view.me.radius) + GAP)
+            for name, place in places.items()
+        ]
+        u = steer(view.position, wanted, bodies, _bounds(view), HORIZON)
+        return linearise(u, view.pose.theta, OFFSET)
+
+
+def _won(view: View) -> Auction | None:
+    """The auction that this player has won, or None."""
+    return next((auction for auction in view.referee.auctions if auction.winner == view.me.name), None)
+
+
+def _driving(view: View) -> bool:
+    speed = view.speed
+    return speed is not None and abs(speed) > 0.02
+
+
+def _in_area(view: View, point: Vector) -> bool:
+    """Whether a point is inside the area, where intruders must be captured; True if nobody has told the area."""
+    area = view.zone(AREA)
+    return area is None or area.contains(*point)
+
+
+def _bounds(view: View) -> Region:
+    """Where a pursuer drives: around the area."""
+    area = view.zone(AREA)
+    if area is None:
+        return Rectangle(-1e5, -1e5, 1e5, 1e5)
+    x_min, y_min, x_max, y_max = area.bounds
+    return Rectangle(x_min - ROOM, y_min - ROOM, x_max + ROOM, y_max + ROOM)

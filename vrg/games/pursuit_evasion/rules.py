@@ -1,0 +1,223 @@
+"""The rules of robot pursuit-evasion (thesis 4.2, Algorithm 4.1).
+
+Intruders cross a convex area that pursuers guard. Pursuers stand at their posts and watch. When an intruder has been
+seen twice, the referee auctions it, and the pursuer with the lowest bid is dispatched. Pursuers score a capture, and
+intruders an escape. The true poses of the pursuers and of intruders in play are published to no player.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from msgspec import structs
+
+from vrg.bus.messages import OfficialAction, PlayerStatus, Stage, Zone
+from vrg.coordinator.marks import not_lined_up, on_marks
+from vrg.coordinator.match import DRAW
+from vrg.coordinator.rulebook import Call, Contestant, Field, Verdict
+from vrg.errors import ConfigError
+from vrg.games.pursuit_evasion import (
+    AREA,
+    CAPTURED,
+    CROSSING,
+    ESCAPED,
+    GAME,
+    INTRUDER,
+    INTRUDERS,
+    PURSUER,
+    PURSUERS,
+    RETURNING,
+    WAITING,
+    WATCHING,
+)
+from vrg.games.pursuit_evasion.checks import problems_of
+from vrg.games.pursuit_evasion.crossing import course_of, ends_of
+from vrg.games.pursuit_evasion.dispatching import dispatch, reset
+from vrg.games.pursuit_evasion.settings import Settings
+from vrg.games.pursuit_evasion.state import State
+from vrg.geometry import circumradius
+
+SIGHTING_REACH = 0.7
+"""The distance in m between a sighting and the centre of the intruder that it is of, at most."""
+OLDEST_SIGHTING = 2.0
+"""The age in s of the oldest sighting that counts."""
+
+
+class PursuitEvasion:
+    """The rule book of pursuit-evasion.
+
+    Args:
+        settings: the [rules] table of the match file.
+        contestants: the players. The first intruder among them starts at 0 s.
+        seed: the seed of the match, by which the other intruders' times are drawn.
+
+    Raises:
+        ConfigError: the match cannot be played; see `problems_of`. The error lists all reasons.
+    """
+
+    name = GAME.name
+    round_word = GAME.round_word
+    rounds = 1
+    state_type = State
+
+    def __init__(self, settings: Settings, contestants: Sequence[Contestant], seed: int = 0) -> None:
+        self.settings = settings
+        self.area = settings.region
+        self.contestants = {c.name: c for c in contestants}
+        if problems := problems_of(self.area, contestants):
+            raise ConfigError(problems)
+        self.pursuers = sorted(c.name for c in contestants if c.role == PURSUER)
+        self.intruders = [c.name for c in contestants if c.role == INTRUDER]
+        self.posts = {name: self.contestants[name].start for name in self.pursuers}
+        self.launches = {name: self._launch(name, seed) for name in self.intruders}
+        self.lineup_limit = settings.lineup_limit
+
+    def _launch(self, name: str, seed: int) -> float:
+        """The time of play at which an intruder starts, s."""
+        if name == self.intruders[0]:
+            return 0.0
+        rng = np.random.default_rng([seed, *name.encode()])
+        return float(rng.uniform(0.0, self.settings.launch_window))
+
+    def initial(self) -> State:
+        """The state in which pursuers watch and intruders wait."""
+        return State(
+            states={c.name: WATCHING if c.role == PURSUER else WAITING for c in self.contestants.values()},
+        )
+
+    def obstacles_to_start(self, state: State, now: Field) -> dict[str, str]:
+        """The reasons why a player does not yet stand still where it starts, by player."""
+        return not_lined_up({c.name: c.start for c in self.contestants.values()}, now)
+
+    def judge(self, state: State, before: Field, now: Field, clock: float) -> Verdict[State]:
+        """Judge the whole way between two instants: who starts, is seen, captured or escapes, and who is dispatched."""
+        calls: list[Call] = []
+        state = self._launched(state, clock, calls)
+        state = self._detected(state, before, now, clock)
+        state = self._ended(state, before, now, calls)
+        state = dispatch(state, self.pursuers, now, clock, self.settings, calls)
+        back = on_marks(self.posts, now) - now.moving
+        state = state.with_state([n for n in state.in_state(RETURNING) if n in back], WATCHING)
+        left = state.in_state(WAITING, CROSSING)
+        if left and clock < self.settings.time:
+            return Verdict(state, calls)
+        if left:
+            calls.append(Call(rule="time_up", text=f"the time is up: {', '.join(sorted(left))} did not make it"))
+        else:
+            calls.append(Call(rule="all_done", text="no intruder is left"))
+        return Verdict(state, calls, round_over=True)
+
+    def _launched(self, state: State, clock: float, calls: list[Call]) -> State:
+        due = [name for name in state.in_state(WAITING) if self.launches[name] <= clock]
+        calls += [Call(rule="launch", text=f"{name} starts", players=(name,)) for name in due]
+        return state.with_state(due, CROSSING)
+
+    def _detected(self, state: State, before: Field, now: Field, clock: float) -> State:
+        """Count the sightings that are of an intruder in play. Others, such as of a wall, are not."""
+        courses = {name: course for name in state.crossing() if (course := course_of(name, before, now)) is not None}
+        for who, sighting in now.sightings:
+            if who not in self.posts or who in state.disqualified:
+                continue
+            if not -0.2 <= now.time - sighting.time <= OLDEST_SIGHTING:
+                continue
+            away = {name: course.distance(sighting, now.time) for name, course in courses.items()}
+            nearest = min(away, key=lambda name: (away[name], name), default=None)
+            if nearest is not None and away[nearest] <= SIGHTING_REACH:
+                state = state.with_sighting(nearest, sighting, clock)
+        return state
+
+    def _ended(self, state: State, before: Field, now: Field, calls: list[Call]) -> State:
+        """Captures and escapes, each at its instant. At the same instant a capture comes first."""
+        there = [name for name in self.pursuers if name not in state.disqualified]
+        for name in state.crossing():
+            ends = ends_of(
+                name, there, before, now, self.area, self.settings.capture_distance, entered=name in state.entered
+            )
+            if ends.inside and name not in state.entered:
+                state = structs.replace(state, entered=sorted([*state.entered, name]))
+            if ends.captured is not None:
+                by = ends.captured
+                text = f"{name} is captured by {by.pursuer}"
+                players, poses = (name, by.pursuer), (by.intruder_pose, by.pursuer_pose)
+                calls.append(Call(rule="capture", text=text, players=players, poses=poses))
+                state = structs.replace(state.with_state([name], CAPTURED), captured=state.captured + 1)
+            elif ends.left is not None:
+                seen = state.detections.get(name, 0)
+                after = "two or more detections" if seen >= 2 else "fewer than two detections"
+                text = f"{name} escapes after {after}"
+                calls.append(Call(rule="escape", text=text, players=(name,), poses=(ends.left,)))
+                state = structs.replace(state.with_state([name], ESCAPED), escaped=state.escaped + 1)
+            else:
+                continue
+            state = reset(state, name)
+        return state
+
+    def obstacles_to_resume(self, state: State, now: Field) -> list[str]:
+        """Always empty, because this game has no fouls."""
+        return []
+
+    def next_round(self, state: State, now: Field) -> Verdict[State]:
+        """The game is over, and the team with more points has won."""
+        if state.captured == state.escaped:
+            return Verdict(state, winner=DRAW)
+        return Verdict(state, winner=PURSUERS if state.captured > state.escaped else INTRUDERS)
+
+    def statuses(self, state: State, stage: Stage, now: Field) -> list[PlayerStatus]:
+        """The status of each player.
+
+        A pose is published only of who is out of play, so that robots can avoid it and nobody takes it for an intruder.
+        """
+        lining_up, playing = stage is Stage.INITIALIZE, stage is Stage.PLAY_ROUND
+        at_post = on_marks(self.posts, now)
+        statuses = []
+        for name, contestant in self.contestants.items():
+            chases, own = contestant.role == PURSUER, state.states[name]
+            out = GAME.is_out(own) or name in state.disqualified
+            statuses.append(
+                PlayerStatus(
+                    name=name,
+                    team=PURSUERS if chases else INTRUDERS,
+                    role=contestant.role,
+                    state=own,
+                    may_move=(chases and name not in at_post)
+                    if lining_up
+                    else playing and not out and own not in (WATCHING, WAITING),
+                    radius=circumradius(contestant.size),
+                    pose=now.poses.get(name) if out else None,
+                    mark=self.posts[name] if chases else None,
+                )
+            )
+        return statuses
+
+    def zones(self, state: State) -> list[Zone]:
+        """The area that the pursuers guard."""
+        return [Zone(name="surveillance area", kind=AREA, region=self.area)]
+
+    def score(self, state: State) -> dict[str, int]:
+        """The captures of the pursuers, and the escapes of the intruders."""
+        return {PURSUERS: state.captured, INTRUDERS: state.escaped}
+
+    def speed_limits(self) -> dict[str, float]:
+        """The same top speed for everybody, that of the slowest robot, unless the match file says another."""
+        slowest = min(c.v_max for c in self.contestants.values())
+        own = {PURSUER: self.settings.pursuer_speed or slowest, INTRUDER: self.settings.intruder_speed or slowest}
+        return {name: min(c.v_max, own[c.role]) for name, c in self.contestants.items()}
+
+    def overrule(self, state: State, action: OfficialAction, subject: str, value: str) -> State:
+        """Set a team's score, or a player's state.
+
+        Raises:
+            ConfigError: there is no such player, team, state or score, or it would be another role.
+        """
+        if action is OfficialAction.SET_SCORE:
+            if subject not in (PURSUERS, INTRUDERS) or not value.isdigit():
+                raise ConfigError([f"{action}: expected pursuers or intruders and a number, got {subject!r} {value!r}"])
+            return structs.replace(state, **{"captured" if subject == PURSUERS else "escaped": int(value)})
+        if subject not in state.states:
+            raise ConfigError([f"{action}: expected one of {', '.join(sorted(state.states))}, got {subject!r}"])
+        if action is not OfficialAction.SET_STATE or subject not in self.launches:
+            raise ConfigError([f"{action} {subject}: roles, and the states of pursuers, cannot be set in this game"])
+        known = (WAITING, CROSSING, CAPTURED, ESCAPED)
+        if value not in known:
+            raise ConfigError([f"{action}: expected one of {', '.join(known)}, got {value!r}"])
+        state = state.with_state([subject], value)
+        return state if value == CROSSING else reset(state, subject)

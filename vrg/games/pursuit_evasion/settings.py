@@ -1,0 +1,89 @@
+"""The [rules] table of a match of pursuit-evasion."""
+
+import math
+from collections.abc import Sequence
+from typing import Annotated
+
+from pydantic import Field as Setting
+from pydantic import field_validator
+
+from vrg.geometry import wrap
+from vrg.regions import Polygon
+from vrg.tables import Table
+from vrg.types import Vector
+
+Coordinate = Annotated[float, Setting(ge=-1e4, le=1e4)]
+"""A coordinate of a corner, m."""
+
+
+class Settings(Table):
+    """The [rules] table of a match file. Lengths in m, times in s, speeds in m/s.
+
+    Args:
+        area: the corners (x, y) of the convex surveillance area, in order around it.
+        capture_distance: an intruder is captured when its centre is closer than this to that of a pursuer.
+        launch_window: the first intruder starts at 0 s, and each other one at a random time up to this one.
+        time: the time after which the game ends in any case.
+        auction: how long an auction lasts at least.
+        lost_after: an intruder that nobody has seen for so long is lost, and is auctioned again.
+        pursuer_speed, intruder_speed: the top speeds of the two teams. The default is the same for both: the top speed
+            of the slowest robot.
+        lineup_limit: the time after which virtual pursuers that are not on their posts are put there.
+    """
+
+    area: Annotated[tuple[tuple[Coordinate, Coordinate], ...], Setting(min_length=3, max_length=100)]
+    capture_distance: float = Setting(1.0, gt=0, le=100)
+    launch_window: float = Setting(20.0, ge=0, le=1e6)
+    time: float = Setting(120.0, gt=0, le=1e6)
+    auction: float = Setting(0.5, gt=0, le=1e3)
+    lost_after: float = Setting(4.0, gt=0, le=1e6)
+    pursuer_speed: float | None = Setting(None, gt=0, le=100)
+    intruder_speed: float | None = Setting(None, gt=0, le=100)
+    lineup_limit: float = Setting(60.0, gt=0)
+
+    @field_validator("area")
+    @classmethod
+    def _convex(cls, corners: tuple[Vector, ...]) -> tuple[Vector, ...]:
+        why = not_convex(corners)
+        if why is not None:
+            raise ValueError(why)
+        return corners if _turning(corners) > 0 else tuple(reversed(corners))
+
+    @property
+    def region(self) -> Polygon:
+        """The surveillance area."""
+        return Polygon(self.area)
+
+
+def not_convex(corners: Sequence[Vector]) -> str | None:
+    """The reason why corners, in order, are not those of a convex polygon; None if they are.
+
+    All turns of a convex polygon lead to the same side, and together they make one full turn.
+    """
+    count = len(corners)
+    for i, (x, y) in enumerate(corners):
+        if (x, y) == corners[i - 1]:
+            return f"corner {i + 1}, ({x:g}, {y:g}), is the same as the one before it"
+    turns = _turns(corners)
+    left, right = [i for i in range(count) if turns[i] > 1e-9], [i for i in range(count) if turns[i] < -1e-9]
+    if not left and not right:
+        return "all corners are on one line"
+    if abs(abs(sum(turns)) - math.tau) > 1e-6:
+        return "expected a convex polygon, but its border crosses itself: name the corners in order around it"
+    if left and right:
+        i = min(left, right, key=len)[0]
+        x, y = corners[i]
+        return f"expected a convex polygon, but at corner {i + 1}, ({x:g}, {y:g}), the border bends inwards"
+    return None
+
+
+def _turns(corners: Sequence[Vector]) -> list[float]:
+    """The angle by which the border turns at each corner, to the left, rad."""
+    count = len(corners)
+    ways = [math.atan2(corners[(i + 1) % count][1] - y, corners[(i + 1) % count][0] - x) for i, (x, y) in
+            enumerate(corners)]  # fmt: skip
+    return [wrap(ways[i] - ways[i - 1]) for i in range(count)]
+
+
+def _turning(corners: Sequence[Vector]) -> float:
+    return sum(_turns(corners))

@@ -1,0 +1,112 @@
+"""What a pursuer knows: the empty scene, its team mates, and the courses of intruders."""
+
+import math
+from collections.abc import Sequence
+
+from vrg.agents.perception.background import Snapshot, snapshot, unusual
+from vrg.agents.perception.clusters import clusters, sighting_of
+from vrg.agents.perception.scan import Scan, moved, scan_of
+from vrg.agents.perception.tracking import Tracker
+from vrg.agents.strategy import View
+from vrg.bus.messages import Sighting
+from vrg.bus.radio import Heard
+from vrg.games.pursuit_evasion.talk import Words, understood
+from vrg.hal.models import RobotModel
+from vrg.types import STILL, Pose, Twist, Vector
+
+SNAPSHOT_SCANS = 5
+"""The number of scans in a snapshot of the empty scene."""
+MATE_MARGIN = 0.35
+"""The distance in m around a team mate's body within which returns are taken for it."""
+MATE_FORGOTTEN = 3.0
+"""The age in s of the last words of a team mate after which nobody knows where it is, if it was driving."""
+OUT_MARGIN = 0.4
+"""The same as MATE_MARGIN for a robot that is out of play, whose pose the referee tells."""
+USUAL_SPEED = 0.5
+"""How fast intruders usually are, m/s; see `Line.start`."""
+
+
+class Watch:
+    """Looks at scans and listens to team mates.
+
+    Args:
+        robot: the description of its own robot.
+
+    Attributes:
+        own: its own snapshot of the empty scene; None until it has one.
+        mates: what each team mate said last, and when, match time, s.
+        tracker: the courses of the unknown robots.
+        fresh: the sightings of this tick.
+    """
+
+    def __init__(self, robot: RobotModel) -> None:
+        self._mount = robot.laser.x if robot.laser is not None else 0.0
+        self._scans: list[Scan] = []
+        self._stamp = -math.inf
+        self.own: Snapshot | None = None
+        self._theirs: dict[str, Snapshot] = {}
+        self.mates: dict[str, tuple[float, Words]] = {}
+        self.tracker = Tracker(USUAL_SPEED)
+        self.fresh: list[Sighting] = []
+
+    def look(self, view: View, *, standing: bool) -> None:
+        """Take in a view.
+
+        Args:
+            standing: its robot stands at its post, so that it may take a snapshot if it has none.
+        """
+        self._hear(view.heard)
+        self.fresh = []
+        laser = view.readings.laser
+        if laser is not None and laser.stamp > self._stamp:
+            self._stamp = laser.stamp
+            scan = scan_of(laser.value, self._pose_at(view, laser.stamp), self._mount)
+            if standing and len(self._scans) < SNAPSHOT_SCANS:
+                self._remember(scan)
+            self.fresh = self._seen(view, scan, laser.stamp)
+            self.tracker.update(self.fresh)
+        self.tracker.tidy(view.time)
+
+    def places(self, now: float) -> dict[str, Vector]:
+        """Where team mates are that said so not long ago, m."""
+        return {
+            name: (pose.x, pose.y)
+            for name, (stamp, said) in self.mates.items()
+            if now - stamp <= MATE_FORGOTTEN or said.twist == STILL
+            for pose in [moved(said.pose, said.twist, min(max(now - stamp, 0.0), MATE_FORGOTTEN))]
+        }
+
+    def _remember(self, scan: Scan) -> None:
+        """Take a scan into the snapshot. If the number of beams has changed, it begins anew."""
+        if self._scans and len(self._scans[0].ranges) != len(scan.ranges):
+            self._scans = []
+        self._scans.append(scan)
+        self.own = snapshot(self._scans)
+
+    def _hear(self, heard: Sequence[Heard]) -> None:
+        for each in heard:
+            said = understood(each.words)
+            if said is None:
+                continue
+            if self.mates.get(each.speaker, (-math.inf, said))[0] <= each.stamp:
+                self.mates[each.speaker] = (each.stamp, said)
+            if said.snapshot is not None:
+                self._theirs[each.speaker] = said.snapshot
+            self.tracker.update(said.sightings)
+
+    def _seen(self, view: View, scan: Scan, stamp: float) -> list[Sighting]:
+        snapshots = [*([] if self.own is None else [self.own]), *self._theirs.values()]
+        radii = {player.name: player.radius for player in view.referee.players}
+        known = [(place, radii.get(name, view.me.radius) + MATE_MARGIN) for name, place in self.places(stamp).items()]
+        known += [((p.pose.x, p.pose.y), p.radius + OUT_MARGIN) for p in view.others() if p.pose is not None]
+        radius = max((p.radius for p in view.referee.players if p.team != view.me.team), default=view.me.radius)
+        strange = unusual(scan, snapshots, known)
+        return [sighting_of(scan, beams, radius=radius, time=stamp) for beams in clusters(scan, strange)]
+
+    @staticmethod
+    def _pose_at(view: View, stamp: float) -> Pose:
+        """The own pose at the time of a scan: the measured one, moved by what the wheels say of the time between."""
+        ins, odometry = view.readings.ins, view.readings.odometry
+        measured = view.time if ins is None else ins.stamp
+        twist = STILL if odometry is None else odometry.value.twist
+        return moved(view.pose, Twist(twist.v, twist.w), stamp - measured)
