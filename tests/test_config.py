@@ -70,7 +70,11 @@ def test_all_problems_are_told_at_once_in_the_order_of_the_file(load: Load) -> N
     [
         ('map = "courtyard"', 'map = "atlantis"', "atlantis"),
         ('engine = "pybullet"', 'engine = "warp"', "expected one of"),
-        ('game = "sharks-and-minnows"', 'game = "chess"', "game: expected one of practice, sharks-and-minnows, got"),
+        (
+            'game = "sharks-and-minnows"',
+            'game = "chess"',
+            "game: expected one of practice, pursuit-evasion, sharks-and-minnows, got",
+        ),
         ('role = "shark"', 'role = "whale"', "players.0.role: expected one of shark, minnow, got 'whale'"),
         ('role = "shark"', 'role = "shark"\nbackend = "steam"', "players.0.backend: expected one of"),
         ('role = "shark"', 'role = "shark"\nmodel = "R2D2"', "players.0.model: expected one of"),

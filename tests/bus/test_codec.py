@@ -50,6 +50,21 @@ regions = (
 )
 zones = st.builds(m.Zone, name=names, kind=names, region=regions)
 bodies = st.builds(m.Body, name=names, pose=poses, v=speeds, w=spins, physical=st.booleans(), age=seconds)
+sightings = st.builds(
+    m.Sighting,
+    x=coordinates, y=coordinates, time=seconds,
+    xx=st.floats(1e-9, 1e4), xy=st.floats(-1e4, 1e4), yy=st.floats(1e-9, 1e4),
+)  # fmt: skip
+auctions = st.builds(
+    m.Auction,
+    lot=names, bidders=st.lists(names, max_size=3), opened=seconds, lasts=seconds,
+    bids=st.dictionaries(names, st.floats(0, 1e6), max_size=3), winner=st.none() | names,
+    evidence=st.lists(sightings, max_size=3),
+)  # fmt: skip
+strokes = st.builds(
+    m.Stroke,
+    points=st.lists(st.tuples(coordinates, coordinates), min_size=1, max_size=4), label=st.text(max_size=40),
+)  # fmt: skip
 MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
     m.Clock: st.builds(
         m.Clock, time=seconds, tick=counts, epoch=counts, rate=st.floats(0, 1e4), estop=st.booleans()
@@ -72,6 +87,9 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
         latitude=st.none() | st.floats(-1.57, 1.57), longitude=st.none() | st.floats(-3.14, 3.14), satellites=counts,
     ),
     Battery: st.builds(Battery, charge=st.floats(0, 1)),
+    m.Sightings: st.builds(m.Sightings, seen=st.lists(sightings, max_size=4)),
+    m.Bid: st.builds(m.Bid, lot=names, cost=st.none() | st.floats(0, 1e6)),
+    m.Sketch: st.builds(m.Sketch, strokes=st.lists(strokes, max_size=4)),
     m.Say: st.builds(m.Say, words=st.binary(max_size=1024)),
     m.Placed: st.builds(m.Placed, pose=poses, by=names),
     m.SpeedLimit: st.builds(m.SpeedLimit, v_max=st.floats(0.001, 100)),
@@ -95,7 +113,7 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
         way_out=st.none() | st.text(max_size=40),
         waiting=st.lists(st.text(max_size=20), max_size=3), clock=seconds, total=seconds, round=counts, rounds=counts,
         score=st.dictionaries(names, st.integers(0, 99), max_size=3), players=st.lists(statuses, max_size=3),
-        zones=st.lists(zones, max_size=3), winner=st.none() | names, estop=st.booleans(),
+        zones=st.lists(zones, max_size=3), auctions=st.lists(auctions, max_size=2), winner=st.none() | names, estop=st.booleans(),
     ),
     m.Call: st.builds(
         m.Call,
