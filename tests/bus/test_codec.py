@@ -90,7 +90,19 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
     m.Sightings: st.builds(m.Sightings, seen=st.lists(sightings, max_size=4)),
     m.Bid: st.builds(m.Bid, lot=names, cost=st.none() | st.floats(0, 1e6)),
     m.Sketch: st.builds(m.Sketch, strokes=st.lists(strokes, max_size=4)),
-    m.Say: st.builds(m.Say, words=st.binary(max_size=1024)),
+    m.Say: st.builds(
+        m.Say, words=st.binary(max_size=1024), place=st.none() | st.tuples(coordinates, coordinates)
+    ),
+    m.Links: st.builds(
+        m.Links,
+        links=st.lists(
+            st.builds(
+                m.LinkCount,
+                speaker=names, arrived=counts, lost=counts, under_way=counts, delay=seconds, longest=seconds,
+            ),
+            max_size=3,
+        ),
+    ),
     m.Placed: st.builds(m.Placed, pose=poses, by=names),
     m.SpeedLimit: st.builds(m.SpeedLimit, v_max=st.floats(0.001, 100)),
     m.WorldRequest: st.builds(
@@ -113,7 +125,8 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
         way_out=st.none() | st.text(max_size=40),
         waiting=st.lists(st.text(max_size=20), max_size=3), clock=seconds, total=seconds, round=counts, rounds=counts,
         score=st.dictionaries(names, st.integers(0, 99), max_size=3), players=st.lists(statuses, max_size=3),
-        zones=st.lists(zones, max_size=3), auctions=st.lists(auctions, max_size=2), winner=st.none() | names, estop=st.booleans(),
+        zones=st.lists(zones, max_size=3), auctions=st.lists(auctions, max_size=2),
+        winner=st.none() | names, estop=st.booleans(),
     ),
     m.Call: st.builds(
         m.Call,

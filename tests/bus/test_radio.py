@@ -31,7 +31,7 @@ class Station:
 
     def say(self, words: object, now: float) -> list[Received[Say]]:
         self.mailbox.handover(now)
-        self.radio.say(words)
+        self.radio.say(words, (0.0, 0.0))
         return [
             decode(encode(out.message.body, out.message.stamp, out.message.sequence), Say, out.message.key)
             for out in self.mailbox.collect()
@@ -42,7 +42,7 @@ class Station:
             for inlet in self.mailbox.inlets:
                 inlet.offer(message)
         self.mailbox.handover(now)
-        return list(self.radio.heard({"ann": (0.0, 0.0), "bob": (3.0, 4.0)}))
+        return list(self.radio.heard((3.0, 4.0)))
 
 
 def test_what_is_said_reaches_the_others_of_the_team() -> None:

@@ -9,12 +9,14 @@ outer loop can ask for views and give actions in place of a strategy.
 
 from typing import Any
 
+from msgspec import to_builtins
+
 from vrg.agents.motion import VelocityEstimator
 from vrg.agents.strategy import Action, Strategy, View, action_of
 from vrg.blame import DecisionTimeoutError, failure_of, place_of_method
 from vrg.bus.codec import Received, checked
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Bid, Message, RefereeState, Report, Sightings, Sketch, shortened
+from vrg.bus.messages import Bid, Links, Message, RefereeState, Report, Sightings, Sketch, shortened
 from vrg.bus.node import Node, Tick, is_fresh
 from vrg.bus.radio import Radio
 from vrg.bus.topics import Keys, Topic
@@ -32,6 +34,8 @@ REFEREE_TIMEOUT = 0.3
 """The match time in s without the referee's state after which a player stops."""
 SENSOR_TIMEOUT = 0.3
 """The match time in s without a reading after which a player stops."""
+COUNT_PERIOD = 1.0
+"""The match time in s between two messages about what came over the radio."""
 NONSENSE_LIMIT = 10
 """The number of decisions in a row that are no finite motion, after which the strategy has failed."""
 
@@ -75,6 +79,7 @@ class Player(Node):
         self._command: Twist | None = None
         self._battery: float | None = None
         self._nonsense = 0
+        self._count_at = 0.0
 
     def start(self) -> None:
         """Connect to the robot.
@@ -95,6 +100,7 @@ class Player(Node):
             # The strategy is always asked, so that it sees every event. Its twist counts only while no human drives.
             self.drive(view, self._decision(view))
         self.report()
+        self._count(tick.time)
 
     def look(self, tick: Tick) -> View | None:
         """Return what the player sees, or None if its robot has to stand still. The robot is then stopped already."""
@@ -121,7 +127,7 @@ class Player(Node):
         Raises:
             StrategyError: what the action says cannot be sent to the team, or it has been no finite motion for long.
         """
-        self._tell(action)
+        self._tell(view, action)
         twist = action.twist if self._makes_sense(action.twist) else STILL
         manual = self._device.lease(view.time)
         self._manual = manual is not None
@@ -129,7 +135,7 @@ class Player(Node):
             self._mode = "Manual"
         self._send((manual or twist) if view.me.may_move else STILL)
 
-    def _tell(self, action: Action) -> None:
+    def _tell(self, view: View, action: Action) -> None:
         """Send what an action says to the team, to the referee and to the windows.
 
         Raises:
@@ -137,7 +143,7 @@ class Player(Node):
         """
         try:
             if action.say is not None:
-                self._radio.say(action.say)
+                self._radio.say(action.say, view.position)
             told: list[tuple[Topic[Any], Message]] = []
             if action.sightings:
                 told.append((self._keys.sightings(self.name), Sightings(seen=list(action.sightings))))
@@ -177,6 +183,18 @@ class Player(Node):
             ),
         )
 
+    def counted(self) -> dict[str, Any]:
+        """What came over the radio: the numbers of `LinkCount` by team mate."""
+        links = {count.speaker: to_builtins(count) for count in self._radio.counts()}
+        return {"radio": {name: {k: v for k, v in of.items() if k != "speaker"} for name, of in links.items()}}
+
+    def _count(self, now: float) -> None:
+        """Publish what came over the radio, once per COUNT_PERIOD, if there was anything."""
+        counts = self._radio.counts() if now >= self._count_at else []
+        if counts:
+            self._count_at = now + COUNT_PERIOD
+            self.mailbox.publish(self._keys.links(self.name), Links(links=counts))
+
     def stop(self) -> None:
         """Stop the robot and close its device."""
         self._device.close()
@@ -212,7 +230,7 @@ class Player(Node):
             velocities=self._motion.velocities,
             robot=self._device.features,
             pose=ins.value.pose,
-            heard=self._radio.heard(seen),
+            heard=self._radio.heard((ins.value.pose.x, ins.value.pose.y)),
         )
 
     def _decision(self, view: View) -> Action:

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from vrg.bus.mailbox import Mailbox
 
@@ -55,6 +55,10 @@ class Node(ABC):
     @abstractmethod
     def tick(self, tick: Tick) -> None:
         """Read the inlets, decide, publish."""
+
+    def counted(self) -> dict[str, Any]:
+        """What the node has counted, as plain data for the result of the match; empty if it counts nothing."""
+        return {}
 
     def stop(self) -> None:  # noqa: B027 - a node without a robot has nothing to stop
         """Leave every robot stopped. Called once, when the node will not be ticked again.

@@ -14,7 +14,7 @@ import msgspec
 
 from vrg.bus.codec import Received, plain
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import SAY_LIMIT, Say
+from vrg.bus.messages import SAY_LIMIT, LinkCount, Say
 from vrg.bus.names import name_of
 from vrg.bus.topics import Keys
 from vrg.types import Vector
@@ -41,8 +41,9 @@ class Transmission:
     Args:
         speaker, listener: the names of the two players.
         key, sequence: the key and the number of the message. No other message of the match has both the same.
-        size: the size of the message in bytes.
-        distance: the distance of the two when the listener takes the message in, m; None where it is not known.
+        size: the size of the message in bytes. stamp: the match time at which it was said, s.
+        distance: the distance from where the speaker was then to where the listener is when it takes the message in, m;
+            None where it is not known. Both are as the two measure themselves.
     """
 
     speaker: str
@@ -50,6 +51,7 @@ class Transmission:
     key: str
     sequence: int
     size: int
+    stamp: float = 0.0
     distance: float | None = None
 
 
@@ -84,9 +86,13 @@ class Radio:
         self._topic = keys.say(team, name)
         self._inlet = mailbox.subscribe(keys.say(team))
         self._coming: list[tuple[float, Received[Say]]] = []
+        self._counts: dict[str, _Count] = {}
 
-    def say(self, words: Any) -> None:
+    def say(self, words: Any, place: Vector | None = None) -> None:
         """Say something to the team: anything that MessagePack can hold, numpy's numbers and arrays included.
+
+        Args:
+            place: where this player measures itself to be, m.
 
         Raises:
             TypeError: MessagePack cannot hold it.
@@ -95,35 +101,72 @@ class Radio:
         data = msgspec.msgpack.encode(words, enc_hook=plain)
         if len(data) > SAY_LIMIT:
             raise ValueError(f"expected at most {SAY_LIMIT} bytes to be said at a tick, got {len(data)}")
-        self._mailbox.publish(self._topic, Say(words=data))
+        self._mailbox.publish(self._topic, Say(words=data, place=place))
 
-    def heard(self, places: dict[str, Vector]) -> Sequence[Heard]:
+    def heard(self, place: Vector | None) -> Sequence[Heard]:
         """Return what has arrived since the last call, in the order of arrival.
 
         Args:
-            places: the positions of the players, m, as far as they are known. A link may depend on the distance.
+            place: where this player measures itself to be, m. A link may depend on the distance.
         """
         now = self._mailbox.now
         for message in self._inlet.take():
             speaker = _speaker(message.key)
             if speaker == self._name:
                 continue
-            delay = self._link.delay(
-                Transmission(
-                    speaker,
-                    self._name,
-                    message.key,
-                    message.sequence,
-                    len(message.body.words),
-                    _distance(places.get(speaker), places.get(self._name)),
-                )
+            transmission = Transmission(
+                speaker,
+                self._name,
+                message.key,
+                message.sequence,
+                len(message.body.words),
+                message.stamp,
+                _distance(message.body.place, place),
             )
+            delay = self._link.delay(transmission)
+            self._counts.setdefault(speaker, _Count()).take(delay)
             if delay is not None:
                 self._coming.append((message.stamp + delay, message))
         self._coming.sort(key=lambda item: (item[0], item[1].key, item[1].sequence))
         arrived = [message for due, message in self._coming if due <= now + 1e-9]
         self._coming = self._coming[len(arrived) :]
+        for message in arrived:
+            self._counts[_speaker(message.key)].under_way -= 1
         return [Heard(_speaker(message.key), message.stamp, _decode(message.body.words)) for message in arrived]
+
+    def counts(self) -> list[LinkCount]:
+        """What came from each team mate, by name."""
+        return [count.told(speaker) for speaker, count in sorted(self._counts.items())]
+
+
+@dataclass(slots=True)
+class _Count:
+    """What came over one link: the number of messages, and the sum and the longest of their delays, s."""
+
+    lost: int = 0
+    passed: int = 0
+    under_way: int = 0
+    delays: float = 0.0
+    longest: float = 0.0
+
+    def take(self, delay: float | None) -> None:
+        if delay is None:
+            self.lost += 1
+            return
+        self.passed += 1
+        self.under_way += 1
+        self.delays += delay
+        self.longest = max(self.longest, delay)
+
+    def told(self, speaker: str) -> LinkCount:
+        return LinkCount(
+            speaker=speaker,
+            arrived=self.passed - self.under_way,
+            lost=self.lost,
+            under_way=self.under_way,
+            delay=round(self.delays / self.passed, 6) if self.passed else 0.0,
+            longest=round(self.longest, 6),
+        )
 
 
 def _distance(a: Vector | None, b: Vector | None) -> float | None:

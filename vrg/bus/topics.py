@@ -127,6 +127,9 @@ class Keys:
     report = NamedLine("player/{player}/report", m.Report, LATEST, "player", "all", "what it does, what it lacks")
     manual = NamedLine("player/{player}/manual", m.Manual, LATEST, "windows", "player", "a human drives it for a while")
     say = NamedLine("team/{team}/say/{player}", m.Say, EVENT, "player", "players of its team", "what it says to them")
+    links = NamedLine(
+        "player/{player}/links", m.Links, STATE, "player", "commands, recorder", "what the radio brought and lost"
+    )
     sightings = NamedLine(
         "player/{player}/sightings",
         m.Sightings,

@@ -6,6 +6,7 @@ from typing import Any, Literal
 from pydantic import Field, field_validator
 
 from vrg.bus.names import NAME_RULE, is_name, normal
+from vrg.bus.radio_settings import LinkSettings, RadioSettings
 from vrg.games import GAMES
 from vrg.hal.backends import BACKENDS
 from vrg.hal.models import MODELS
@@ -70,6 +71,54 @@ class PlayerEntry(Table):
         return Pose(self.x, self.y, math.radians(self.heading))
 
 
+class LinkTable(Table):
+    """How well messages travel between players; see `vrg.bus.radio_settings.LinkSettings`.
+
+    Args:
+        range: the distance in m beyond which nothing arrives. loss: the share of messages that are lost, 0 to 1.
+        delay: the time that each message takes at least, s. jitter: the longest additional time, s.
+        bandwidth: the number of bytes that can travel in a second.
+    """
+
+    range: float | None = Field(None, gt=0, le=1e5)
+    loss: float = Field(0.0, ge=0, le=1)
+    delay: float = Field(0.0, ge=0, le=60)
+    jitter: float = Field(0.0, ge=0, le=60)
+    bandwidth: float | None = Field(None, gt=0, le=1e12)
+
+
+class PairTable(LinkTable):
+    """One [[radio.links]] table. What it leaves out is as the [radio] table says.
+
+    Args:
+        between: the names of the two players. It holds for both directions.
+    """
+
+    between: tuple[str, str]
+
+
+class RadioTable(LinkTable):
+    """The [radio] table of a match file: how all links are. Without it, every message arrives at once.
+
+    Args:
+        links: the links between two players that are not as all others.
+    """
+
+    links: list[PairTable] = Field(default_factory=list)
+
+    @property
+    def settings(self) -> RadioSettings:
+        """The same for the model of the radio."""
+        fields = set(LinkTable.model_fields)
+        every = self.model_dump(include=fields)
+        links = {}
+        for pair in self.links:
+            link = LinkSettings(**{**every, **pair.model_dump(include=fields, exclude_unset=True)})
+            one, other = pair.between
+            links[f"{one}>{other}"] = links[f"{other}>{one}"] = link
+        return RadioSettings(every=LinkSettings(**every), links=links)
+
+
 class MatchFile(Table):
     """The top level of a match file.
 
@@ -83,6 +132,7 @@ class MatchFile(Table):
         on_fault: what follows if a player fails for good, as its program fails too often, hangs, prints without end or
             uses too much memory: `disqualify` takes it out and plays on, `halt` halts the match.
         memory: the most memory that a player's process may use, MB.
+        radio: how well players hear one another; without it, every message arrives at once.
         rules: the game's own settings.
         backends: the settings of the backends that have any, by name.
         players: the players, at least one.
@@ -98,6 +148,7 @@ class MatchFile(Table):
     noise: bool = True
     on_fault: Literal["disqualify", "halt"] = "disqualify"
     memory: int = Field(2000, ge=200, le=1_000_000)
+    radio: RadioTable | None = None
     rules: dict[str, Any]
     backends: dict[str, dict[str, Any]] = Field(default_factory=dict)
     players: list[PlayerEntry] = Field(min_length=1)

@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 from msgspec.structs import replace
 from pydantic import ValidationError
 
+from vrg.bus.radio_settings import PERFECT_RADIO
 from vrg.config.files import MatchFile
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup, PlayerSetup
@@ -139,6 +140,7 @@ class _Checker:
         # The problems of the rules are found first, so that a rule book is made only from good settings.
         good_rules = self._check_rules(file.game, file.rules) if isinstance(data.get("rules"), dict) else False
         companions = self._check_backends(file)
+        self._check_radio(file)
         players = [player for number in range(len(file.players)) if (player := self._player(file, number))]
         setup = MatchSetup(
             text=text,
@@ -159,6 +161,7 @@ class _Checker:
             backends=file.backends,
             players=players,
             companions=companions,
+            radio=PERFECT_RADIO if file.radio is None else file.radio.settings,
         )
         self.problems += check_setup(setup.world)
         if not self.problems:
@@ -215,6 +218,22 @@ class _Checker:
             self.problems += problems_of(error, ("rules",))
             return False
         return True
+
+    def _check_radio(self, file: MatchFile) -> None:
+        """Check that links are between two players of one match. A link that is named twice is refused."""
+        names = {player.name for player in file.players}
+        seen: set[frozenset[str]] = set()
+        for number, link in enumerate(file.radio.links if file.radio else ()):
+            where = ("radio", "links", number, "between")
+            for name in link.between:
+                if self._numbers is None and name not in names:
+                    self.problems.append(Problem(f"expected a player of this match, got {name!r}", where))
+            pair = frozenset(link.between)
+            if len(pair) == 1:
+                self.problems.append(Problem(f"expected two players, got {link.between[0]!r} twice", where))
+            elif pair in seen:
+                self.problems.append(Problem(f"the link between {' and '.join(link.between)} is here already", where))
+            seen.add(pair)
 
     def _player(self, file: MatchFile, number: int) -> PlayerSetup | None:
         entry = file.players[number]

@@ -9,6 +9,7 @@ from typing import Any
 import msgspec
 from msgspec import Struct, structs
 
+from vrg.bus.radio_settings import PERFECT_RADIO, RadioSettings
 from vrg.bus.topics import Keys
 from vrg.errors import ConfigError, LaunchError
 from vrg.hal.companions import Companion
@@ -54,6 +55,7 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
         on_fault: what follows if a player fails for good: `disqualify` or `halt`.
         memory: the most memory that a player's process may use, MB.
         rules: the game's own settings. backends: the settings of the backends that have any, by name.
+        radio: how the radio links between players are.
         companions: the processes that the players' robots need besides those of the players.
     """
 
@@ -76,6 +78,7 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
     players: list[PlayerSetup]
     companions: list[Companion]
     obstacles: list[Region] = []
+    radio: RadioSettings = PERFECT_RADIO
 
     @property
     def keys(self) -> Keys:

@@ -3,6 +3,7 @@
 import io
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from vrg.agents.player import Player
 from vrg.agents.strategy import Strategy
@@ -89,6 +90,10 @@ class ContainedPlayer(Node):
         if self._log is not None and tick.time >= self._trim_at:
             self._trim_at = tick.time + _TRIM
             self._log.grow(tick.time)
+
+    def counted(self) -> dict[str, Any]:
+        """What the player has counted."""
+        return self._player.counted()
 
     def stop(self) -> None:
         """Stop its robot."""

@@ -16,6 +16,7 @@ from vrg.errors import ConfigError
 from vrg.launch.bounds import DecisionAlarm, MemoryBound
 from vrg.launch.contained import ContainedPlayer
 from vrg.launch.nodes import coordinator_node, player_node, strategy_of, world_node
+from vrg.launch.run_folder import write_json
 
 
 @dataclass(frozen=True)
@@ -76,6 +77,9 @@ def play(
                 break
             if coordinator.match.over:
                 linger += world.period
+    if logs is not None:
+        for player in players:
+            write_json(logs / f"{player.name}.json", player.counted())
     return Ending(coordinator.match.state(Field({}), estop=False), executor.time)
 
 

@@ -98,6 +98,7 @@ def player_node(setup: MatchSetup, name: str) -> "Player":
         StrategyError: its strategy cannot be made.
     """
     from vrg.agents.player import Player
+    from vrg.bus.links import link_of
     from vrg.bus.radio import Radio
     from vrg.hal.backends import MatchContext, open_driver
     from vrg.hal.device import Device
@@ -120,7 +121,7 @@ def player_node(setup: MatchSetup, name: str) -> "Player":
     )
     driver = open_driver(player.backend, context)
     device = Device(driver, keys, mailbox, start=player.pose, localisation=player.localisation)
-    radio = Radio(keys, mailbox, name, player.team)
+    radio = Radio(keys, mailbox, name, player.team, link_of(setup.radio, setup.seed))
     return Player(mailbox, keys, device, strategy, radio=radio)
 
 

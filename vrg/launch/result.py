@@ -2,6 +2,7 @@
 
 import json
 import logging
+from collections.abc import Mapping
 from typing import Any
 
 from vrg import __version__
@@ -23,7 +24,7 @@ def write_result(setup: MatchSetup, folder: RunFolder, state: RefereeState | Non
         state: the last state of the referee; None if there is none.
         ended: how the match ended, in words, such as `game over` or `interrupted`.
     """
-    records = _records(folder)
+    records, processes = _records(folder), _statistics(folder)
     result: dict[str, Any] = {
         "match": setup.name,
         "game": setup.game,
@@ -39,7 +40,8 @@ def write_result(setup: MatchSetup, folder: RunFolder, state: RefereeState | Non
         "calls": [
             {"clock": round(c.clock, 3), "rule": c.rule, "text": c.text} for record in records for c in record.calls
         ],
-        "processes": _statistics(folder),
+        "radio": _radio(processes),
+        "processes": processes,
         "vrg": __version__,
     }
     try:
@@ -70,6 +72,9 @@ def summary(result: dict[str, Any]) -> str:
     points = [f"{team} {score}" for team, score in result["score"].items()]
     if result["play_time"] is not None:
         points.append(f"{result['play_time']:.1f} s of play")
+    lost, said = result["radio"]["lost"], sum(result["radio"].values())
+    if lost:
+        points.append(f"the radio lost {lost} of {said} messages")
     return f" ({', '.join(points)})" if points else ""
 
 
@@ -79,6 +84,12 @@ def _records(folder: RunFolder) -> list[Record]:
         return read_journal(folder.journal)[1]
     except JournalError:
         return []
+
+
+def _radio(processes: Mapping[str, Any]) -> dict[str, int]:
+    """How many messages of players to players arrived and were lost over all links."""
+    links = [link for process in processes.values() for link in process.get("radio", {}).values()]
+    return {what: sum(link[what] for link in links) for what in ("arrived", "lost")}
 
 
 def _statistics(folder: RunFolder) -> dict[str, Any]:

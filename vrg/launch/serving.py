@@ -5,10 +5,11 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 from vrg.bus.node import Node
 from vrg.bus.process import Statistics, run_node, run_world
@@ -63,7 +64,7 @@ def serve(
             statistics = run_world(
                 world, session, setup.keys, stop, first_tick=first, rate=setup.rate, after_tick=keeper
             )
-            _report(folder, "world", statistics)
+            _report(folder, "world", statistics, world.counted())
             return stop
         node: Node
         finished = _never
@@ -85,7 +86,7 @@ def serve(
         else:
             raise LaunchError(f"expected one of {', '.join(KINDS)}, got {kind!r}")
         statistics = run_node(node, session, setup.keys, stop, finished=finished, idle=idle)
-        _report(folder if run is not None or kind == "coordinator" else None, node.name, statistics)
+        _report(folder if run is not None or kind == "coordinator" else None, node.name, statistics, node.counted())
         return stop
 
 
@@ -148,11 +149,12 @@ def _hold_leash(stop: Stop) -> None:
     os._exit(1)
 
 
-def _report(folder: RunFolder | None, name: str, statistics: Statistics) -> None:
-    log.info("statistics: %s", asdict(statistics))
+def _report(folder: RunFolder | None, name: str, statistics: Statistics, counted: Mapping[str, Any]) -> None:
+    report = {**asdict(statistics), **counted}
+    log.info("statistics: %s", report)
     if folder is not None:
         try:
-            write_json(folder.logs / f"{name}.json", asdict(statistics))
+            write_json(folder.logs / f"{name}.json", report)
         except OSError as error:
             log.warning("statistics cannot be kept: %s", error)
 

@@ -62,9 +62,39 @@ class Say(Message, frozen=True, kw_only=True):
 
     Args:
         words: the MessagePack of what the player's strategy has said.
+        place: where the player measured itself to be, m. The model of the radio needs it; strategies do not see it.
     """
 
+    version = 2
+
     words: Annotated[bytes, Meta(max_length=SAY_LIMIT)]
+    place: tuple[Metres, Metres] | None = None
+
+
+class LinkCount(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """What came to a player over the radio from one team mate, since the player's program began.
+
+    Args:
+        speaker: the team mate. arrived, lost: the number of messages. under_way: those that are still to arrive.
+        delay: the mean delay of those that arrived or are under way, match time, s. longest: the longest one, s.
+    """
+
+    speaker: Name
+    arrived: Count
+    lost: Count
+    under_way: Count
+    delay: Seconds
+    longest: Seconds
+
+
+class Links(Message, frozen=True, kw_only=True):
+    """What came to a player over the radio.
+
+    Args:
+        links: one for each team mate that has said something.
+    """
+
+    links: list[LinkCount]
 
 
 class Sighting(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):

@@ -1,0 +1,54 @@
+"""How good the radio links of a match are. `vrg.bus.links` is the model that follows from it."""
+
+from typing import Annotated
+
+from msgspec import Meta, Struct
+
+from vrg.types import Fraction, Length, Name, Seconds
+
+
+class LinkSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How well a message travels from one player to another.
+
+    Args:
+        range: the distance in m beyond which nothing arrives; None has no limit.
+        loss: the share of messages that are lost, 0 to 1.
+        delay: the match time that each message takes at least, s. jitter: the longest additional time, s; each message
+            draws its own between 0 and this.
+        bandwidth: the number of bytes that can travel in a second; None has no limit. Messages wait for their turn.
+    """
+
+    range: Length | None = None
+    loss: Fraction = 0.0
+    delay: Seconds = 0.0
+    jitter: Seconds = 0.0
+    bandwidth: Annotated[float, Meta(gt=0.0, le=1e12)] | None = None
+
+
+PERFECT = LinkSettings()
+"""A link over which every message arrives at once."""
+
+
+class RadioSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The radio of a match.
+
+    Args:
+        every: how each link is, unless `links` says otherwise. links: how the link from one player to another is, by
+            the names of the two joined by `>`, such as `ann>bob`.
+    """
+
+    every: LinkSettings = PERFECT
+    links: dict[Name, LinkSettings] = {}
+
+    def between(self, speaker: str, listener: str) -> LinkSettings:
+        """How the link from one player to another is."""
+        return self.links.get(f"{speaker}>{listener}", self.every)
+
+    @property
+    def perfect(self) -> bool:
+        """Whether every message arrives at once."""
+        return all(link == PERFECT for link in (self.every, *self.links.values()))
+
+
+PERFECT_RADIO = RadioSettings()
+"""A radio over which every message arrives at once."""
