@@ -64,11 +64,13 @@ class Moment:
     Args:
         sign: matplotlib's marker in a plot. word: the word in its legend, and in a window.
         others: what the other players of the call have to do with the first one, in a word such as `by`.
+        thought: a plot also shows what the first player of the call sketched at that moment.
     """
 
     sign: str
     word: str
     others: str = "with"
+    thought: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

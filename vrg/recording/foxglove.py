@@ -103,8 +103,16 @@ class CubePrimitive(Struct, frozen=True, gc=False):
     color: Color
 
 
+class SpherePrimitive(Struct, frozen=True, gc=False):
+    """An ellipsoid about its pose, size in m."""
+
+    pose: Pose
+    size: Vector3
+    color: Color
+
+
 class LinePrimitive(Struct, frozen=True, gc=False):
-    """A line through points that are relative to its pose, thickness in m. Type 1 is a closed loop."""
+    """A line through points that are relative to its pose, thickness in m. Type 0 is open, type 1 a closed loop."""
 
     type: int
     pose: Pose
@@ -147,6 +155,7 @@ class SceneEntity(Struct, frozen=True, gc=False):
     lines: list[LinePrimitive]
     texts: list[TextPrimitive]
     triangles: list[TriangleListPrimitive] = []
+    spheres: list[SpherePrimitive] = []
 
 
 class SceneEntityDeletion(Struct, frozen=True, gc=False):

@@ -16,11 +16,12 @@ from mcap.exceptions import EndOfFile, InvalidMagic, McapError
 from mcap.reader import NonSeekingReader
 from zstandard import ZstdError
 
-from vrg.bus.messages import Stage, Zone
+from vrg.bus.messages import Sighting, Stage, Stroke, Zone
 from vrg.errors import MessageError
-from vrg.recording.foxglove import PoseInFrame, heading_of
-from vrg.recording.records import CallRecord, StateRecord
+from vrg.recording.foxglove import PoseInFrame, SceneUpdate, heading_of
+from vrg.recording.records import CallRecord, SightingsRecord, StateRecord
 from vrg.recording.schemas import schema_name
+from vrg.recording.sketches import strokes_of
 
 R = TypeVar("R", bound=msgspec.Struct)
 
@@ -128,6 +129,40 @@ def read_setting(path: Path | Sequence[Path]) -> Setting:
             if state.stage == Stage.PLAY_ROUND or state.round not in zones:
                 zones[state.round] = state.zones
     return Setting(game, zones)
+
+
+@dataclass(frozen=True)
+class Thought:
+    """What a player has sketched.
+
+    Args:
+        player: its name. time: match time, s. strokes: the dots and lines.
+    """
+
+    player: str
+    time: float
+    strokes: list[Stroke]
+
+
+def read_sightings(path: Path | Sequence[Path]) -> dict[str, list[Sighting]]:
+    """Read what each player has told the referee it has seen. Argument and errors are those of `read_tracks`."""
+    found: dict[str, list[Sighting]] = {}
+    for topic, _, _, data in _records(path):
+        match topic.split("/"):
+            case ["", "player", name, "sightings"]:
+                found.setdefault(name, []).extend(_decode(data, SightingsRecord, topic).seen)
+    return found
+
+
+def read_sketches(path: Path | Sequence[Path]) -> list[Thought]:
+    """Read what players have sketched, in the order of time. Argument and errors are those of `read_tracks`."""
+    found = []
+    for topic, _, stamp, data in _records(path):
+        match topic.split("/"):
+            case ["", "player", name, "sketch"]:
+                entities = _decode(data, SceneUpdate, topic).entities
+                found.append(Thought(name, stamp, [s for entity in entities for s in strokes_of(entity)]))
+    return sorted(found, key=lambda thought: thought.time)
 
 
 def _track(name: str, samples: _Samples) -> Track:

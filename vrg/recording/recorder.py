@@ -10,6 +10,8 @@ Topics:
 - `/robot/<robot>/battery`: the charge of its battery, when it changes by a thousandth.
 - `/robot/<robot>/<kind>/<sensor>`: the readings of its sensors, where the recorder is asked for them.
 - `/player/<player>/report`: what a player says of itself, when it changes.
+- `/player/<player>/sightings`: the unknown robots that it has told the referee it has seen.
+- `/player/<player>/sketch`: what it wants to be shown about what it thinks, at most once in SKETCH_EVERY.
 - `/referee/state`: the state of the match.
 - `/referee/calls`: the calls in words for the viewer's log panel. `/referee/event`: the same with players and places.
 
@@ -17,6 +19,7 @@ Times are match time in ns.
 """
 
 import logging
+import math
 import struct
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
@@ -36,12 +39,24 @@ from vrg.hal.models.description import RobotModel
 from vrg.hal.sensors.laser import Laser
 from vrg.recording import foxglove as fg
 from vrg.recording.mcap_file import McapFile
-from vrg.recording.records import BatteryRecord, CallRecord, PlayerRecord, ReportRecord, StateRecord, TwistRecord
+from vrg.recording.records import (
+    BatteryRecord,
+    CallRecord,
+    PlayerRecord,
+    ReportRecord,
+    SightingsRecord,
+    StateRecord,
+    TwistRecord,
+)
 from vrg.recording.scene import laser_pose, obstacle_entity, robot_entity, zone_entity
+from vrg.recording.sketches import sketch_entity
 from vrg.regions import Region
 from vrg.types import Pose
 
 log = logging.getLogger(__name__)
+
+SKETCH_EVERY: Final = 0.5
+"""The match time in s between two sketches of a player that are recorded."""
 
 FLUSH_EVERY: Final = 1.0
 """s of match time that a killed process loses at most."""
@@ -94,11 +109,14 @@ class Recorder(Node):
         self._state = mailbox.subscribe(keys.referee_state)
         self._calls = mailbox.subscribe(keys.referee_event)
         self._reports = mailbox.subscribe(keys.report())
+        self._sightings = mailbox.subscribe(keys.sightings())
+        self._sketches = mailbox.subscribe(keys.sketch())
         self._sensors = [mailbox.subscribe(keys.sensor(kind)) for kind in sensors]
         self._file: McapFile | None = None
         self._flushed = 0.0
         self._pending = False
         self._said: dict[str, m.Report] = {}
+        self._sketched: dict[str, tuple[m.Sketch | None, float]] = {}
         self._charge: dict[str, float] = {}
         self._where: dict[str, Pose] = {}
         self._game_name, self._game = "", UNKNOWN
@@ -158,6 +176,11 @@ class Recorder(Node):
             self._write_call(call)
         for report in self._reports.take():
             self._write_report(report)
+        for sightings in self._sightings.take():
+            record = SightingsRecord(fg.time_of(sightings.stamp), sightings.body.seen)
+            self._write(f"/player/{name_in(sightings.key)}/sightings", record, sightings)
+        for sketch in self._sketches.take():
+            self._write_sketch(sketch)
         for poses in self._poses.take():
             self._write_poses(poses)
         for measured in self._measured.take():
@@ -184,7 +207,7 @@ class Recorder(Node):
             fg.time_of(received.stamp), state.game, state.stage.value, state.halted or "", state.way_out or "",
             state.waiting, state.clock, state.total, state.round, state.rounds, state.score, state.winner or "",
             state.estop, [PlayerRecord(p.name, p.team, p.role, p.state, p.may_move) for p in state.players],
-            state.zones,
+            state.zones, state.auctions,
         )  # fmt: skip
         self._write("/referee/state", record, received)
 
@@ -211,6 +234,18 @@ class Recorder(Node):
             at, report.mode, report.armed, report.manual, report.fault or "", report.latched, report.estop
         )
         self._write(f"/player/{player}/report", record, received)
+
+    def _write_sketch(self, received: Received[m.Sketch]) -> None:
+        player, sketch = name_in(received.key), received.body
+        before, stamp = self._sketched.get(player, (None, -math.inf))
+        # An empty one is always written: what it ends must not stay in the scene.
+        if sketch == before or (sketch.strokes and 0.0 <= received.stamp - stamp < SKETCH_EVERY):
+            return
+        self._sketched[player] = (sketch, received.stamp)
+        colour = self._game.style(*self._roles.get(player, ("robot", ""))).colour
+        at = fg.time_of(received.stamp)
+        update = fg.SceneUpdate([], [sketch_entity(player, sketch, colour, at)])
+        self._write(f"/player/{player}/sketch", update, received)
 
     def _write_poses(self, received: Received[m.Poses]) -> None:
         at = fg.time_of(received.stamp)

@@ -6,7 +6,7 @@ not null, because a viewer's reader of schemas knows no unions; the ids by which
 
 from msgspec import Struct
 
-from vrg.bus.messages import Zone
+from vrg.bus.messages import Auction, Sighting, Zone
 from vrg.recording.foxglove import Time
 from vrg.types import Pose
 
@@ -39,6 +39,7 @@ class StateRecord(Struct, frozen=True, gc=False):
     estop: bool
     players: list[PlayerRecord]
     zones: list[Zone]
+    auctions: list[Auction] = []
 
 
 class ReportRecord(Struct, frozen=True, gc=False):
@@ -69,6 +70,13 @@ class BatteryRecord(Struct, frozen=True, gc=False):
 
     timestamp: Time
     charge: float
+
+
+class SightingsRecord(Struct, frozen=True, gc=False):
+    """vrg.Sightings: the unknown robots that a player has told the referee it has seen."""
+
+    timestamp: Time
+    seen: list[Sighting]
 
 
 class CallRecord(Struct, frozen=True, gc=False):

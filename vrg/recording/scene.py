@@ -34,7 +34,7 @@ def robot_entity(
     middle = fg.Pose(fg.Vector3(x, y, size.z / 2), turned)
     top = fg.Pose(fg.Vector3(x, y, size.z + 0.02), turned)
     above = fg.Pose(fg.Vector3(x, y, size.z + 0.3), turned)
-    box = fg.CubePrimitive(middle, size, _color(colour))
+    box = fg.CubePrimitive(middle, size, colour_of(colour))
     arrow = fg.ArrowPrimitive(top, size.x * 0.5, 0.06, 0.18, 0.16, _WHITE)
     text = fg.TextPrimitive(above, True, 0.25, False, _WHITE, f"{name} ({word})")
     rim = [_rim(top, size)] if physical else []
@@ -44,7 +44,7 @@ def robot_entity(
 def zone_entity(zone: Zone, at: fg.Time) -> fg.SceneEntity:
     """The outline of a zone; a safe one is green."""
     corners = [fg.Vector3(x, y, 0.01) for x, y in zone.region.outline()]
-    colour = _color(GREEN if zone.kind == "safe" else GREY)
+    colour = colour_of(GREEN if zone.kind == "safe" else GREY)
     line = fg.LinePrimitive(1, _ORIGIN, 0.06, False, corners, colour)
     return fg.SceneEntity(at, fg.FRAME, f"zone:{zone.name}", _FOREVER, False, [], [], [line], [])
 
@@ -59,7 +59,7 @@ def obstacle_entity(obstacle: Region, number: int, at: fg.Time) -> fg.SceneEntit
     for corner in range(count):
         after = (corner + 1) % count
         indices += [corner, after, count + after, corner, count + after, count + corner]
-    block = fg.TriangleListPrimitive(_ORIGIN, points, _color(GREY), indices)
+    block = fg.TriangleListPrimitive(_ORIGIN, points, colour_of(GREY), indices)
     return fg.SceneEntity(at, fg.FRAME, f"obstacle:{number}", _FOREVER, False, [], [], [], [], [block])
 
 
@@ -81,10 +81,11 @@ def _rim(top: fg.Pose, size: fg.Vector3) -> fg.LinePrimitive:
     return fg.LinePrimitive(1, top, 0.05, False, corners, _WHITE)
 
 
-def _color(rgb: Rgb) -> fg.Color:
+def colour_of(rgb: Rgb) -> fg.Color:
+    """A colour as viewers write it."""
     return fg.Color(rgb[0] / 255, rgb[1] / 255, rgb[2] / 255, 1.0)
 
 
-_WHITE: Final = _color((255, 255, 255))
+_WHITE: Final = colour_of((255, 255, 255))
 _ORIGIN: Final = fg.pose_of(0.0, 0.0, 0.0)
 _FOREVER: Final = fg.Time(0, 0)

@@ -13,7 +13,7 @@ from vrg.games import UNKNOWN, game_of
 from vrg.regions import Region
 from vrg.types import Vector
 from vrg.ui.pace import match_speed
-from vrg.ui.scene import JUMP, Flash, Scene, SceneBody, ScenePlayer
+from vrg.ui.scene import JUMP, Flash, Scene, SceneBody, ScenePlayer, SceneStroke
 
 TRAIL_SECONDS: Final = 6.0
 """s of a body's way that are shown."""
@@ -48,6 +48,7 @@ class SceneBuilder:
         self._trails: dict[str, deque[tuple[float, Vector]]] = {}
         self._last: dict[str, Vector] = {}
         self._reports: dict[str, m.Report] = {}
+        self._sketches: dict[str, m.Sketch] = {}
         self._calls: deque[m.Call] = deque(maxlen=CALLS_KEPT)
         self._moments: deque[tuple[float, m.Call]] = deque(maxlen=CALLS_KEPT)
 
@@ -56,6 +57,7 @@ class SceneBuilder:
         if self._clock is not None and clock.epoch != self._clock.epoch:
             self._trails.clear()
             self._moments.clear()
+            self._sketches.clear()
         self._clock = clock
 
     def poses(self, poses: m.Poses, stamp: float) -> None:
@@ -88,6 +90,10 @@ class SceneBuilder:
         """Take in what a player says of itself."""
         self._reports[player] = report
 
+    def sketch(self, player: str, sketch: m.Sketch) -> None:
+        """Take in what a player wants to be shown."""
+        self._sketches[player] = sketch
+
     def estop(self, estop: m.Estop) -> None:
         """Take in that somebody engaged or released the emergency stop."""
         self._estop = estop
@@ -109,6 +115,7 @@ class SceneBuilder:
         )
         if state is None:
             return scene
+        scene = replace(scene, strokes=self._strokes(state))
         return _with_referee(scene, state, tuple(self._player(p) for p in state.players))
 
     def _stopped(self) -> tuple[bool, str]:
@@ -129,6 +136,15 @@ class SceneBuilder:
             if moment is not None and call.poses and share < 1.0:
                 found.append(Flash((call.poses[0].x, call.poses[0].y), moment.word, max(0.0, share)))
         return tuple(found)
+
+    def _strokes(self, state: m.RefereeState) -> tuple[SceneStroke, ...]:
+        """The sketches of the players that play."""
+        return tuple(
+            SceneStroke(player.role, tuple(stroke.points), stroke.label)
+            for player in state.players
+            if player.name in self._sketches and not self._game.is_out(player.state)
+            for stroke in self._sketches[player.name].strokes
+        )
 
     def _body(self, body: m.Body) -> SceneBody:
         status = self._state.player(body.name) if self._state is not None else None
@@ -199,6 +215,7 @@ class SceneInlets:
         self._state = mailbox.subscribe(keys.referee_state)
         self._calls = mailbox.subscribe(keys.referee_event)
         self._reports = mailbox.subscribe(keys.report())
+        self._sketches = mailbox.subscribe(keys.sketch())
         self._estop = mailbox.subscribe(keys.estop)
 
     def feed(self, builder: SceneBuilder) -> list[m.Call]:
@@ -211,6 +228,8 @@ class SceneInlets:
             builder.referee(state.body)
         for report in self._reports.take():
             builder.report(name_in(report.key), report.body)
+        for sketch in self._sketches.take():
+            builder.sketch(name_in(sketch.key), sketch.body)
         for estop in self._estop.take():
             builder.estop(estop.body)
         calls = self._calls.take()

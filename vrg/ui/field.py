@@ -1,6 +1,7 @@
 """Draws the field. What stands still is drawn once and kept; what moves is drawn upon it in each frame."""
 
 import math
+from itertools import pairwise
 from typing import Final
 
 import pygame
@@ -13,7 +14,7 @@ from vrg.types import Pose
 from vrg.ui import palette, shapes
 from vrg.ui.ground import draw_ground, strip_height
 from vrg.ui.nametags import Circle, NamePainter
-from vrg.ui.scene import Flash, Scene, SceneBody
+from vrg.ui.scene import Flash, Scene, SceneBody, SceneStroke
 from vrg.ui.sprites import FINENESS, NOSE, robot_sprite
 from vrg.ui.text import Face, Fonts
 from vrg.ui.view import Area, Pixel, View, extent, fit
@@ -53,6 +54,8 @@ class FieldPainter:
             self._marks(surface, scene, view)
         for body in scene.bodies:
             _trail(surface, body, view, self._game.style(body.role, body.state))
+        for stroke in scene.strokes:
+            self._stroke(surface, stroke, view, ui)
         # What is out of play lies under what plays.
         for body in sorted(scene.bodies, key=lambda body: not body.out_of_play):
             self._body(surface, body, view)
@@ -102,6 +105,17 @@ class FieldPainter:
         if body.name == driving:
             colour = palette.CAUTION
         return body.name, colour, (view.point(body.pose.x, body.pose.y), _radius(body, view))
+
+    def _stroke(self, surface: pygame.Surface, stroke: SceneStroke, view: View, ui: float) -> None:
+        colour = palette.mix(palette.FIELD, self._game.style(stroke.role).colour, 0.75)
+        points = [view.point(*point) for point in stroke.points]
+        for start, end in pairwise(points):
+            shapes.stroke(surface, start, end, colour, 1.5 * ui)
+        shapes.disc(surface, points[-1], (2.0 if len(points) == 1 else 3.5) * ui, colour)
+        if stroke.label:
+            text = self._fonts.render(stroke.label, max(10, round(12 * ui)), palette.TEXT)
+            x, y = points[-1]
+            surface.blit(text, text.get_rect(midleft=(round(x + 7 * ui), round(y))))
 
     def _flash(self, surface: pygame.Surface, rect: pygame.Rect, flash: Flash, view: View, ui: float) -> None:
         """Draw a ring that grows and fades about what was called, with a word for it."""

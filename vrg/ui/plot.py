@@ -23,6 +23,7 @@ from vrg.recording.records import CallRecord
 from vrg.regions import Bounds, Region, surrounding
 from vrg.ui.labels import HALO, Colour, Labels
 from vrg.ui.scene import JUMP, clock_text
+from vrg.ui.thoughts import Thoughts
 
 CALLS_IN_WORDS: Final = 8
 """The most calls in a panel that are told beside their marks. More of them are numbered and told in the legend."""
@@ -45,6 +46,7 @@ def plot_trajectories(
     *,
     calls: Sequence[CallRecord] | None = None,
     zones: Mapping[int, Sequence[Zone]] | None = None,
+    thoughts: Thoughts | None = None,
     obstacles: Sequence[Region] = (),
     title: str = "",
     game: str = "",
@@ -54,12 +56,13 @@ def plot_trajectories(
     A colour for each player; solid lines are virtual robots, dashed ones physical. A hollow circle is where it
     began, its role's marker where it ended. The calls that the game says are marked, with the player, the play clock
     and who else took part; where there are many, their numbers stand for that, and the legend tells it. Where the game
-    is not installed here, every call that has a place is marked.
+    is not installed here, every call that has a place is marked. Small dots are what players have seen, and thin dashed
+    lines what a player sketched when a call was made, where the game asks for that.
 
     Args:
         recording: an MCAP file, its parts, or tracks read from one.
-        calls: of the match. zones: by round. game: its name. All three are read from the recording where they are not
-            given.
+        calls: of the match. zones: by round. thoughts: of the players. game: its name. All are read from the recording
+            where they are not given.
         obstacles: the ground that the map's walls and obstacles cover, m.
         title: above the panels.
 
@@ -74,9 +77,10 @@ def plot_trajectories(
         setting = read_setting(recording)
         zones = setting.zones if zones is None else zones
         game = game or setting.game
+        thoughts = Thoughts.read(recording) if thoughts is None else thoughts
     else:
         tracks = dict(recording)
-    calls, zones, shown_as = calls or (), zones or {}, game_of(game)
+    calls, zones, thoughts, shown_as = calls or (), zones or {}, thoughts or Thoughts(), game_of(game)
     moments = _moments(shown_as, calls)
     if not any(track.times.size for track in tracks.values()):
         raise ValueError(f"expected at least one track with a pose, got {len(tracks)} tracks")
@@ -86,7 +90,7 @@ def plot_trajectories(
     listed = [call for of_round in marked.values() if len(of_round) > CALLS_IN_WORDS for call in of_round]
     tracks = {name: tracks[name] for name in sorted(tracks, key=_natural)}
     colours = {name: _colour(index) for index, name in enumerate(tracks)}
-    handles = [*_legend(tracks, rounds, colours, calls, shown_as)]
+    handles = [*_legend(tracks, rounds, colours, calls, shown_as), *thoughts.legend()]
     handles += [_listed(number, _words_of(call, moments)) for number, call in enumerate(listed, 1)]
     columns = -(-len(handles) // LEGEND_LINES)
     longest = max(len(str(handle.get_label())) for handle in handles)
@@ -106,7 +110,9 @@ def plot_trajectories(
             _draw_track(axes, track, number, colours[name], labels, shown_as)
         for call in marked[number]:
             labels.keep_clear((call.poses[0].x, call.poses[0].y), width=17.0, height=17.0)
+        thoughts.draw_sightings(axes, colours, *_lasted(tracks, number))
         for call in marked[number]:
+            thoughts.draw_at(axes, call, moments[call.rule], colours, labels)
             words = str(next(numbers)) if len(marked[number]) > CALLS_IN_WORDS else _words_of(call, moments)
             _draw_call(axes, call, moments[call.rule].sign, words, labels)
         axes.set(xlim=(box[0], box[2]), ylim=(box[1], box[3]), xlabel="x, m", aspect="equal")
@@ -175,6 +181,12 @@ def _shown(track: Track, number: int) -> npt.NDArray[np.bool_]:
     if not track.playing.any() and number == 0:
         return np.ones(track.times.shape, dtype=np.bool_)
     return track.playing & (track.rounds == number) if number else track.playing
+
+
+def _lasted(tracks: Mapping[str, Track], number: int) -> tuple[float, float]:
+    """When a round began and ended, match time, s."""
+    times = np.concatenate([track.times[_shown(track, number)] for track in tracks.values()])
+    return (float(times.min()), float(times.max())) if times.size else (0.0, 0.0)
 
 
 def _draw_zones(axes: Axes, zones: Sequence[Zone], labels: Labels) -> None:

@@ -63,6 +63,19 @@ class ScenePlayer:
 
 
 @dataclass(frozen=True)
+class SceneStroke:
+    """A dot (one point) or a line that a player wants to be shown.
+
+    Args:
+        role: of the player, which decides the colour. points: m. label: a text beside the last point, or empty.
+    """
+
+    role: str
+    points: tuple[Vector, ...]
+    label: str = ""
+
+
+@dataclass(frozen=True)
 class Flash:
     """Something that the referee has just called, shown for a moment where it happened.
 
@@ -87,6 +100,7 @@ class Scene:
         estop: the emergency stop is latched anywhere. estop_reason: who pressed it and why, if that is known.
         calls: the last ones, oldest first. flashes: what was called a moment ago, oldest first.
         obstacles: the ground that walls and obstacles cover, m.
+        strokes: what players want to be shown about what they think.
     """
 
     live: bool = False
@@ -110,6 +124,7 @@ class Scene:
     calls: tuple[Call, ...] = ()
     flashes: tuple[Flash, ...] = ()
     obstacles: tuple[Region, ...] = ()
+    strokes: tuple[SceneStroke, ...] = ()
 
     def player(self, name: str) -> ScenePlayer | None:
         """The player of this name, or None."""

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from vrg.agents.perception.scan import Mask, Scan
+from vrg.agents.perception.scan import Floats, Mask, Scan
 from vrg.bus.messages import Sighting
 
 GAP = 0.4
@@ -26,6 +26,10 @@ def clusters(scan: Scan, chosen: Mask) -> list[npt.NDArray[np.int64]]:
     Returns belong together if they are neighbours among the chosen ones and at most GAP apart. Groups of fewer than
     FEWEST returns, and those that are wider than WIDEST, are left out: they are no robots.
 
+    A group is then completed by the returns beside it that are at most GAP from its ends, also if they are not chosen:
+    of a robot that comes from a place of which nothing is known, only the part in front is unusual. If that makes it
+    wider than WIDEST, the robot is beside something else, and the group stays as it was.
+
     Args:
         chosen: shape (beams,).
 
@@ -41,10 +45,29 @@ def clusters(scan: Scan, chosen: Mask) -> list[npt.NDArray[np.int64]]:
     breaks = np.flatnonzero(np.hypot(*np.diff(points, axis=0).T) > GAP) + 1
     found = []
     for group, places in zip(np.split(beams, breaks), np.split(points, breaks), strict=True):
-        extent = np.hypot(*(places.max(axis=0) - places.min(axis=0)))
-        if len(group) >= FEWEST and extent <= WIDEST:
-            found.append(group)
+        if len(group) >= FEWEST and _extent(places) <= WIDEST:
+            whole = _completed(scan, group)
+            found.append(whole if _extent(scan.points[whole]) <= WIDEST else group)
     return found
+
+
+def _extent(points: Floats) -> float:
+    """The diagonal of the box around points, shape (n, 2), m."""
+    return float(np.hypot(*(points.max(axis=0) - points.min(axis=0))))
+
+
+def _completed(scan: Scan, group: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """The group with all returns beside it, each at most GAP from the one before."""
+    points, hits = scan.points, scan.hits
+    ends = []
+    for beam, step in ((int(group[0]), -1), (int(group[-1]), 1)):
+        end = beam
+        while 0 <= end + step < len(hits) and hits[end + step]:
+            if math.dist(points[end], points[end + step]) > GAP:
+                break
+            end += step
+        ends.append(end)
+    return np.unique(np.concatenate((group, np.arange(ends[0], group[0]), np.arange(group[-1] + 1, ends[1] + 1))))
 
 
 def sighting_of(scan: Scan, beams: npt.NDArray[np.int64], *, radius: float, time: float) -> Sighting:

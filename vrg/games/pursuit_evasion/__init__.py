@@ -30,6 +30,6 @@ GAME = Game(
     moments={
         "capture": Moment("X", "captured", others="by"),
         "escape": Moment("s", "escaped"),
-        "dispatch": Moment("*", "dispatched", others="to"),
+        "dispatch": Moment("*", "dispatched", others="to", thought=True),
     },
 )

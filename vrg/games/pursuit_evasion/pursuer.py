@@ -178,13 +178,17 @@ class Pursuer(Strategy):
     def _sketch(self, view: View) -> list[Stroke] | None:
         """The sightings and the course of each intruder that it knows, and where it will meet its own."""
         strokes: list[Stroke] = []
+        won = _won(view)
+        own = None if won is None else self._watch.tracker.track_of(won.evidence)
         for track in self._watch.tracker.tracks:
             if track.line.count < 2:
                 continue
             strokes += [Stroke(points=[(s.x, s.y)]) for s in track.sightings[-SHOWN:]]
-            strokes.append(Stroke(points=[track.line.at(track.line.first), track.line.at(view.time)]))
+            ahead = self._meeting.time if self._meeting is not None and track is own else 0.0
+            strokes.append(Stroke(points=[track.line.at(track.line.first), track.line.at(view.time + ahead)]))
         if self._meeting is not None:
-            strokes.append(Stroke(points=[view.position, self._meeting.point], label=f"{self._meeting.time:.1f} s"))
+            label = f"meets in {self._meeting.time:.1f} s"
+            strokes.append(Stroke(points=[view.position, self._meeting.point], label=label))
         if not strokes and not self._sketched:
             return None
         self._sketched = bool(strokes)

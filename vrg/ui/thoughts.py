@@ -1,0 +1,78 @@
+"""What players saw and expected, in a plot: their sightings, and what they sketched when calls were made."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from vrg.bus.messages import Sighting
+from vrg.games.game import Moment
+from vrg.recording.reader import Thought, read_sightings, read_sketches
+from vrg.recording.records import CallRecord
+from vrg.ui.labels import Colour, Labels
+
+_DASHES: Final = (0, (2, 2))
+_SOON: Final = 1.0
+"""The match time in s within which a sketch belongs to a call that was made before."""
+
+
+@dataclass(frozen=True)
+class Thoughts:
+    """What players saw and expected in a match.
+
+    Args:
+        sightings: by player. sketches: in the order of time.
+    """
+
+    sightings: Mapping[str, Sequence[Sighting]] = field(default_factory=dict)
+    sketches: Sequence[Thought] = ()
+
+    @classmethod
+    def read(cls, recording: Path | Sequence[Path]) -> "Thoughts":
+        """Read them from a recording or its parts. Errors are those of `read_tracks`."""
+        return cls(read_sightings(recording), read_sketches(recording))
+
+    def legend(self) -> Iterator[Line2D]:
+        """The lines of the legend that explain what is drawn."""
+        grey = "0.35"
+        if any(self.sightings.values()):
+            yield Line2D([], [], color=grey, marker=".", markersize=4, linestyle="", label="sighting, by its player")
+        if any(thought.strokes for thought in self.sketches):
+            yield Line2D([], [], color=grey, linestyle=_DASHES, label="what a player expected then")
+
+    def draw_sightings(self, axes: Axes, colours: Mapping[str, Colour], begin: float, end: float) -> None:
+        """Draw what was seen from match time `begin` to `end`, s."""
+        for name, seen in self.sightings.items():
+            here = [s for s in seen if name in colours and begin <= s.time <= end]
+            x, y = [s.x for s in here], [s.y for s in here]
+            axes.plot(x, y, ".", color=colours.get(name), markersize=3.5, alpha=0.6, zorder=2.5)
+
+    def draw_at(
+        self, axes: Axes, call: CallRecord, moment: Moment, colours: Mapping[str, Colour], labels: Labels
+    ) -> None:
+        """Draw what the first player of a call sketched when the call was made, where the game asks for that."""
+        thought = self._at(call) if moment.thought else None
+        if thought is None or thought.player not in colours:
+            return
+        colour = colours[thought.player]
+        for stroke in thought.strokes:
+            if len(stroke.points) > 1:
+                xs, ys = [point[0] for point in stroke.points], [point[1] for point in stroke.points]
+                axes.plot(xs, ys, linestyle=_DASHES, color=colour, linewidth=1.2, zorder=3.5)
+            if stroke.label:
+                end = stroke.points[-1]
+                axes.plot(*end, "+", color=colour, markersize=10, markeredgewidth=1.6, zorder=6)
+                labels.write(axes, stroke.label, end, colour, bold=False)
+
+    def _at(self, call: CallRecord) -> Thought | None:
+        """The first sketch after a call that has a label, which says the most; or else the first one."""
+        at = call.timestamp.sec + call.timestamp.nsec / 1e9
+        then = [
+            t
+            for t in self.sketches
+            if call.players and t.player == call.players[0] and t.strokes and -1e-6 <= t.time - at <= _SOON
+        ]
+        return next((t for t in then if any(stroke.label for stroke in t.strokes)), then[0] if then else None)
