@@ -274,7 +274,8 @@ class Match:
                 self._before = now
         if verdict.round_over:
             stages.append(self._enter(Stage.ROUND_OVER))
-        return Outcome(verdict.calls, stages)
+        place = {name: pose for name, pose in verdict.place.items() if name not in now.physical}
+        return Outcome(verdict.calls, stages, place=place)
 
     def _foul(self, now: Field) -> Outcome:
         self.waiting = self._book.obstacles_to_resume(self.game, now)

@@ -121,12 +121,14 @@ class Verdict(Generic[S]):
         state: the new state. calls: the calls, in order.
         round_over: True if the round has ended.
         winner: the winner if the game has ended; only `next_round` may set it.
+        place: where virtual robots are put at once, by player, such as one that is out of play and stands in the way.
     """
 
     state: S
     calls: Sequence[Call] = field(default_factory=tuple)
     round_over: bool = False
     winner: str | None = None
+    place: Mapping[str, Pose] = field(default_factory=dict)
 
 
 class RuleBook(Protocol[S]):

@@ -107,7 +107,7 @@ class Pursuer(Strategy):
         track = None if auction is None else self._watch.tracker.track_of(auction.evidence)
         if track is None:
             return STILL
-        self._meeting = self._meet(view, track)
+        self._meeting = self._meet(view, track, bold=True)
         point = track.line.at(view.time) if self._meeting is None else self._meeting.point
         way = point[0] - view.pose.x, point[1] - view.pose.y
         if math.hypot(*way) < OFFSET:
@@ -125,7 +125,7 @@ class Pursuer(Strategy):
             return self._steer(view, scaled((post.x - view.pose.x, post.y - view.pose.y), self.robot.v_max))
         return go_to(post, view.pose, d=OFFSET, speed=0.5 * self.robot.v_max, reach=0.3)
 
-    def _meet(self, view: View, track: Track, *, bold: bool = True) -> Interception | None:
+    def _meet(self, view: View, track: Track, *, bold: bool) -> Interception | None:
         """Where and when it can meet an intruder inside the area: by eq. 4.4, or else (if it is bold) as near as REACH.
 
         The time of the result counts from now.
@@ -148,7 +148,7 @@ class Pursuer(Strategy):
             if auction.winner is not None or self.name not in auction.bidders:
                 continue
             track = self._watch.tracker.track_of(auction.evidence)
-            met = None if track is None else self._meet(view, track)
+            met = None if track is None else self._meet(view, track, bold=False)
             before = auction.bids.get(self.name)
             if met is None:
                 if before is not None:

@@ -2,7 +2,9 @@
 
 Intruders cross a convex area that pursuers guard. Pursuers stand at their posts and watch. When an intruder has been
 seen twice, the referee auctions it, and the pursuer with the lowest bid is dispatched. Pursuers score a capture, and
-intruders an escape. The true poses of the pursuers and of intruders in play are published to no player.
+intruders an escape. Then the players are reset: the intruder is put back to where it started, if its robot is a virtual
+one, and the pursuer drives back to its post. The true poses of the pursuers and of intruders in play are published to
+no player.
 """
 
 from collections.abc import Sequence
@@ -97,14 +99,16 @@ class PursuitEvasion:
         state = dispatch(state, self.pursuers, now, clock, self.settings, calls)
         back = on_marks(self.posts, now) - now.moving
         state = state.with_state([n for n in state.in_state(RETURNING) if n in back], WATCHING)
+        done = {call.players[0] for call in calls if call.rule in ("capture", "escape")}
+        place = {name: self.contestants[name].start for name in done}
         left = state.in_state(WAITING, CROSSING)
         if left and clock < self.settings.time:
-            return Verdict(state, calls)
+            return Verdict(state, calls, place=place)
         if left:
             calls.append(Call(rule="time_up", text=f"the time is up: {', '.join(sorted(left))} did not make it"))
         else:
             calls.append(Call(rule="all_done", text="no intruder is left"))
-        return Verdict(state, calls, round_over=True)
+        return Verdict(state, calls, round_over=True, place=place)
 
     def _launched(self, state: State, clock: float, calls: list[Call]) -> State:
         due = [name for name in state.in_state(WAITING) if self.launches[name] <= clock]
