@@ -36,7 +36,7 @@ class Match:
         match str(sample.key_expr).removeprefix(self.root), version:
             case "clock", 1:
                 self.time = stamp
-            case "referee/state", 2:
+            case "referee/state", 3:
                 self.referee = body
             case "poses", 2:
                 self.places = {seen["name"]: seen["pose"] for seen in body["bodies"]}

@@ -1,6 +1,7 @@
 """From metres to pixels."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -72,7 +73,7 @@ def test_zones_of_every_shape_are_in_sight(scene_at):
     points = [point for zone in scene.zones for point in zone.region.outline()]
     assert all(x_min < x < x_max and y_min < y < y_max for x, y in points)
     circle = m.Zone(name="circle", kind="field", region=Circle(0.0, 1.0, 2.0))
-    assert extent(scene_at(0.0, zones=[circle])) == pytest.approx(
+    assert extent(replace(scene_at(0.0, zones=[circle]), starts=())) == pytest.approx(
         (-2.0 - MARGIN, -1.0 - MARGIN, 2.0 + MARGIN, 3.0 + MARGIN)
     )
 

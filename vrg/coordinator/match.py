@@ -293,9 +293,14 @@ class Match:
         self.game, self.winner = verdict.state, verdict.winner
         if self.winner is None:
             return Outcome(verdict.calls, [self._enter(Stage.INITIALIZE)])
-        how = {DRAW: "a draw", NOBODY: "the time is up"}.get(self.winner, f"{self.winner} win")
+        how = {DRAW: "a draw", NOBODY: "the time is up"}.get(self.winner, won(self.winner))
         over = announce("game_over", f"game over: {how}")
         return Outcome([*verdict.calls, *over.calls], [self._enter(Stage.GAME_OVER)])
+
+
+def won(team: str) -> str:
+    """That a team has won, in words: `sharks win`, but `lion wins`."""
+    return f"{team} win" if team.endswith("s") else f"{team} wins"
 
 
 def standing_still(players: Sequence[PlayerStatus]) -> list[PlayerStatus]:

@@ -9,7 +9,7 @@ from vrg import __version__
 from vrg.bus.messages import RefereeState
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import Record, read_journal
-from vrg.coordinator.match import DRAW, NOBODY
+from vrg.coordinator.match import DRAW, NOBODY, won
 from vrg.errors import JournalError
 from vrg.games import game_of
 from vrg.launch.run_folder import RunFolder, write_json
@@ -64,7 +64,7 @@ def headline(result: dict[str, Any]) -> str:
         return ended[0].upper() + ended[1:]
     if not game_of(result["game"]).competitive:
         return "Over"
-    return "A draw" if result["winner"] == DRAW else f"{str(result['winner']).capitalize()} win"
+    return "A draw" if result["winner"] == DRAW else won(str(result["winner"]).capitalize())
 
 
 def summary(result: dict[str, Any]) -> str:
@@ -114,6 +114,6 @@ def plot(setup: MatchSetup, folder: RunFolder) -> None:
 
     records = _records(folder)
     winner = records[-1].standing.winner if records else None
-    won = {None: "", NOBODY: "", DRAW: "; a draw"}.get(winner, f"; {winner} win")
-    title = f"{setup.name}: {game_of(setup.game).title}, seed {setup.seed}{won}"
+    how = {None: "", NOBODY: "", DRAW: "; a draw"}.get(winner, f"; {won(str(winner))}")
+    title = f"{setup.name}: {game_of(setup.game).title}, seed {setup.seed}{how}"
     plot_trajectories(folder.recordings(), folder.plot, obstacles=setup.obstacles, title=title)

@@ -47,6 +47,7 @@ class SceneBuilder:
         self._bodies: list[m.Body] = []
         self._trails: dict[str, deque[tuple[float, Vector]]] = {}
         self._last: dict[str, Vector] = {}
+        self._starts: dict[str, Vector] = {}
         self._reports: dict[str, m.Report] = {}
         self._sketches: dict[str, m.Sketch] = {}
         self._calls: deque[m.Call] = deque(maxlen=CALLS_KEPT)
@@ -65,6 +66,7 @@ class SceneBuilder:
         self._bodies = poses.bodies
         for body in poses.bodies:
             here = (body.pose.x, body.pose.y)
+            self._starts.setdefault(body.name, here)
             trail = self._trails.setdefault(body.name, deque())
             if math.dist(here, self._last.get(body.name, here)) > JUMP:
                 trail.clear()
@@ -112,6 +114,7 @@ class SceneBuilder:
             calls=tuple(self._calls),
             flashes=self._flashes(),
             obstacles=self._obstacles,
+            starts=tuple(self._starts.values()),
         )
         if state is None:
             return scene

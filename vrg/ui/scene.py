@@ -101,6 +101,7 @@ class Scene:
         calls: the last ones, oldest first. flashes: what was called a moment ago, oldest first.
         obstacles: the ground that walls and obstacles cover, m.
         strokes: what players want to be shown about what they think.
+        starts: where bodies were first, m.
     """
 
     live: bool = False
@@ -125,6 +126,7 @@ class Scene:
     flashes: tuple[Flash, ...] = ()
     obstacles: tuple[Region, ...] = ()
     strokes: tuple[SceneStroke, ...] = ()
+    starts: tuple[Vector, ...] = ()
 
     def player(self, name: str) -> ScenePlayer | None:
         """The player of this name, or None."""

@@ -77,8 +77,13 @@ def fit(box: Bounds, area: Area, whole: Area | None = None) -> View:
 
 
 def extent(scene: Scene) -> Bounds:
-    """The part of the world to show: the zones, without them the walls, and without those the bodies."""
+    """The part of the world to show: the zones, without them the walls, and without those the bodies.
+
+    Where there are zones, the places where bodies began are shown too.
+    """
     boxes = [region.bounds for region in [zone.region for zone in scene.zones] or scene.obstacles]
+    if scene.zones:
+        boxes += [(x, y, x, y) for x, y in scene.starts]
     if not boxes:
         points = [(b.pose.x, b.pose.y) for b in scene.bodies] or [(0.0, 0.0)]
         boxes = [(x - 3.0, y - 3.0, x + 3.0, y + 3.0) for x, y in points]

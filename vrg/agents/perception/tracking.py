@@ -85,6 +85,11 @@ class Tracker:
                 kept[same] = Track(kept[same].line.joined(track.line), tuple(both[-KEPT:]))
         self.tracks = kept
 
+    def forget(self, evidence: Sequence[Sighting]) -> None:
+        """Forget the robot that sightings are of, because it is out of play."""
+        track = self.track_of(evidence)
+        self.tracks = [each for each in self.tracks if each is not track]
+
     def track_of(self, evidence: Sequence[Sighting]) -> Track | None:
         """The robot that sightings are of; a new one, which is not kept, if it is none of those that are known.
 

@@ -52,6 +52,7 @@ class Pursuer(Strategy):
         self._hopeless_since: float | None = None
         self._meeting: Interception | None = None
         self._sketched = False
+        self._lots: dict[str, Auction] = {}
 
     @property
     def mode(self) -> str:
@@ -62,6 +63,7 @@ class Pursuer(Strategy):
         """Look, drive as the automaton says, and tell the team and the referee."""
         at_post = self._automaton.submode in (None, "Watch") and not _driving(view)
         self._watch.look(view, standing=at_post)
+        self._forget(view)
         self._meeting = None
         twist = self._automaton.step(view)
         bids = self._bids(view)
@@ -156,6 +158,14 @@ class Pursuer(Strategy):
             elif before is None or abs(before - met.time) > BID_STEP:
                 bids[auction.lot] = round(met.time, 3)
         return bids
+
+    def _forget(self, view: View) -> None:
+        """Forget the intruders whose auctions were closed: they are captured or have escaped."""
+        lots = {auction.lot: auction for auction in view.referee.auctions}
+        for lot, auction in self._lots.items():
+            if lot not in lots:
+                self._watch.tracker.forget(auction.evidence)
+        self._lots = lots
 
     def _given_up(self, view: View) -> str | None:
         """The intruder that it was dispatched to and has not been able to meet for HOPE seconds, or None."""

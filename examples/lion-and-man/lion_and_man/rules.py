@@ -1,0 +1,152 @@
+"""The settings and the rules: the lion wins by catching the man, and the man by not being caught in time."""
+
+from collections.abc import Sequence
+from typing import Literal
+
+import msgspec
+from pydantic import Field as Setting
+from pydantic import model_validator
+
+from lion_and_man import GAME, LION, MAN
+from vrg.bus.messages import OfficialAction, PlayerStatus, Stage, Zone
+from vrg.coordinator.marks import not_lined_up
+from vrg.coordinator.rulebook import Call, Contestant, Field, GameState, Verdict
+from vrg.errors import ConfigError, Problem
+from vrg.geometry import circumradius, interpolate
+from vrg.regions import Circle, Polygon
+from vrg.segments import in_disc
+from vrg.tables import Table
+from vrg.types import Pose
+
+OTHER = {LION: MAN, MAN: LION}
+
+
+class Settings(Table):
+    """The [rules] table of a match file. The arena is a disc about `centre`, or a convex polygon.
+
+    Args:
+        radius: of the disc, m. centre: of the disc, m.
+        corners: (x, y) of the polygon, counter-clockwise, m. Without them the arena is the disc.
+        capture_distance: the man is caught when the two centres are closer than this, m.
+        time: how long the man must last, s.
+    """
+
+    radius: float = Setting(6.0, gt=0, le=1e4)
+    centre: tuple[float, float] = (0.0, 0.0)
+    corners: tuple[tuple[float, float], ...] | None = None
+    capture_distance: float = Setting(1.0, gt=0, le=100)
+    time: float = Setting(120.0, gt=0, le=1e6)
+
+    @model_validator(mode="after")
+    def _arena_is_convex(self) -> "Settings":
+        self.arena  # noqa: B018 - it raises ValueError if the corners are none of a convex polygon
+        return self
+
+    @property
+    def arena(self) -> Circle | Polygon:
+        """Where both must stay."""
+        return Circle(*self.centre, self.radius) if self.corners is None else Polygon(self.corners)
+
+
+class State(GameState, frozen=True, kw_only=True):
+    """Who has won: `lion`, `man`, or nobody yet."""
+
+    winner: Literal["lion", "man"] | None = None
+
+
+class LionAndMan:
+    """The rule book."""
+
+    name = GAME.name
+    round_word = GAME.round_word
+    rounds = 1
+    state_type = State
+    lineup_limit = 30.0
+
+    def __init__(self, settings: Settings, contestants: Sequence[Contestant], seed: int) -> None:
+        self.settings = settings
+        self.players = {c.role: c for c in contestants}
+        if sorted(c.role for c in contestants) != [LION, MAN]:
+            raise ConfigError([Problem("expected one lion and one man", ("players",))])
+        outside = [c.name for c in contestants if not settings.arena.contains(c.start.x, c.start.y)]
+        if outside:
+            raise ConfigError([Problem("starts outside the arena", ("players", name)) for name in outside])
+
+    def initial(self) -> State:
+        """Nobody has won."""
+        return State()
+
+    def obstacles_to_start(self, state: State, now: Field) -> dict[str, str]:
+        """Both stand where they start."""
+        return not_lined_up({c.name: c.start for c in self.players.values()}, now)
+
+    def judge(self, state: State, before: Field, now: Field, clock: float) -> Verdict[State]:
+        """The man is caught, somebody leaves the arena, or the time is up."""
+        lion, man = self.players[LION].name, self.players[MAN].name
+        if lion not in now.poses or man not in now.poses:
+            return Verdict(state)
+        ways = {role: (before.poses.get(c.name, now.poses[c.name]), now.poses[c.name]) for role, c in
+                self.players.items()}  # fmt: skip
+        start, end = ((ways[MAN][i].x - ways[LION][i].x, ways[MAN][i].y - ways[LION][i].y) for i in (0, 1))
+        meets = in_disc(start, end, (0.0, 0.0), self.settings.capture_distance)
+        leaves = {role: self.settings.arena.exit_fraction((a.x, a.y), (b.x, b.y)) for role, (a, b) in ways.items()}
+        out = {role: at for role, at in leaves.items() if at is not None}
+        first_out = min(out, key=lambda role: out[role], default=None)
+        if meets is not None and (first_out is None or meets[0] <= out[first_out]):
+            poses = tuple(interpolate(*ways[role], meets[0]) for role in (MAN, LION))
+            return self._won(
+                LION, Call(rule="caught", text=f"{man} is caught", players=(man, lion), poses=poses), state
+            )
+        if first_out is not None:
+            name = self.players[first_out].name
+            pose = interpolate(*ways[first_out], out[first_out])
+            call = Call(rule="out", text=f"{name} leaves the arena", players=(name,), poses=(pose,))
+            return self._won(OTHER[first_out], call, state)
+        if clock >= self.settings.time:
+            return self._won(MAN, Call(rule="time_up", text=f"{man} was not caught in time"), state)
+        return Verdict(state)
+
+    @staticmethod
+    def _won(role: str, call: Call, state: State) -> Verdict[State]:
+        return Verdict(msgspec.structs.replace(state, winner=role), [call], round_over=True)
+
+    def obstacles_to_resume(self, state: State, now: Field) -> list[str]:
+        """There are no fouls."""
+        return []
+
+    def next_round(self, state: State, now: Field) -> Verdict[State]:
+        """There is one round."""
+        return Verdict(state, winner=state.winner)
+
+    def statuses(self, state: State, stage: Stage, now: Field) -> list[PlayerStatus]:
+        """Both know where the other is."""
+        return [
+            PlayerStatus(
+                name=c.name, team=role, role=role, state="active", may_move=stage is Stage.PLAY_ROUND,
+                radius=circumradius(c.size), pose=now.poses.get(c.name), mark=self._mark(c, stage),
+            )
+            for role, c in self.players.items()
+        ]  # fmt: skip
+
+    @staticmethod
+    def _mark(contestant: Contestant, stage: Stage) -> Pose | None:
+        return contestant.start if stage is Stage.INITIALIZE else None
+
+    def zones(self, state: State) -> list[Zone]:
+        """The arena."""
+        return [Zone(name="arena", kind="field", region=self.settings.arena)]
+
+    def score(self, state: State) -> dict[str, int]:
+        """A point for who has won."""
+        return {role: int(state.winner == role) for role in (LION, MAN)}
+
+    def speed_limits(self) -> dict[str, float]:
+        """Both are as fast as the slower one."""
+        slower = min(c.v_max for c in self.players.values())
+        return {c.name: slower for c in self.players.values()}
+
+    def overrule(self, state: State, action: OfficialAction, subject: str, value: str) -> State:
+        """Nothing can be overruled but who has won: `set-score lion 1`."""
+        if action is not OfficialAction.SET_SCORE or subject not in OTHER or value not in ("0", "1"):
+            raise ConfigError([f"{action}: expected set-score, lion or man, and 0 or 1; got {subject!r} {value!r}"])
+        return msgspec.structs.replace(state, winner=subject if value == "1" else OTHER[subject])

@@ -1,0 +1,43 @@
+"""A sensor of one's own: what it is on a robot (spec), what it says (message), and how the world simulates it."""
+
+from dataclasses import dataclass
+
+from vrg.bus.messages import SensorMessage
+from vrg.geometry import wrap
+from vrg.hal.sensors.spec import SensorSpec
+from vrg.hal.sim.sensors.base import Instant, Said, SensorSimulation
+from vrg.hal.sim.sensors.noise import generator
+from vrg.types import Radians
+
+
+class Compass(SensorMessage, frozen=True, kw_only=True):
+    """One reading. heading: in the map's frame, rad, counter-clockwise from +x."""
+
+    kind = "compass"
+
+    heading: Radians
+
+
+@dataclass(frozen=True, kw_only=True)
+class CompassSpec(SensorSpec):
+    """A compass. noise: standard deviation of the heading, rad."""
+
+    message = Compass
+    simulation = "my_robot.compass:CompassSimulation"
+
+    noise: float = 0.02
+
+
+class CompassSimulation(SensorSimulation[CompassSpec]):
+    """Adds noise to the true heading, by seed, robot and tick, so that a match can be repeated."""
+
+    def sense(self, now: Instant) -> list[Said]:
+        """The readings that are due at this tick."""
+        said: list[Said] = []
+        for mounted in self.due(now):
+            heading = float(now.poses[mounted.row, 2])
+            if self.surroundings.noise:
+                rng = generator(self.surroundings.seed, mounted.robot, "compass", now.tick)
+                heading += float(rng.normal(0.0, mounted.spec.noise))
+            said.append((mounted.robot, mounted.spec.name, Compass(heading=wrap(heading))))
+        return said
