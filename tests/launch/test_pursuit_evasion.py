@@ -1,0 +1,191 @@
+"""Whole matches of pursuit-evasion in one process: who knows what, how they end, and what a bad radio does."""
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import Call, Stage
+from vrg.bus.node import Node, Tick
+from vrg.bus.topics import Keys, NamedLine
+from vrg.config.loading import load_match, match_path
+from vrg.config.setup import MatchSetup
+from vrg.coordinator.journal import read_journal
+from vrg.games.pursuit_evasion import CROSSING, INTRUDERS, PURSUERS
+from vrg.hal.sensors import SENSORS
+from vrg.launch.in_process import Ending, play
+from vrg.launch.nodes import open_journal
+from vrg.launch.run_folder import RunFolder
+
+TOO_NEAR = 0.35
+"""The distance in m to an intruder in play at which a place in a message would tell where it is."""
+
+
+class Eavesdropper(Node):
+    """Hears everything that `pursuer1` may hear, and looks for the places of intruders in it.
+
+    What it may hear is what the key map says that all, or players, hear; of robots its own; and of teams its own.
+    """
+
+    kind = "eavesdropper"
+
+    def __init__(self, setup: MatchSetup) -> None:
+        super().__init__("eavesdropper", Mailbox(), 0.02)
+        keys = setup.keys
+        self._truth = self.mailbox.subscribe(keys.poses)
+        self._state = self.mailbox.subscribe(keys.referee_state)
+        self._heard = [self.mailbox.subscribe(topic) for topic in audible(keys, "pursuer1", PURSUERS)]
+        self.told: list[str] = []
+        self.messages: dict[str, int] = {}
+
+    def tick(self, tick: Tick) -> None:
+        """Compare every place in every message with where the intruders in play truly are."""
+        state, truth = self._state.latest, self._truth.latest
+        if state is None or truth is None:
+            return
+        crossing = {p.name for p in state.body.players if p.state == CROSSING}
+        true = {b.name: (b.pose.x, b.pose.y) for b in truth.body.bodies if b.name in crossing}
+        for inlet in self._heard:
+            for received in inlet.take():
+                self.messages[received.key] = self.messages.get(received.key, 0) + 1
+                for place in places(msgspec.to_builtins(received.body)):
+                    self.told += [
+                        f"{tick.time:.2f} s: {received.key} tells {place}, and {name} is at {at}"
+                        for name, at in true.items()
+                        if math.dist(place, at) < TOO_NEAR
+                    ]
+
+
+def audible(keys: Keys, player: str, team: str) -> Iterator[Any]:
+    """The topics that a player may hear."""
+    for line in Keys.lines():
+        if not any(word in line.listeners.split(", ") for word in ("all", "player", "player's device", "device")) and (
+            line.message.__name__ != "Say"
+        ):
+            continue
+        topic = line.__get__(keys, Keys)
+        if not isinstance(line, NamedLine):
+            yield topic
+        elif "{team}" in line.path:
+            yield topic(team)
+        else:
+            yield topic(player) if line.path.startswith("robot/") else topic()
+    for kind in SENSORS.names():
+        yield keys.sensor(SENSORS.get(kind).message, player)
+
+
+def places(value: Any, name: str = "") -> Iterator[tuple[float, float]]:
+    """Every pair of numbers x and y in a message, at any depth, but not what pursuers have seen themselves."""
+    if name == "evidence":
+        return
+    if isinstance(value, dict):
+        if isinstance(value.get("x"), float) and isinstance(value.get("y"), float):
+            yield value["x"], value["y"]
+        for key, inner in value.items():
+            yield from places(inner, key)
+    elif isinstance(value, list | tuple):
+        if len(value) == 2 and all(isinstance(number, float) for number in value):
+            yield value[0], value[1]
+        for inner in value:
+            yield from places(inner, name)
+
+
+def setup_of(folder: Path, more: str = "", **overrides: Any) -> MatchSetup:
+    """The default match on the planar engine, with more lines at the top of its file."""
+    text = match_path("pursuit-evasion").read_text()
+    (folder / "match.toml").write_text(text.replace("[rules]", f"{more}\n[rules]"))
+    return load_match(folder / "match.toml", **{"engine": "planar", **overrides}).at_rate(0)
+
+
+def played(setup: MatchSetup, folder: Path, *watchers: Node, strict: bool = False) -> tuple[Ending, list[Call]]:
+    run = RunFolder(folder / "run")
+    run.prepare()
+    with open_journal(setup, run) as journal:
+        ending = play(setup, journal, watchers=watchers, limit=300.0, strict=strict, logs=run.logs)
+    return ending, [call for record in read_journal(run.journal)[1] for call in record.calls]
+
+
+def test_the_match_of_the_thesis_ends_with_every_intruder_accounted_for(tmp_path: Path) -> None:
+    ending, calls = played(setup_of(tmp_path, engine="pybullet"), tmp_path, strict=True)
+    assert ending.state.stage is Stage.GAME_OVER
+    assert sum(ending.state.score.values()) == 2
+    rules = [call.rule for call in calls]
+    assert rules.count("launch") == 2
+    assert rules.count("auction") == rules.count("dispatch") == 2
+    first = {rule: rules.index(rule) for rule in ("launch", "auction", "dispatch", "capture")}
+    assert sorted(first, key=lambda rule: first[rule]) == ["launch", "auction", "dispatch", "capture"]
+
+
+def test_a_pursuer_that_hears_all_it_may_is_never_told_where_an_intruder_is(tmp_path: Path) -> None:
+    setup = setup_of(tmp_path)
+    spy = Eavesdropper(setup)
+    ending, _ = played(setup, tmp_path, spy)
+    assert ending.state.stage is Stage.GAME_OVER
+    assert spy.told == []
+    heard = set(spy.messages)
+    root = setup.keys.root
+    assert {f"{root}/referee/state", f"{root}/referee/event", f"{root}/player/intruder1/report"} <= heard
+    assert f"{root}/robot/pursuer1/sensor/laser/front" in heard
+    assert not any("intruder" in key and "/report" not in key for key in heard), "nothing else is of an intruder"
+    assert f"{root}/poses" not in heard
+
+
+def test_the_spy_would_find_a_place_that_is_told(tmp_path: Path) -> None:
+    setup = setup_of(tmp_path)
+    spy = Eavesdropper(setup)
+    spy._heard.append(spy.mailbox.subscribe(setup.keys.poses))
+    played(setup, tmp_path, spy)
+    assert spy.told
+
+
+def test_the_same_seed_gives_the_same_journal_also_with_a_bad_radio(tmp_path: Path) -> None:
+    radio = "[radio]\nloss = 0.4\ndelay = 0.1\njitter = 0.2\nrange = 12.0\nbandwidth = 3000"
+    journals = []
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        played(setup_of(tmp_path / name, radio), tmp_path / name)
+        journals.append((tmp_path / name / "run" / "journal.jsonl").read_bytes())
+    assert journals[0] == journals[1]
+
+
+@pytest.mark.parametrize("radio", ["loss = 1.0", "range = 0.5", "loss = 0.3\ndelay = 0.2", "bandwidth = 100"])
+def test_a_match_with_a_bad_radio_ends_by_its_rules(tmp_path: Path, radio: str) -> None:
+    ending, calls = played(setup_of(tmp_path, f"[radio]\n{radio}"), tmp_path)
+    assert ending.state.stage is Stage.GAME_OVER
+    assert calls[-1].rule == "game_over"
+    assert "time_up" not in [call.rule for call in calls]
+
+
+def test_what_the_radio_lost_is_counted_for_each_link(tmp_path: Path) -> None:
+    setup = setup_of(tmp_path, "[radio]\nloss = 0.5\n[[radio.links]]\nbetween = ['pursuer1', 'pursuer2']\nloss = 1.0")
+    played(setup, tmp_path)
+    counts = {
+        name: msgspec.json.decode((tmp_path / "run" / "logs" / f"{name}.json").read_bytes())["radio"]
+        for name in ("pursuer1", "pursuer2", "pursuer3", "intruder1")
+    }
+    assert counts["intruder1"] == {}, "the other team is not heard"
+    assert counts["pursuer1"]["pursuer2"]["arrived"] == counts["pursuer2"]["pursuer1"]["arrived"] == 0
+    said = sum(counts["pursuer1"]["pursuer3"][what] for what in ("arrived", "lost"))
+    assert 0.3 < counts["pursuer1"]["pursuer3"]["lost"] / said < 0.7
+
+
+def test_nobody_is_detected_where_nobody_has_a_laser_and_the_game_still_ends(tmp_path: Path) -> None:
+    ending, calls = played(setup_of(tmp_path, "lasers = false"), tmp_path)
+    assert ending.state.stage is Stage.GAME_OVER
+    rules = [call.rule for call in calls]
+    assert "auction" not in rules
+    assert ending.state.score[INTRUDERS] + ending.state.score[PURSUERS] == 2
+    assert any("fewer than two detections" in call.text for call in calls)
+
+
+def test_the_model_of_the_radio_is_that_of_the_match_file(tmp_path: Path) -> None:
+    assert setup_of(tmp_path).radio.perfect
+    setup = setup_of(tmp_path, "[radio]\ndelay = 0.3\n[[radio.links]]\nbetween = ['pursuer1', 'pursuer2']\nloss = 0.9")
+    assert not setup.radio.perfect
+    assert setup.radio.between("pursuer2", "pursuer1").loss == 0.9
+    assert setup.radio.between("pursuer2", "pursuer1").delay == 0.3, "what a link leaves out is as for all"
+    assert setup.radio.between("pursuer2", "pursuer3").loss == 0.0

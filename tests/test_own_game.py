@@ -1,0 +1,140 @@
+"""The packages in examples/, installed and played as docs/your-own-game.md shows."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from vrg import registry
+from vrg.bus.messages import Stage
+from vrg.coordinator.rulebook import Contestant, Field, RuleBook
+from vrg.errors import ConfigError
+from vrg.testing.rulebook import RuleBookContract
+from vrg.types import Pose
+
+ROOT = Path(__file__).parents[1]
+LION = ROOT / "examples" / "lion-and-man"
+ROBOT = ROOT / "examples" / "my-robot"
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """The environment in which both packages are installed."""
+    folder = tmp_path_factory.mktemp("installed")
+    copies = []
+    for package in (LION, ROBOT):
+        # Building leaves files beside the sources.
+        copy = tmp_path_factory.mktemp(package.name)
+        subprocess.run(["cp", "-r", f"{package}/.", str(copy)], check=True, timeout=60)
+        copies.append(str(copy))
+    install = [sys.executable, "-m", "pip", "install", "-q", "--no-deps", "--no-build-isolation", "--no-index"]
+    done = subprocess.run(
+        [*install, "--target", str(folder), *copies], capture_output=True, text=True, timeout=300, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    path = os.pathsep.join(filter(None, [str(folder), os.environ.get("PYTHONPATH", "")]))
+    return {**os.environ, "PYTHONPATH": path}
+
+
+def vrg(installed: dict[str, str], folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "vrg", *arguments]
+    return subprocess.run(command, cwd=folder, env=installed, capture_output=True, text=True, timeout=300, check=False)
+
+
+@pytest.mark.parametrize("engine", ["planar", "pybullet"])
+def test_the_lion_catches_the_man(installed: dict[str, str], tmp_path: Path, engine: str) -> None:
+    done = vrg(installed, tmp_path, "play", "lion-and-man", "--in-process", "--headless", "--engine", engine)
+    assert done.returncode == 0, done.stderr
+    assert "Lion wins (lion 1, man 0" in done.stdout
+    [result] = (tmp_path / "runs").glob("*/result.json")
+    assert json.loads(result.read_text())["calls"][-2]["rule"] == "caught"
+
+
+def test_an_arena_that_is_not_convex_is_refused_with_its_line(installed: dict[str, str], tmp_path: Path) -> None:
+    text = (LION / "lion_and_man" / "match.toml").read_text()
+    corners = "corners = [[-6.0, -6.0], [6.0, -6.0], [0.0, 0.0], [6.0, 6.0], [-6.0, 6.0]]"
+    (tmp_path / "match.toml").write_text(text.replace("radius = 6.0", corners))
+    done = vrg(installed, tmp_path, "check", "match.toml")
+    assert done.returncode == 1
+    assert "match.toml:8" in done.stderr + done.stdout
+    assert "convex" in done.stderr + done.stdout
+
+
+def test_the_robot_with_the_compass_drives_north(installed: dict[str, str], tmp_path: Path) -> None:
+    done = vrg(installed, tmp_path, "play", str(ROBOT / "match.toml"), "--in-process", "--headless")
+    assert done.returncode == 0, done.stderr
+    code = (
+        "from pathlib import Path; from vrg.recording.reader import read_tracks;"
+        f"t = read_tracks(next(Path({str(tmp_path)!r}).glob('runs/*/recording.mcap')))['scout'];"
+        "print(t.x[-1], t.y[-1], t.theta[-1])"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    x, y, theta = map(float, run.stdout.split())
+    assert y > 5.0
+    assert abs(x) < 1.5
+    assert theta == pytest.approx(1.57, abs=0.1)
+
+
+def test_the_page_counts_the_lines_right() -> None:
+    page = (ROOT / "docs" / "your-own-game.md").read_text()
+    counted = re.findall(r"\(\.\./(examples/[^)]+)\) \| (\d+) \|", page)
+    assert len(counted) == 9
+    for file, lines in counted:
+        assert len((ROOT / file).read_text().splitlines()) == int(lines), file
+
+
+class TestTheRuleBookOfTheExample(RuleBookContract):
+    """The suite that VRG ships, for the example's rule book."""
+
+    @pytest.fixture(autouse=True)
+    def _importable(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.syspath_prepend(LION)
+        registry.plugins.cache_clear()
+
+    @pytest.fixture
+    def book(self) -> RuleBook:
+        from lion_and_man.rules import LionAndMan, Settings  # noqa: PLC0415 - only these tests have it on their path
+
+        return LionAndMan(Settings(), self.contestants(), 7)
+
+    @pytest.fixture
+    def ready(self) -> Field:
+        return Field({c.name: c.start for c in self.contestants()})
+
+    @staticmethod
+    def contestants() -> list[Contestant]:
+        starts = {"lion": Pose(0.0, 0.0, 0.0), "man": Pose(3.0, 0.0, 0.0)}
+        return [Contestant(name=f"a {r}", role=r, start=at, size=(0.5, 0.4), v_max=0.7) for r, at in starts.items()]
+
+    def judged(self, book: RuleBook, lion: float, man: float, clock: float = 1.0) -> list[str]:
+        """The rules that are called when both come to these places on the x axis."""
+        begin, end = ({"a lion": Pose(0.0, 0.0, 0.0), "a man": Pose(3.0, 0.0, 0.0)}, {})
+        end = {"a lion": Pose(lion, 0.0, 0.0), "a man": Pose(man, 0.0, 0.0)}
+        return [call.rule for call in book.judge(book.initial(), Field(begin), Field(end), clock).calls]
+
+    def test_the_man_is_caught_within_the_capture_distance_also_between_two_looks(self, book: RuleBook) -> None:
+        assert self.judged(book, 1.9, 3.0) == []
+        assert self.judged(book, 2.1, 3.0) == ["caught"]
+        assert self.judged(book, 5.0, 1.0) == ["caught"], "they have passed each other"
+
+    def test_who_leaves_the_arena_has_lost(self, book: RuleBook) -> None:
+        assert self.judged(book, 0.0, 6.1) == ["out"]
+        state = book.judge(book.initial(), Field({"a lion": Pose(0, 0, 0), "a man": Pose(3, 0, 0)}),
+                           Field({"a lion": Pose(-7, 0, 0), "a man": Pose(3, 0, 0)}), 1.0).state  # fmt: skip
+        assert book.next_round(state, Field({})).winner == "man"
+
+    def test_the_man_wins_when_the_time_is_up(self, book: RuleBook) -> None:
+        assert self.judged(book, 0.0, 3.0, clock=120.0) == ["time_up"]
+
+    def test_one_lion_and_one_man_are_needed(self) -> None:
+        from lion_and_man.rules import LionAndMan, Settings  # noqa: PLC0415 - as above
+
+        with pytest.raises(ConfigError, match="one lion and one man"):
+            LionAndMan(Settings(), self.contestants()[:1], 7)
+
+    def test_both_know_where_the_other_is(self, book: RuleBook, ready: Field) -> None:
+        assert all(status.pose is not None for status in book.statuses(book.initial(), Stage.PLAY_ROUND, ready))
