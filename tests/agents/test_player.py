@@ -357,3 +357,66 @@ def test_a_loop_outside_may_look_and_drive_in_place_of_a_strategy(bench: Bench) 
     bench.player.drive(view, Action(Twist(0.2, 0.1)))
     assert bench.robot.told[-1] == "drive 0.20 0.10"
     assert bench.strategy.asked == 0
+
+
+def telling(bench: Bench, action: Action) -> list[m.Message]:
+    """What a player publishes besides its report when its strategy answers with this action."""
+    bench.strategy.act = lambda view: action  # type: ignore[method-assign]
+    bench.tick()
+    return [body for body in bench.sent() if not isinstance(body, m.Report)]
+
+
+SIGHTING = m.Sighting(x=1.0, y=2.0, time=0.1, xx=0.01, xy=0.0, yy=0.01)
+
+
+def test_an_action_tells_the_referee_and_the_windows_what_it_holds(bench: Bench) -> None:
+    action = Action(
+        sightings=[SIGHTING],
+        bids={"intruder1": np.float64(2.5), "intruder2": None},  # type: ignore[dict-item]
+        sketch=[m.Stroke(points=[(np.float64(1.0), 2)], label="here")],
+    )
+    assert telling(bench, action) == [
+        m.Sightings(seen=[SIGHTING]),
+        m.Bid(lot="intruder1", cost=2.5),
+        m.Bid(lot="intruder2", cost=None),
+        m.Sketch(strokes=[m.Stroke(points=[(1.0, 2.0)], label="here")]),
+    ]
+
+
+def test_an_action_that_says_nothing_publishes_nothing(bench: Bench) -> None:
+    assert telling(bench, Action(Twist(0.1, 0.0))) == []
+
+
+@pytest.mark.parametrize(
+    "action",
+    [
+        Action(bids={"a": float("nan")}),
+        Action(bids={"a": -1.0}),
+        Action(bids={"a": "cheap"}),  # type: ignore[dict-item]
+        Action(bids={"": 1.0}),
+        Action(sightings=[m.Sighting(x=float("nan"), y=0.0, time=0.0, xx=1.0, xy=0.0, yy=1.0)]),
+        Action(sightings=[SIGHTING] * 101),
+        Action(sightings=["a robot"]),  # type: ignore[list-item]
+        Action(sketch=[m.Stroke(points=[])]),
+        Action(sketch=[m.Stroke(points=[(0.0, 0.0)], label="x" * 41)]),
+        Action(bids=[1.0]),  # type: ignore[arg-type]
+    ],
+)
+def test_what_cannot_be_told_is_a_failure_of_the_strategy_with_its_place(bench: Bench, action: Action) -> None:
+    bench.tick()
+    with pytest.raises(StrategyError, match="what it says cannot be sent"):
+        telling(bench, action)
+
+
+def test_what_the_radio_brought_is_published_once_a_second_and_kept_for_the_result(bench: Bench) -> None:
+    bench.tick()
+    assert bench.player.counted() == {"radio": {}}
+    bench.sent()
+    for _ in range(25):
+        bench.hear(m.Say(words=b"\x01", place=(0.0, 0.0)), KEYS.say("t", "b").key)
+        bench.tick()
+    published = [body for body in bench.sent() if isinstance(body, m.Links)]
+    assert len(published) == 3
+    [link] = published[-1].links
+    assert (link.speaker, link.lost) == ("b", 0)
+    assert bench.player.counted()["radio"]["b"]["arrived"] == 25

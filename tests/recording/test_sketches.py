@@ -1,0 +1,61 @@
+"""What players sketch and see is in a recording, and is read back."""
+
+from pathlib import Path
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.recording.recordings import KEYS
+from vrg.bus import messages as m
+from vrg.bus.codec import Received
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.node import Tick
+from vrg.colours import SKY_BLUE
+from vrg.recording import foxglove as fg
+from vrg.recording.reader import read_sightings, read_sketches
+from vrg.recording.recorder import Recorder
+from vrg.recording.sketches import sketch_entity, strokes_of
+
+COURSE = m.Stroke(points=[(0.0, 0.0), (3.0, 4.0)], label="meets in 2.0 s")
+DOT = m.Stroke(points=[(1.0, 1.0)])
+SEEN = m.Sighting(x=1.0, y=2.0, time=0.4, xx=0.01, xy=0.0, yy=0.02)
+points = st.tuples(st.floats(-1e4, 1e4), st.floats(-1e4, 1e4))
+strokes = st.builds(m.Stroke, points=st.lists(points, min_size=1, max_size=4, unique=True))
+
+
+def recorded(folder: Path, *sketches: tuple[float, m.Sketch]) -> Path:
+    mailbox = Mailbox()
+    recorder = Recorder("recorder", mailbox, KEYS, folder / "match.mcap")
+    by_type = {inlet.topic.type: inlet for inlet in mailbox.inlets}
+    by_type[m.Sightings].offer(Received(KEYS.sightings("ann").key, 0.5, 0, m.Sightings(seen=[SEEN])))
+    for number, (stamp, sketch) in enumerate(sketches):
+        by_type[m.Sketch].offer(Received(KEYS.sketch("ann").key, stamp, number, sketch))
+        mailbox.handover(stamp)
+        recorder.tick(Tick(stamp))
+    recorder.stop()
+    return folder / "match.mcap"
+
+
+@given(st.lists(strokes, max_size=5))
+def test_a_sketch_in_the_scene_can_be_read_back(drawn: list[m.Stroke]) -> None:
+    entity = sketch_entity("ann", m.Sketch(strokes=drawn), SKY_BLUE, fg.Time(1, 0))
+    found = strokes_of(entity)
+    assert sorted(found, key=str) == sorted(drawn, key=str)
+
+
+def test_a_label_stays_with_its_line(tmp_path: Path) -> None:
+    path = recorded(tmp_path, (0.5, m.Sketch(strokes=[COURSE, DOT])))
+    [thought] = read_sketches(path)
+    assert (thought.player, thought.time) == ("ann", 0.5)
+    assert sorted(thought.strokes, key=lambda s: len(s.points)) == [DOT, COURSE]
+
+
+def test_sightings_are_read_back_by_player(tmp_path: Path) -> None:
+    assert read_sightings(recorded(tmp_path, (0.5, m.Sketch(strokes=[])))) == {"ann": [SEEN]}
+
+
+def test_sketches_are_recorded_twice_a_second_and_one_that_is_empty_at_once(tmp_path: Path) -> None:
+    times = [round(0.1 * n, 1) for n in range(1, 11)]
+    many = [(time, m.Sketch(strokes=[m.Stroke(points=[(time, 0.0)])])) for time in times]
+    path = recorded(tmp_path, *many, (1.15, m.Sketch(strokes=[])), (1.2, m.Sketch(strokes=[])))
+    assert [(t.time, len(t.strokes)) for t in read_sketches(path)] == [(0.1, 1), (0.6, 1), (1.15, 0)]
