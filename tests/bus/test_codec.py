@@ -51,9 +51,9 @@ regions = (
 zones = st.builds(m.Zone, name=names, kind=names, region=regions)
 bodies = st.builds(m.Body, name=names, pose=poses, v=speeds, w=spins, physical=st.booleans(), age=seconds)
 sightings = st.builds(
-    m.Sighting,
+    lambda xx, share, yy, **rest: m.Sighting(xx=xx, xy=share * (xx * yy) ** 0.5, yy=yy, **rest),
     x=coordinates, y=coordinates, time=seconds,
-    xx=st.floats(1e-9, 1e4), xy=st.floats(-1e4, 1e4), yy=st.floats(1e-9, 1e4),
+    xx=st.floats(1e-9, 1e4), share=st.floats(-0.99, 0.99), yy=st.floats(1e-9, 1e4),
 )  # fmt: skip
 auctions = st.builds(
     m.Auction,

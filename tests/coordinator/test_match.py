@@ -271,6 +271,9 @@ def test_players_that_do_not_line_up_are_put_on_their_marks_again_and_again() ->
         def obstacles_to_start(self, state: State, now: Field) -> dict[str, str]:
             return {"a": "is 3.0 m from its mark"}
 
+        def marks(self, state: State) -> dict[str, Pose]:
+            return {"a": Pose(0.0, 0.0, 0.0)}
+
     match = Match(Stubborn())
     placed = [i for i in range(300) if match.step(0.1, at(7), []).place]
     assert placed[0] in (49, 50)

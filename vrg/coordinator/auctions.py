@@ -43,8 +43,9 @@ def auctioned(state: S, offers: Sequence[Offer], clock: float) -> tuple[S, list[
     Returns:
         the new state, and the reasons why bids were refused, in words.
     """
-    auctions, refused = dict(state.auctions), []
-    for offer in offers:
+    auctions, refused = {lot: _of_bidders(state, auction) for lot, auction in state.auctions.items()}, []
+    # What is given back can be bid for at the same instant, whoever was heard first.
+    for offer in sorted(offers, key=lambda offer: not _gives_back(auctions, offer)):
         auction = auctions.get(offer.lot)
         why = _refusal(auctions, offer)
         if auction is None or why:
@@ -67,6 +68,19 @@ def auctioned(state: S, offers: Sequence[Offer], clock: float) -> tuple[S, list[
 def lowest(bids: Mapping[str, float]) -> str:
     """The player with the lowest bid; of equal ones that of the lowest name."""
     return min(bids, key=lambda name: (bids[name], name))
+
+
+def _of_bidders(state: GameState, auction: Auction) -> Auction:
+    """An auction without the bids of those that may not bid any more."""
+    if auction.winner is not None:
+        return auction
+    left = {n: c for n, c in auction.bids.items() if n in auction.bidders and n not in state.disqualified}
+    return structs.replace(auction, bids=left)
+
+
+def _gives_back(auctions: Mapping[str, Auction], offer: Offer) -> bool:
+    auction = auctions.get(offer.lot)
+    return auction is not None and offer.cost is None and auction.winner == offer.bidder
 
 
 def _refusal(auctions: Mapping[str, Auction], offer: Offer) -> str:

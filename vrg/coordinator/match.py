@@ -202,6 +202,8 @@ class Match:
 
     def mark(self, name: str, now: Field) -> Pose | None:
         """The pose at which a player is asked to line up; None if it is not asked to."""
+        if self.stage is Stage.INITIALIZE:
+            return None if name in self.disqualified else self._book.marks(self.game).get(name)
         players = kept_out(self.game, self._book.statuses(self.game, self.stage, now))
         return next((player.mark for player in players if player.name == name), None)
 
@@ -246,8 +248,7 @@ class Match:
         said = []
         if late:
             # All are put there, because one that is near its own mark may stand on another's.
-            players = self._book.statuses(self.game, self.stage, now)
-            virtual = {p.name: p.mark for p in players if p.mark is not None and p.name not in now.physical}
+            virtual = {name: mark for name, mark in self._book.marks(self.game).items() if name not in now.physical}
             said.append(f"put on their marks after {self.in_stage:.0f} s: {', '.join(late)}")
         if physical:
             said.append(

@@ -11,6 +11,7 @@ from typing import Generic, Protocol, TypeVar
 from msgspec import Struct
 
 from vrg.bus.messages import Auction, OfficialAction, PlayerStatus, Sighting, Stage, Zone
+from vrg.errors import ConfigError
 from vrg.types import Pose
 
 
@@ -100,7 +101,8 @@ class Call:
 
     Args:
         rule: the rule's short name, such as `tag`. text: the call in words.
-        players: the players that it concerns. poses: their poses at the instant of the call, in the same order.
+        players: the players that it concerns. poses: the poses of the first of them at the instant of the call, in the
+            same order; those that not everybody may know are left out.
         foul: True if the match enters the stage FOUL, until the rule book finds that play can go on.
         answers: the id of the official's decision that this call answers; None if it answers none.
     """
@@ -131,6 +133,17 @@ class Verdict(Generic[S]):
     place: Mapping[str, Pose] = field(default_factory=dict)
 
 
+def points(action: OfficialAction, value: str) -> int:
+    """The number of points that an official sets.
+
+    Raises:
+        ConfigError: it is no whole number from 0 to 999999.
+    """
+    if not (value.isascii() and value.isdigit() and len(value) <= 6):
+        raise ConfigError([f"{action}: expected a whole number from 0 to 999999, got {value!r}"])
+    return int(value)
+
+
 class RuleBook(Protocol[S]):
     """The rules of one game. The result of every method depends on its arguments and on the set-up alone.
 
@@ -153,6 +166,9 @@ class RuleBook(Protocol[S]):
 
     def obstacles_to_start(self, state: S, now: Field) -> dict[str, str]:
         """The reasons why the round cannot begin, by player, such as `is 3.2 m from its mark`; empty if it can."""
+
+    def marks(self, state: S) -> dict[str, Pose]:
+        """Where players line up before this round. Virtual robots that are late are put there."""
 
     def judge(self, state: S, before: Field, now: Field, clock: float) -> Verdict[S]:
         """Judge what happened between two instants of play.

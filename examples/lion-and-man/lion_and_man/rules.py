@@ -76,9 +76,13 @@ class LionAndMan:
         """Nobody has won."""
         return State()
 
+    def marks(self, state: State) -> dict[str, Pose]:
+        """Both line up where they start."""
+        return {c.name: c.start for c in self.players.values()}
+
     def obstacles_to_start(self, state: State, now: Field) -> dict[str, str]:
         """Both stand where they start."""
-        return not_lined_up({c.name: c.start for c in self.players.values()}, now)
+        return not_lined_up(self.marks(state), now)
 
     def judge(self, state: State, before: Field, now: Field, clock: float) -> Verdict[State]:
         """The man is caught, somebody leaves the arena, or the time is up."""

@@ -37,17 +37,26 @@ class Snapshot:
 
     def contains(self, points: Floats) -> Mask:
         """Which points, shape (n, 2), m, are known to be free: shape (n,). Points that are not finite are not."""
-        if not len(self.free):
+        known: Mask = np.logical_and.reduce(np.isfinite(points), axis=1)
+        if not len(self.free) or not known.any():
             return np.zeros(len(points), dtype=np.bool_)
-        with np.errstate(invalid="ignore"):
-            dx, dy = points[:, 0] - self.origin[0], points[:, 1] - self.origin[1]
-            away = np.hypot(dx, dy)
-            first = self.heading + self.angle_min
-            # The turn from the first beam, from 0 to 2 pi, so that scans of a full turn work too.
-            turn = np.mod(np.arctan2(dy, dx) - first + self.angle_step / 2, 2 * np.pi)
-            beam = np.nan_to_num(turn / self.angle_step, nan=-1.0).astype(np.int64)
-            known = (beam >= 0) & (beam < len(self.free)) & np.isfinite(away)
-            return np.asarray(known & (away < self.free[np.where(known, beam, 0)]))
+        dx, dy = (points[known] - self.origin).T
+        # The turn from the first beam, from 0 to 2 pi, so that scans of a full turn work too.
+        turn = np.mod(np.arctan2(dy, dx) - (self.heading + self.angle_min - self.angle_step / 2), 2 * np.pi)
+        beam = (turn / self.angle_step).astype(np.int64)
+        beyond = beam >= len(self.free)
+        beam[beyond] = 0
+        known[known] = ~beyond & (np.hypot(dx, dy) < self.free[beam])
+        return known
+
+    def coarser(self, beams: int) -> "Snapshot":
+        """The same free space with at most so many beams: each is as free as the least free of those it stands for."""
+        many = -(-len(self.free) // beams)
+        if many <= 1:
+            return self
+        blocks = np.pad(self.free, (0, -len(self.free) % many)).reshape(-1, many)
+        middle = self.angle_min + self.angle_step * (many - 1) / 2
+        return Snapshot(self.origin, self.heading, middle, self.angle_step * many, blocks.min(axis=1))
 
 
 def snapshot(scans: Sequence[Scan]) -> Snapshot:
@@ -62,32 +71,47 @@ def snapshot(scans: Sequence[Scan]) -> Snapshot:
     if len(lengths) > 1:
         raise ValueError(f"expected scans of the same number of beams, got {sorted(lengths)}")
     first = scans[0]
-    reach = np.min([np.minimum(scan.ranges, scan.range_max) for scan in scans], axis=0)
-    free = np.maximum(_lowest_around(np.asarray(reach)) - MARGIN, 0.0)
+    # The least of each beam, of the scans in which it has measured something.
+    reach = np.fmin.reduce([np.minimum(scan.ranges, scan.range_max) for scan in scans])
+    lowest = _lowest_around(np.nan_to_num(reach, nan=0.0), wrap=first.full_turn)
+    free = np.maximum(lowest - MARGIN, 0.0)
     return Snapshot(first.origin, first.heading, first.angle_min, first.angle_step, free)
 
 
-def unusual(scan: Scan, snapshots: Iterable[Snapshot], known: Iterable[tuple[Vector, float]] = ()) -> Mask:
+def unusual(scan: Scan, snapshots: Iterable[Snapshot], explained: Mask | None = None) -> Mask:
     """Which returns of a scan come from known free space, and from nobody known: shape (beams,).
 
     Args:
         snapshots: what is known to be free.
-        known: the robots that tell where they are, such as team mates: the place of each, m, and the distance from
-            there within which returns are taken for it, m.
+        explained: the returns of robots that are known, see `returns_of`.
     """
-    points = scan.points
+    points = scan.points[scan.hits]
     strange = np.zeros(len(points), dtype=np.bool_)
     for each in snapshots:
         strange |= each.contains(points)
-    strange &= scan.hits
-    for (x, y), radius in known:
-        with np.errstate(invalid="ignore"):
-            strange &= ~(np.hypot(points[:, 0] - x, points[:, 1] - y) < radius)
-    return strange
+    mask = scan.hits.copy()
+    mask[mask] = strange
+    return mask if explained is None else mask & ~explained
 
 
-def _lowest_around(ranges: Floats) -> Floats:
-    """The lowest of each range and its SPREAD neighbours on both sides."""
-    padded = np.pad(ranges, SPREAD, mode="edge") if len(ranges) else ranges
-    windows = [padded[i : i + len(ranges)] for i in range(2 * SPREAD + 1)]
-    return np.min(windows, axis=0) if len(ranges) else ranges
+def returns_of(scan: Scan, robots: Iterable[tuple[Vector, float]]) -> Mask:
+    """The returns of robots that tell where they are, such as team mates: shape (beams,).
+
+    Args:
+        robots: the place of each, m, and the distance from there within which returns are taken for it, m.
+    """
+    points = scan.points[scan.hits]
+    near = np.zeros(len(points), dtype=np.bool_)
+    for (x, y), radius in robots:
+        near |= np.hypot(points[:, 0] - x, points[:, 1] - y) < radius
+    mask = scan.hits.copy()
+    mask[mask] = near
+    return mask
+
+
+def _lowest_around(ranges: Floats, *, wrap: bool) -> Floats:
+    """The lowest of each range and its SPREAD neighbours on both sides; with `wrap` the ends are neighbours."""
+    if not len(ranges):
+        return ranges
+    padded = np.pad(ranges, SPREAD, mode="wrap" if wrap else "edge")
+    return np.asarray(np.min([padded[i : i + len(ranges)] for i in range(2 * SPREAD + 1)], axis=0))

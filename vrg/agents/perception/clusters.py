@@ -14,41 +14,62 @@ FEWEST = 2
 """The number of returns in the smallest cluster."""
 WIDEST = 1.6
 """The extent in m of the largest cluster that can be one robot."""
-BODY_ERROR = 0.1
+BODY_ERROR = 0.06
 """The standard deviation in m of the distance between a robot's centre and where its visible side suggests it."""
 HEADING_ERROR = 0.01
 """The standard deviation of the heading from which a scan is put on the map, rad."""
 
+Beams = npt.NDArray[np.int64]
+"""The numbers of neighbouring beams, rising. In a scan of a full turn they go on beyond the last beam: n is beam 0."""
 
-def clusters(scan: Scan, chosen: Mask) -> list[npt.NDArray[np.int64]]:
-    """The groups of chosen returns that are near one another, each as the rising numbers of its beams.
+
+def clusters(scan: Scan, chosen: Mask, explained: Mask | None = None) -> list[Beams]:
+    """The groups of chosen returns that are near one another.
 
     Returns belong together if they are neighbours among the chosen ones and at most GAP apart. Groups of fewer than
     FEWEST returns, and those that are wider than WIDEST, are left out: they are no robots.
 
     A group is then completed by the returns beside it that are at most GAP from its ends, also if they are not chosen:
     of a robot that comes from a place of which nothing is known, only the part in front is unusual. If that makes it
-    wider than WIDEST, the robot is beside something else, and the group stays as it was.
+    wider than WIDEST, the robot is beside something else, and the group stays as it was. No return is in two groups.
 
     Args:
-        chosen: shape (beams,).
+        chosen: shape (beams,). explained: the returns of known robots, which complete no group: shape (beams,).
 
     Raises:
-        ValueError: `chosen` has not one entry for each beam.
+        ValueError: a mask has not one entry for each beam.
     """
-    if chosen.shape != scan.ranges.shape:
-        raise ValueError(f"expected a mask of shape {scan.ranges.shape}, got {chosen.shape}")
+    explained = np.zeros_like(chosen) if explained is None else explained
+    for mask in (chosen, explained):
+        if mask.shape != scan.ranges.shape:
+            raise ValueError(f"expected a mask of shape {scan.ranges.shape}, got {mask.shape}")
     beams = np.flatnonzero(chosen & scan.hits)
     if not beams.size:
         return []
-    points = scan.points[beams]
-    breaks = np.flatnonzero(np.hypot(*np.diff(points, axis=0).T) > GAP) + 1
-    found = []
-    for group, places in zip(np.split(beams, breaks), np.split(points, breaks), strict=True):
-        if len(group) >= FEWEST and _extent(places) <= WIDEST:
-            whole = _completed(scan, group)
-            found.append(whole if _extent(scan.points[whole]) <= WIDEST else group)
+    points = scan.points
+    if scan.full_turn:
+        beams = _begun_at_a_gap(beams, points)
+    apart = np.hypot(*np.diff(points[beams % len(points)], axis=0).T)
+    found: list[Beams] = []
+    for group in np.split(beams, np.flatnonzero(apart > GAP) + 1):
+        if len(group) < FEWEST or _extent(points[group % len(points)]) > WIDEST:
+            continue
+        whole = _completed(scan, group, explained)
+        best = whole if _extent(points[whole % len(points)]) <= WIDEST else group
+        if not any(np.isin(best % len(points), other % len(points)).any() for other in found):
+            found.append(best)
     return found
+
+
+def _begun_at_a_gap(beams: Beams, points: Floats) -> Beams:
+    """The beams of a full turn in an order in which no group is across the end, if there is a gap at all."""
+    places = points[beams]
+    before = np.hypot(*(places - np.roll(places, 1, axis=0)).T)
+    gaps = np.flatnonzero(before > GAP)
+    if not gaps.size:
+        return beams
+    start = int(gaps[0])
+    return np.concatenate((beams[start:], beams[:start] + len(points)))
 
 
 def _extent(points: Floats) -> float:
@@ -56,21 +77,26 @@ def _extent(points: Floats) -> float:
     return float(np.hypot(*(points.max(axis=0) - points.min(axis=0))))
 
 
-def _completed(scan: Scan, group: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+def _completed(scan: Scan, group: Beams, explained: Mask) -> Beams:
     """The group with all returns beside it, each at most GAP from the one before."""
-    points, hits = scan.points, scan.hits
+    count, points = len(scan.ranges), scan.points
+    free = scan.hits & ~explained
     ends = []
     for beam, step in ((int(group[0]), -1), (int(group[-1]), 1)):
         end = beam
-        while 0 <= end + step < len(hits) and hits[end + step]:
-            if math.dist(points[end], points[end + step]) > GAP:
+        while abs(end - beam) < count:
+            after = end + step
+            if not scan.full_turn and not 0 <= after < count:
                 break
-            end += step
+            if not free[after % count] or math.dist(points[end % count], points[after % count]) > GAP:
+                break
+            end = after
         ends.append(end)
-    return np.unique(np.concatenate((group, np.arange(ends[0], group[0]), np.arange(group[-1] + 1, ends[1] + 1))))
+    whole = np.unique(np.concatenate((np.arange(ends[0], group[0]), group, np.arange(group[-1] + 1, ends[1] + 1))))
+    return whole.astype(np.int64)
 
 
-def sighting_of(scan: Scan, beams: npt.NDArray[np.int64], *, radius: float, time: float) -> Sighting:
+def sighting_of(scan: Scan, beams: Beams, *, radius: float, time: float) -> Sighting:
     """The robot that a cluster of returns is of.
 
     The returns are of the side that faces the laser. The centre is taken to be in the middle of their bearings, behind
@@ -78,10 +104,10 @@ def sighting_of(scan: Scan, beams: npt.NDArray[np.int64], *, radius: float, time
     is seen straight on and the 0.5 for a corner.
 
     Args:
-        beams: the numbers of the beams, at least one, rising. radius: of the circle around the robot's body, m.
+        beams: as `clusters` gives them, at least one. radius: of the circle around the robot's body, m.
         time: the match time of the scan, s.
     """
-    away = float(np.mean(scan.ranges[beams])) + 0.6 * radius
+    away = float(np.mean(scan.ranges[beams % len(scan.ranges)])) + 0.6 * radius
     bearing = scan.heading + scan.angle_min + scan.angle_step * (int(beams[0]) + int(beams[-1])) / 2
     c, s = math.cos(bearing), math.sin(bearing)
     along = BODY_ERROR**2

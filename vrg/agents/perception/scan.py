@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +21,7 @@ class Scan:
     Args:
         origin: where the laser was, m. heading: its heading, rad. Both in the map's frame.
         angle_min: the angle of the first beam from the heading, rad. angle_step: the angle between beams, rad.
-        ranges: shape (beams,), m. Where a beam met nothing, or its range is no number above 0, it is infinite.
+        ranges: shape (beams,), m. It is infinite where a beam met nothing, and NaN where it has measured nothing.
         range_max: the longest range, m.
     """
 
@@ -32,24 +33,32 @@ class Scan:
     range_max: float
 
     @property
+    def full_turn(self) -> bool:
+        """Whether the last beam and the first one are neighbours."""
+        return len(self.ranges) * self.angle_step > 2 * math.pi - self.angle_step / 2
+
+    @cached_property
     def hits(self) -> Mask:
         """The beams that met something: shape (beams,)."""
         return np.isfinite(self.ranges)
 
-    @property
+    @cached_property
     def bearings(self) -> Floats:
         """The directions of the beams in the map's frame: shape (beams,), rad."""
         steps = np.arange(len(self.ranges), dtype=np.float64)
         return np.asarray(self.heading + self.angle_min + self.angle_step * steps)
 
-    @property
+    @cached_property
     def points(self) -> Floats:
         """Where the beams met something: shape (beams, 2), m; not finite where they met nothing."""
         bearings = self.bearings
+        points = np.empty((len(self.ranges), 2))
+        # An infinite range times the sine or cosine of 0 is no number; both are not finite.
         with np.errstate(invalid="ignore"):
-            return np.column_stack(
-                (self.origin[0] + self.ranges * np.cos(bearings), self.origin[1] + self.ranges * np.sin(bearings))
-            )
+            np.multiply(self.ranges, np.cos(bearings), out=points[:, 0])
+            np.multiply(self.ranges, np.sin(bearings), out=points[:, 1])
+        points += self.origin
+        return points
 
 
 def make_scan(
@@ -58,7 +67,8 @@ def make_scan(
     """Put ranges on the map.
 
     Args:
-        ranges: one for each beam, m. One that is not finite, not above 0, or range_max or more met nothing.
+        ranges: one for each beam, m. One of range_max or more, also an infinite one, met nothing. NaN, and what is not
+            above 0, is no measurement.
         pose: the robot's pose at the time of the scan. mount: how far ahead of its centre the laser is, m.
 
     Raises:
@@ -68,8 +78,8 @@ def make_scan(
     if plain.ndim != 1:
         raise ValueError(f"expected a list of ranges, got an array of shape {plain.shape}")
     with np.errstate(invalid="ignore"):
-        nothing = ~(np.isfinite(plain) & (plain > 0.0) & (plain < range_max * (1.0 - 1e-6)))
-    plain[nothing] = math.inf
+        plain[plain >= range_max * (1.0 - 1e-6)] = math.inf
+        plain[~(plain > 0.0)] = math.nan
     origin = (pose.x + mount * math.cos(pose.theta), pose.y + mount * math.sin(pose.theta))
     return Scan(origin, pose.theta, angle_min, angle_step, plain, range_max)
 

@@ -1,12 +1,14 @@
 """Several unknown robots at once: which sighting is of which of them."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from statistics import median
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from vrg.agents.perception.line import Line, fitted
+from vrg.agents.perception.line import Line, fitted, squared_distance
 from vrg.bus.messages import Sighting
 
 GATE = 16.0
@@ -14,23 +16,27 @@ GATE = 16.0
 JOIN_DISTANCE = 0.8
 """The distance in m within which two courses may be those of one robot, because two robots have no room there."""
 FORGET = 20.0
-"""The match time in s without a sighting after which a robot is forgotten."""
+"""The match time in s without a sighting after which a robot is forgotten. Older sightings are not looked at."""
 FORGET_ONCE = 2.0
 """The same for one that was seen once, which may have been an error."""
+AHEAD = 0.5
+"""The time in s by which a sighting may be in the future, because clocks differ. Others are not looked at."""
 KEPT = 40
 """The number of sightings that are kept of each robot, to be shown."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Track:
     """One unknown robot.
 
     Args:
         line: its course. sightings: the latest sightings of it, oldest first.
+        number: stays the same as long as the robot is known.
     """
 
     line: Line
     sightings: tuple[Sighting, ...] = ()
+    number: int = 0
 
 
 @dataclass
@@ -46,14 +52,19 @@ class Tracker:
 
     speed: float
     tracks: list[Track] = field(default_factory=list)
+    _count: int = 0
 
-    def update(self, sightings: Sequence[Sighting]) -> None:
+    def update(self, sightings: Sequence[Sighting], now: float) -> None:
         """Take in what one scan has seen: at most one sighting of each robot.
 
         The assignment of sightings to robots is the one with the smallest sum of squared Mahalanobis distances (Kuhn,
         "The Hungarian method for the assignment problem", 1955), where a sighting that is beyond GATE of a robot is not
         of it. The rest are new robots.
+
+        Args:
+            now: the match time, s.
         """
+        sightings = [s for s in sightings if -AHEAD <= now - s.time <= FORGET]
         if not sightings:
             return
         taken: set[int] = set()
@@ -65,8 +76,9 @@ class Tracker:
                     taken.add(int(row))
         for number, sighting in enumerate(sightings):
             if number not in taken:
-                time = self.tracks[0].line.time if self.tracks else sighting.time
-                self.tracks.append(_with(Track(Line.start(time, self.speed)), sighting))
+                self._count += 1
+                new = Track(Line.start(sighting.time, self.speed), number=self._count)
+                self.tracks.append(_with(new, sighting))
 
     def tidy(self, now: float) -> None:
         """Join courses that are of one robot, and forget robots that were not seen for long. now: match time, s."""
@@ -76,13 +88,14 @@ class Tracker:
             if now - track.line.last <= (FORGET if track.line.last > track.line.first else FORGET_ONCE)
         ]
         kept: list[Track] = []
-        for track in sorted(self.tracks, key=lambda t: (t.line.first, -t.line.count)):
+        for track in sorted(self.tracks, key=lambda t: (t.line.first, -t.line.count, t.number)):
             same = next((i for i, other in enumerate(kept) if _same(other.line, track.line, now)), None)
             if same is None:
                 kept.append(track)
             else:
                 both = sorted((*kept[same].sightings, *track.sightings), key=lambda s: s.time)
-                kept[same] = Track(kept[same].line.joined(track.line), tuple(both[-KEPT:]))
+                line = kept[same].line.joined(track.line)
+                kept[same] = Track(line, tuple(both[-KEPT:]), kept[same].number)
         self.tracks = kept
 
     def forget(self, evidence: Sequence[Sighting]) -> None:
@@ -98,24 +111,31 @@ class Tracker:
         """
         if not evidence:
             return None
-        surprises = [float(np.median([track.line.surprise(s) for s in evidence])) for track in self.tracks]
+        surprises = [median(track.line.surprise(s) for s in evidence) for track in self.tracks]
         best = min(range(len(surprises)), key=lambda i: surprises[i], default=None)
         if best is not None and surprises[best] <= GATE:
             return self.tracks[best]
         return Track(fitted(evidence, time=evidence[0].time, speed=self.speed), tuple(evidence))
 
+    def numbered(self, number: int) -> Track | None:
+        """The robot of this number, or None if it is not known any more."""
+        return next((track for track in self.tracks if track.number == number), None)
+
 
 def _with(track: Track, sighting: Sighting) -> Track:
-    return Track(track.line.seen(sighting), (*track.sightings, sighting)[-KEPT:])
+    return Track(track.line.seen(sighting), (*track.sightings, sighting)[-KEPT:], track.number)
 
 
 def _same(a: Line, b: Line, now: float) -> bool:
-    """Whether two courses are of one robot: they are near each other now, and were when one was last seen."""
-    for time in (now, max(a.first, b.first)):
+    """Whether two courses are of one robot: they are near each other now, and when the first of the two was last seen.
+
+    When the second one was first seen does not count: it became a second one because it was not near then.
+    """
+    for time in (now, min(a.last, b.last)):
         (ax, ay), (bx, by) = a.at(time), b.at(time)
-        away = np.array([ax - bx, ay - by])
-        if float(np.hypot(*away)) > JOIN_DISTANCE:
+        if math.dist((ax, ay), (bx, by)) > JOIN_DISTANCE:
             return False
-        if float(away @ np.linalg.solve(a.covariance_at(time) + b.covariance_at(time), away)) > GATE:
+        both = [own + other for own, other in zip(a.covariance_at(time), b.covariance_at(time), strict=True)]
+        if squared_distance((ax - bx, ay - by), (both[0], both[1], both[2])) > GATE:
             return False
     return True

@@ -23,6 +23,8 @@ from vrg.bus.messages.player import (
     SIGHTINGS_LIMIT,
     SKETCH_LIMIT,
     Bid,
+    Cost,
+    Covariance,
     LinkCount,
     Links,
     Manual,
@@ -33,6 +35,7 @@ from vrg.bus.messages.player import (
     Sightings,
     Sketch,
     Stroke,
+    Variance,
 )
 from vrg.bus.messages.robot import Drive, MeasuredPose, Placed, Recover, RobotState, SpeedLimit
 from vrg.bus.messages.seat import SeatAnswer, SeatRequest
@@ -51,6 +54,8 @@ __all__ = [
     "Body",
     "Call",
     "Clock",
+    "Cost",
+    "Covariance",
     "Drive",
     "Estop",
     "LinkCount",
@@ -79,6 +84,7 @@ __all__ = [
     "SpeedLimit",
     "Stage",
     "Stroke",
+    "Variance",
     "WorldAnswer",
     "WorldRequest",
     "Zone",

@@ -6,7 +6,7 @@ from typing import Annotated
 from msgspec import Meta, Struct, field
 
 from vrg.bus.messages.base import Message, Reason, Text
-from vrg.bus.messages.player import Sighting
+from vrg.bus.messages.player import Cost, Sighting
 from vrg.regions import Region
 from vrg.types import Count, Name, Pose, Seconds
 
@@ -81,7 +81,7 @@ class Auction(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     bidders: list[Name]
     opened: Seconds
     lasts: Seconds
-    bids: dict[Name, float] = {}
+    bids: dict[Name, Cost] = {}
     winner: Name | None = None
     evidence: list[Sighting] = []
 
@@ -137,7 +137,8 @@ class Call(Message, frozen=True, kw_only=True):
         number: counts the calls of a match from 1, also across restarts of the coordinator.
         rule: the rule's short name, such as `tag` or `out_of_bounds`.
         text: the call in words.
-        players: the players that it concerns. poses: their poses at that instant, in the same order.
+        players: the players that it concerns. poses: the poses of the first of them at that instant, in the same order;
+            those that not everybody may know are left out.
         clock: the time of play in the round, s.
         answers: the id of the official's decision that this call answers; None if it answers none.
     """

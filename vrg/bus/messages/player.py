@@ -97,20 +97,32 @@ class Links(Message, frozen=True, kw_only=True):
     links: list[LinkCount]
 
 
+Variance = Annotated[float, Meta(ge=1e-12, le=1e4)]
+"""The variance of a coordinate, m^2."""
+Covariance = Annotated[float, Meta(ge=-1e4, le=1e4)]
+"""The covariance of two coordinates, m^2."""
+Cost = Annotated[float, Meta(ge=0.0, le=1e6)]
+"""The cost that a player bids."""
+
+
 class Sighting(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """A robot that a player has seen, but does not know.
 
     Args:
         x, y: where its centre was, m, in the map's frame. time: the match time of the measurement, s.
-        xx, xy, yy: the covariance of x and y, m^2.
+        xx, xy, yy: the covariance of x and y, m^2. It must be positive definite.
     """
 
     x: Metres
     y: Metres
     time: Seconds
-    xx: Annotated[float, Meta(gt=0.0, le=1e4)]
-    xy: Annotated[float, Meta(ge=-1e4, le=1e4)]
-    yy: Annotated[float, Meta(gt=0.0, le=1e4)]
+    xx: Variance
+    xy: Covariance
+    yy: Variance
+
+    def __post_init__(self) -> None:
+        if not (self.xx > 0.0 and self.xx * self.yy > self.xy * self.xy):
+            raise ValueError(f"xx, xy, yy: expected a positive definite covariance, got {self.xx, self.xy, self.yy}")
 
 
 class Sightings(Message, frozen=True, kw_only=True):
@@ -133,7 +145,7 @@ class Bid(Message, frozen=True, kw_only=True):
     """
 
     lot: Name
-    cost: Annotated[float, Meta(ge=0.0, le=1e6)] | None
+    cost: Cost | None
 
 
 class Stroke(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):

@@ -13,6 +13,7 @@ from vrg.games.practice import GAME, TEAM
 from vrg.geometry import circumradius
 from vrg.regions import Rectangle
 from vrg.tables import Table
+from vrg.types import Pose
 
 
 class Settings(Table):
@@ -63,6 +64,10 @@ class Practice:
     def obstacles_to_start(self, state: GameState, now: Field) -> dict[str, str]:
         """The players that the world has not reported yet."""
         return {name: "is not in the world" for name in self._contestants if name not in now.poses}
+
+    def marks(self, state: GameState) -> dict[str, Pose]:
+        """Nobody lines up."""
+        return {}
 
     def judge(self, state: GameState, before: Field, now: Field, clock: float) -> Verdict[GameState]:
         """Judge nothing but the time."""

@@ -20,10 +20,12 @@ def dispatch(
 ) -> State:
     """Open the auctions that are due, announce who has won and who has lost an intruder, and keep them up to date."""
     bidders = [name for name in pursuers if name not in state.disqualified]
+    for name in sorted(set(state.auctions) - set(state.crossing())):
+        state = reset(state, name)  # it is disqualified
     for name in state.crossing():
         auction = state.auctions.get(name)
         if auction is None:
-            if state.detections.get(name, 0) >= DETECTIONS:
+            if state.detections(name) >= DETECTIONS:
                 auction = Auction(lot=name, bidders=bidders, opened=clock, lasts=settings.auction)
                 state = opened(state, structs.replace(auction, evidence=state.evidence[name]))
                 calls.append(Call(rule="auction", text=f"{name} has been seen twice: who can meet it?"))
@@ -32,9 +34,9 @@ def dispatch(
         why = _lost(state, auction, clock, settings.lost_after)
         if why:
             calls.append(Call(rule="lost", text=f"{name} is lost: {why}; who can meet it?"))
-            state = _called_back(state, name)
-            if auction.winner is not None:
+            if auction.winner == state.dispatched[name][0]:
                 auction = reopened(auction, clock)
+            state = _called_back(state, name)
         elif auction.winner is not None and name not in state.dispatched:
             state = _sent(state, auction, auction.winner, now, clock, calls)
         state = opened(state, auction)
@@ -51,7 +53,7 @@ def _lost(state: State, auction: Auction, clock: float, patience: float) -> str:
     if auction.lot not in state.dispatched:
         return ""
     pursuer, since = state.dispatched[auction.lot]
-    if auction.winner is None:
+    if auction.winner != pursuer:
         return f"{pursuer} cannot meet it"
     if pursuer in state.disqualified:
         return f"{pursuer} is disqualified"

@@ -8,7 +8,7 @@ from vrg.agents.control import go_to, linearise, scaled
 from vrg.agents.interception import Interception, intercept
 from vrg.agents.perception.tracking import Track
 from vrg.agents.strategy import Action, Strategy, View
-from vrg.bus.messages import Auction, Stroke
+from vrg.bus.messages import SKETCH_LIMIT, Auction, Sighting, Stroke
 from vrg.games.pursuit_evasion import AREA, DISPATCHED, RETURNING
 from vrg.games.pursuit_evasion.talk import words
 from vrg.games.pursuit_evasion.watch import Watch
@@ -30,6 +30,10 @@ SNAPSHOT_EVERY = 2.0
 """The time in s between two messages with the snapshot."""
 BID_STEP = 0.2
 """The change of a bid in s that is worth a new bid."""
+SKETCH_EVERY = 0.2
+"""The time in s between two sketches."""
+FARTHEST = 1e5
+"""The largest coordinate that a message can tell, m."""
 SHOWN = 12
 """The number of sightings of an intruder that are sketched."""
 
@@ -53,6 +57,9 @@ class Pursuer(Strategy):
         self._meeting: Interception | None = None
         self._sketched = False
         self._lots: dict[str, Auction] = {}
+        self._sketch_at = -math.inf
+        self._tracks: dict[str, Track | None] = {}
+        self._known: dict[str, tuple[list[Sighting], int]] = {}
 
     @property
     def mode(self) -> str:
@@ -64,6 +71,7 @@ class Pursuer(Strategy):
         at_post = self._automaton.submode in (None, "Watch") and not _driving(view)
         self._watch.look(view, standing=at_post)
         self._forget(view)
+        self._tracks = {lot: self._track_of(auction) for lot, auction in self._lots.items()}
         self._meeting = None
         twist = self._automaton.step(view)
         bids = self._bids(view)
@@ -106,7 +114,7 @@ class Pursuer(Strategy):
     def _intercept(self, view: View) -> Twist:
         """Drive straight to where the intruder can be met."""
         auction = _won(view)
-        track = None if auction is None else self._watch.tracker.track_of(auction.evidence)
+        track = None if auction is None else self._tracks[auction.lot]
         if track is None:
             return STILL
         self._meeting = self._meet(view, track, bold=True)
@@ -149,7 +157,7 @@ class Pursuer(Strategy):
         for auction in view.referee.auctions:
             if auction.winner is not None or self.name not in auction.bidders:
                 continue
-            track = self._watch.tracker.track_of(auction.evidence)
+            track = self._tracks[auction.lot]
             met = None if track is None else self._meet(view, track, bold=False)
             before = auction.bids.get(self.name)
             if met is None:
@@ -166,6 +174,15 @@ class Pursuer(Strategy):
             if lot not in lots:
                 self._watch.tracker.forget(auction.evidence)
         self._lots = lots
+
+    def _track_of(self, auction: Auction) -> Track | None:
+        """The intruder of an auction. Only new evidence can make it another one."""
+        evidence, number = self._known.get(auction.lot, ([], 0))
+        track = self._watch.tracker.numbered(number) if evidence == auction.evidence else None
+        if track is None:
+            track = self._watch.tracker.track_of(auction.evidence)
+            self._known[auction.lot] = (auction.evidence, 0 if track is None else track.number)
+        return track
 
     def _given_up(self, view: View) -> str | None:
         """The intruder that it was dispatched to and has not been able to meet for HOPE seconds, or None."""
@@ -187,9 +204,12 @@ class Pursuer(Strategy):
 
     def _sketch(self, view: View) -> list[Stroke] | None:
         """The sightings and the course of each intruder that it knows, and where it will meet its own."""
+        if view.time < self._sketch_at:
+            return None
+        self._sketch_at = view.time + SKETCH_EVERY
         strokes: list[Stroke] = []
         won = _won(view)
-        own = None if won is None else self._watch.tracker.track_of(won.evidence)
+        own = None if won is None else self._tracks[won.lot]
         for track in self._watch.tracker.tracks:
             if track.line.count < 2:
                 continue
@@ -202,7 +222,7 @@ class Pursuer(Strategy):
         if not strokes and not self._sketched:
             return None
         self._sketched = bool(strokes)
-        return strokes
+        return [stroke for stroke in strokes if _can_be_shown(stroke)][-SKETCH_LIMIT:]
 
     def _steer(self, view: View, wanted: Vector) -> Twist:
         """The twist for a wanted velocity, which leads around the robots that it knows."""
@@ -220,6 +240,11 @@ class Pursuer(Strategy):
 def _won(view: View) -> Auction | None:
     """The auction that this player has won, or None."""
     return next((auction for auction in view.referee.auctions if auction.winner == view.me.name), None)
+
+
+def _can_be_shown(stroke: Stroke) -> bool:
+    """Whether a stroke is in the part of the plane that messages can tell of: a wild guess of a course may not be."""
+    return all(abs(x) < FARTHEST and abs(y) < FARTHEST for x, y in stroke.points)
 
 
 def _driving(view: View) -> bool:

@@ -3,8 +3,8 @@
 Intruders cross a convex area that pursuers guard. Pursuers stand at their posts and watch. When an intruder has been
 seen twice, the referee auctions it, and the pursuer with the lowest bid is dispatched. Pursuers score a capture, and
 intruders an escape. Then the players are reset: the intruder is put back to where it started, if its robot is a virtual
-one, and the pursuer drives back to its post. The true poses of the pursuers and of intruders in play are published to
-no player.
+one, and the pursuer drives back to its post. No player is told the true pose of an intruder in play, nor that of a
+pursuer, except in the call that it is dispatched.
 """
 
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from msgspec import structs
 from vrg.bus.messages import OfficialAction, PlayerStatus, Stage, Zone
 from vrg.coordinator.marks import not_lined_up, on_marks
 from vrg.coordinator.match import DRAW
-from vrg.coordinator.rulebook import Call, Contestant, Field, Verdict
+from vrg.coordinator.rulebook import Call, Contestant, Field, Verdict, points
 from vrg.errors import ConfigError
 from vrg.games.pursuit_evasion import (
     AREA,
@@ -33,10 +33,11 @@ from vrg.games.pursuit_evasion import (
 )
 from vrg.games.pursuit_evasion.checks import problems_of
 from vrg.games.pursuit_evasion.crossing import course_of, ends_of
-from vrg.games.pursuit_evasion.dispatching import dispatch, reset
+from vrg.games.pursuit_evasion.dispatching import DETECTIONS, dispatch, reset
 from vrg.games.pursuit_evasion.settings import Settings
 from vrg.games.pursuit_evasion.state import State
 from vrg.geometry import circumradius
+from vrg.types import Pose
 
 SIGHTING_REACH = 0.7
 """The distance in m between a sighting and the centre of the intruder that it is of, at most."""
@@ -65,7 +66,7 @@ class PursuitEvasion:
         self.settings = settings
         self.area = settings.region
         self.contestants = {c.name: c for c in contestants}
-        if problems := problems_of(self.area, contestants):
+        if problems := problems_of(self.area, contestants, settings.capture_distance):
             raise ConfigError(problems)
         self.pursuers = sorted(c.name for c in contestants if c.role == PURSUER)
         self.intruders = [c.name for c in contestants if c.role == INTRUDER]
@@ -88,7 +89,11 @@ class PursuitEvasion:
 
     def obstacles_to_start(self, state: State, now: Field) -> dict[str, str]:
         """The reasons why a player does not yet stand still where it starts, by player."""
-        return not_lined_up({c.name: c.start for c in self.contestants.values()}, now)
+        return not_lined_up(self.marks(state), now)
+
+    def marks(self, state: State) -> dict[str, Pose]:
+        """Everybody lines up where it starts. Where intruders start is told to nobody."""
+        return {c.name: c.start for c in self.contestants.values()}
 
     def judge(self, state: State, before: Field, now: Field, clock: float) -> Verdict[State]:
         """Judge the whole way between two instants: who starts, is seen, captured or escapes, and who is dispatched."""
@@ -102,7 +107,7 @@ class PursuitEvasion:
         done = {call.players[0] for call in calls if call.rule in ("capture", "escape")}
         place = {name: self.contestants[name].start for name in done}
         left = state.in_state(WAITING, CROSSING)
-        if left and clock < self.settings.time:
+        if left and clock < self.settings.time - 1e-9:
             return Verdict(state, calls, place=place)
         if left:
             calls.append(Call(rule="time_up", text=f"the time is up: {', '.join(sorted(left))} did not make it"))
@@ -145,8 +150,7 @@ class PursuitEvasion:
                 calls.append(Call(rule="capture", text=text, players=players, poses=poses))
                 state = structs.replace(state.with_state([name], CAPTURED), captured=state.captured + 1)
             elif ends.left is not None:
-                seen = state.detections.get(name, 0)
-                after = "two or more detections" if seen >= 2 else "fewer than two detections"
+                after = f"{'two or more' if state.detections(name) >= DETECTIONS else 'fewer than two'} detections"
                 text = f"{name} escapes after {after}"
                 calls.append(Call(rule="escape", text=text, players=(name,), poses=(ends.left,)))
                 state = structs.replace(state.with_state([name], ESCAPED), escaped=state.escaped + 1)
@@ -213,9 +217,9 @@ class PursuitEvasion:
             ConfigError: there is no such player, team, state or score, or it would be another role.
         """
         if action is OfficialAction.SET_SCORE:
-            if subject not in (PURSUERS, INTRUDERS) or not value.isdigit():
-                raise ConfigError([f"{action}: expected pursuers or intruders and a number, got {subject!r} {value!r}"])
-            return structs.replace(state, **{"captured" if subject == PURSUERS else "escaped": int(value)})
+            if subject not in (PURSUERS, INTRUDERS):
+                raise ConfigError([f"{action}: expected pursuers or intruders, got {subject!r}"])
+            return structs.replace(state, **{"captured" if subject == PURSUERS else "escaped": points(action, value)})
         if subject not in state.states:
             raise ConfigError([f"{action}: expected one of {', '.join(sorted(state.states))}, got {subject!r}"])
         if action is not OfficialAction.SET_STATE or subject not in self.launches:
@@ -224,4 +228,6 @@ class PursuitEvasion:
         if value not in known:
             raise ConfigError([f"{action}: expected one of {', '.join(known)}, got {value!r}"])
         state = state.with_state([subject], value)
+        if value == WAITING:
+            state = state.unseen(subject)
         return state if value == CROSSING else reset(state, subject)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import Annotated
 
 from pydantic import Field as Setting
-from pydantic import field_validator
+from pydantic import field_validator, model_validator
 
 from vrg.geometry import wrap
 from vrg.regions import Polygon
@@ -35,7 +35,7 @@ class Settings(Table):
     capture_distance: float = Setting(1.0, gt=0, le=100)
     launch_window: float = Setting(20.0, ge=0, le=1e6)
     time: float = Setting(120.0, gt=0, le=1e6)
-    auction: float = Setting(0.5, gt=0, le=1e3)
+    auction: float = Setting(0.5, ge=0.1, le=1e3)
     lost_after: float = Setting(4.0, gt=0, le=1e6)
     pursuer_speed: float | None = Setting(None, gt=0, le=100)
     intruder_speed: float | None = Setting(None, gt=0, le=100)
@@ -48,6 +48,14 @@ class Settings(Table):
         if why is not None:
             raise ValueError(why)
         return corners if _turning(corners) > 0 else tuple(reversed(corners))
+
+    @model_validator(mode="after")
+    def _everybody_starts(self) -> "Settings":
+        if self.launch_window >= self.time:
+            raise ValueError(
+                f"launch_window: expected less than the time of the game, {self.time:g} s, got {self.launch_window:g}"
+            )
+        return self
 
     @property
     def region(self) -> Polygon:
@@ -66,15 +74,26 @@ def not_convex(corners: Sequence[Vector]) -> str | None:
             return f"corner {i + 1}, ({x:g}, {y:g}), is the same as the one before it"
     turns = _turns(corners)
     left, right = [i for i in range(count) if turns[i] > 1e-9], [i for i in range(count) if turns[i] < -1e-9]
-    if not left and not right:
-        return "all corners are on one line"
     if abs(abs(sum(turns)) - math.tau) > 1e-6:
         return "expected a convex polygon, but its border crosses itself: name the corners in order around it"
+    if abs(_twice_the_area(corners)) <= 1e-9 * max(math.dist(a, b) for a in corners for b in corners) ** 2:
+        return "expected an area, but all corners are on one line"
     if left and right:
         i = min(left, right, key=len)[0]
         x, y = corners[i]
         return f"expected a convex polygon, but at corner {i + 1}, ({x:g}, {y:g}), the border bends inwards"
+    try:
+        Polygon(tuple(corners if left else reversed(corners)))
+    except ValueError:
+        return "expected a convex polygon, but at a corner between straight sides the border bends inwards a little"
     return None
+
+
+def _twice_the_area(corners: Sequence[Vector]) -> float:
+    """Twice the signed area, from the first corner, m^2."""
+    x0, y0 = corners[0]
+    pairs = zip(corners, [*corners[1:], corners[0]], strict=True)
+    return sum((ax - x0) * (by - y0) - (bx - x0) * (ay - y0) for (ax, ay), (bx, by) in pairs)
 
 
 def _turns(corners: Sequence[Vector]) -> list[float]:

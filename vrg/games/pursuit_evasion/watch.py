@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from vrg.agents.perception.background import Snapshot, snapshot, unusual
+from vrg.agents.perception.background import Snapshot, returns_of, snapshot, unusual
 from vrg.agents.perception.clusters import clusters, sighting_of
 from vrg.agents.perception.scan import Scan, moved, scan_of
 from vrg.agents.perception.tracking import Tracker
@@ -55,7 +55,7 @@ class Watch:
         Args:
             standing: its robot stands at its post, so that it may take a snapshot if it has none.
         """
-        self._hear(view.heard)
+        self._hear(view.heard, view.time)
         self.fresh = []
         laser = view.readings.laser
         if laser is not None and laser.stamp > self._stamp:
@@ -64,7 +64,7 @@ class Watch:
             if standing and len(self._scans) < SNAPSHOT_SCANS:
                 self._remember(scan)
             self.fresh = self._seen(view, scan, laser.stamp)
-            self.tracker.update(self.fresh)
+            self.tracker.update(self.fresh, view.time)
         self.tracker.tidy(view.time)
 
     def places(self, now: float) -> dict[str, Vector]:
@@ -83,7 +83,7 @@ class Watch:
         self._scans.append(scan)
         self.own = snapshot(self._scans)
 
-    def _hear(self, heard: Sequence[Heard]) -> None:
+    def _hear(self, heard: Sequence[Heard], now: float) -> None:
         for each in heard:
             said = understood(each.words)
             if said is None:
@@ -92,7 +92,7 @@ class Watch:
                 self.mates[each.speaker] = (each.stamp, said)
             if said.snapshot is not None:
                 self._theirs[each.speaker] = said.snapshot
-            self.tracker.update(said.sightings)
+            self.tracker.update(said.sightings, now)
 
     def _seen(self, view: View, scan: Scan, stamp: float) -> list[Sighting]:
         snapshots = [*([] if self.own is None else [self.own]), *self._theirs.values()]
@@ -100,8 +100,9 @@ class Watch:
         known = [(place, radii.get(name, view.me.radius) + MATE_MARGIN) for name, place in self.places(stamp).items()]
         known += [((p.pose.x, p.pose.y), p.radius + OUT_MARGIN) for p in view.others() if p.pose is not None]
         radius = max((p.radius for p in view.referee.players if p.team != view.me.team), default=view.me.radius)
-        strange = unusual(scan, snapshots, known)
-        return [sighting_of(scan, beams, radius=radius, time=stamp) for beams in clusters(scan, strange)]
+        explained = returns_of(scan, known)
+        strange = unusual(scan, snapshots, explained)
+        return [sighting_of(scan, beams, radius=radius, time=stamp) for beams in clusters(scan, strange, explained)]
 
     @staticmethod
     def _pose_at(view: View, stamp: float) -> Pose:

@@ -11,7 +11,7 @@ from msgspec import structs
 
 from vrg.bus.messages import OfficialAction, PlayerStatus, Stage, Zone
 from vrg.coordinator.marks import not_lined_up, on_marks
-from vrg.coordinator.rulebook import Call, Contestant, Field, Verdict
+from vrg.coordinator.rulebook import Call, Contestant, Field, Verdict, points
 from vrg.errors import ConfigError
 from vrg.games.sharks_and_minnows import ACTIVE, GAME, INACTIVE, MINNOW, MINNOWS, SHARK, SHARKS
 from vrg.games.sharks_and_minnows.checks import passes, problems_of
@@ -68,6 +68,10 @@ class SharksAndMinnows:
     def obstacles_to_start(self, state: State, now: Field) -> dict[str, str]:
         """The reasons why a player does not yet stand still on its mark, by player."""
         return not_lined_up(state.marks, now)
+
+    def marks(self, state: State) -> dict[str, Pose]:
+        """Where everybody lines up for this pass."""
+        return state.marks
 
     def judge(self, state: State, before: Field, now: Field, clock: float) -> Verdict[State]:
         """Judge tags and exits over the whole way between two instants, then the time limit and the end of the pass."""
@@ -260,10 +264,9 @@ class SharksAndMinnows:
             ConfigError: there is no such player, team, role, state or score.
         """
         if action is OfficialAction.SET_SCORE:
-            if subject not in (SHARKS, MINNOWS) or not value.isdigit():
-                raise ConfigError([f"set-score: expected sharks or minnows and a number, got {subject!r} {value!r}"])
-            points = int(value)
-            return structs.replace(state, **{"caught" if subject == SHARKS else "crossed": points})
+            if subject not in (SHARKS, MINNOWS):
+                raise ConfigError([f"{action}: expected sharks or minnows, got {subject!r}"])
+            return structs.replace(state, **{"caught" if subject == SHARKS else "crossed": points(action, value)})
         if subject not in state.roles:
             raise ConfigError([f"{action}: expected one of {', '.join(sorted(state.roles))}, got {subject!r}"])
         known = (SHARK, MINNOW) if action is OfficialAction.SET_ROLE else (ACTIVE, INACTIVE)

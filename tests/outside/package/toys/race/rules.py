@@ -55,6 +55,9 @@ class Race:
             if not _is_at(now.poses.get(name), contestant.start) or name in now.moving
         }
 
+    def marks(self, state: State) -> dict[str, Pose]:
+        return {c.name: c.start for c in self.contestants.values()}
+
     def judge(self, state: State, before: Field, now: Field, clock: float) -> Verdict[State]:
         home = [n for n in sorted(self.contestants) if n in now.poses and self.finish.contains(*_place(now.poses, n))]
         if not home:

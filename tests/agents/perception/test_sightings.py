@@ -1,0 +1,115 @@
+"""How near the centre of a robot is to where the returns from its side suggest it.
+
+The robots are boxes of the size of an ATRV-Jr, seen by a laser of 181 beams, from all sides and many distances.
+"""
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+
+from tests.agents.perception.scenes import RADIUS, box, look
+from vrg.agents.perception.clusters import BODY_ERROR, HEADING_ERROR, clusters, sighting_of
+from vrg.agents.perception.scan import Floats, make_scan
+from vrg.bus.codec import checked
+from vrg.bus.messages import Sighting, Sightings
+from vrg.types import Pose, Vector
+
+NEAREST, FARTHEST = 1.5, 7.0
+
+
+def seen_at(centre: Vector, turn: float, heading: float, rng: np.random.Generator, *, error: float) -> Sighting | None:
+    """The sighting of a box by a laser at the origin; None if it is too far away to be seen by two beams."""
+    believed = Pose(0.0, 0.0, heading + error * rng.standard_normal())
+    scan = look(box(*centre, turn), Pose(0.0, 0.0, heading), believed=believed, noise=0.005 * rng.standard_normal(181))
+    groups = clusters(scan, scan.hits)
+    return sighting_of(scan, groups[0], radius=RADIUS, time=1.0) if len(groups) == 1 else None
+
+
+@cache
+def sample(error: float, count: int = 1500) -> tuple[Floats, Floats, Floats]:
+    """The errors along the line of sight and across it, m, the squared normalised errors, and how far away it was."""
+    rng = np.random.default_rng(5)
+    errors, normalised, distances = [], [], []
+    for _ in range(count):
+        away, bearing = rng.uniform(NEAREST, FARTHEST), rng.uniform(-math.pi, math.pi)
+        centre = away * math.cos(bearing), away * math.sin(bearing)
+        heading = bearing + rng.uniform(-1.2, 1.2)
+        sighting = seen_at(centre, rng.uniform(-math.pi, math.pi), heading, rng, error=error)
+        assert sighting is not None
+        dx, dy = sighting.x - centre[0], sighting.y - centre[1]
+        c, s = math.cos(bearing), math.sin(bearing)
+        errors.append((dx * c + dy * s, dy * c - dx * s))
+        covariance = np.array([[sighting.xx, sighting.xy], [sighting.xy, sighting.yy]])
+        normalised.append(float(np.array([dx, dy]) @ np.linalg.solve(covariance, [dx, dy])))
+        distances.append(away)
+    return np.array(errors), np.array(normalised), np.array(distances)
+
+
+def test_the_centre_is_found_to_a_quarter_of_a_metre_whatever_the_side() -> None:
+    errors, _, _ = sample(0.0)
+    assert np.hypot(*errors.T).max() < 0.25
+
+
+def test_on_the_mean_it_is_neither_too_near_nor_too_far_nor_to_one_side() -> None:
+    errors, _, _ = sample(0.0)
+    along, aside = errors.mean(axis=0)
+    assert abs(along) < 0.05
+    assert abs(aside) < 0.01
+
+
+def test_the_bias_does_not_grow_with_the_distance() -> None:
+    errors, _, distances = sample(0.0)
+    for low in (1.5, 3.0, 4.5, 6.0):
+        here = (distances >= low) & (distances < low + 1.5)
+        assert abs(errors[here, 0].mean()) < 0.06, f"{low} m"
+        assert abs(errors[here, 1].mean()) < 0.02, f"{low} m"
+
+
+def test_the_covariance_is_honest() -> None:
+    """The squared normalised error has a mean of 2 if it is exact. It may be cautious, but not be too sure."""
+    _, normalised, distances = sample(HEADING_ERROR)
+    assert 0.5 < normalised.mean() < 2.5
+    for low in (1.5, 3.0, 4.5, 6.0):
+        here = (distances >= low) & (distances < low + 1.5)
+        assert 0.4 < normalised[here].mean() < 3.0, f"{low} m"
+    assert (normalised > 16.0).mean() < 0.001, "so that tracking takes it for what it is"
+
+
+def test_a_sighting_can_be_sent() -> None:
+    rng = np.random.default_rng(0)
+    sighting = seen_at((4.0, 3.0), 0.2, 0.6, rng, error=0.0)
+    assert sighting is not None
+    assert checked(Sightings(seen=[sighting])).seen == [sighting]
+    assert sighting.time == 1.0
+
+
+def test_the_error_is_told_along_the_line_of_sight_and_across_it() -> None:
+    rng = np.random.default_rng(0)
+    for bearing in (0.0, 0.7, math.pi / 2, 2.5, -2.0):
+        centre = 6.0 * math.cos(bearing), 6.0 * math.sin(bearing)
+        sighting = seen_at(centre, bearing, bearing, rng, error=0.0)
+        assert sighting is not None
+        covariance = np.array([[sighting.xx, sighting.xy], [sighting.xy, sighting.yy]])
+        axes = np.linalg.eigh(covariance)[1]
+        sight = np.array([math.cos(bearing), math.sin(bearing)])
+        assert max(abs(axes.T @ sight)) == pytest.approx(1.0, abs=1e-3)
+        assert np.linalg.eigvalsh(covariance).min() > 0.0
+
+
+def test_a_robot_that_is_straight_ahead_by_hand() -> None:
+    """Three returns at 3 m: the centre is 3 m and 0.6 radii ahead of the laser."""
+    scan = make_scan(
+        [3.0, 3.0, 3.0], Pose(1.0, 2.0, math.pi / 2), mount=0.0, angle_min=-0.02, angle_step=0.02, range_max=8
+    )
+    sighting = sighting_of(scan, np.array([0, 1, 2]), radius=0.5, time=7.0)
+    assert (sighting.x, sighting.y) == pytest.approx((1.0, 2.0 + 3.0 + 0.3))
+    assert sighting.xy == pytest.approx(0.0, abs=1e-12)
+    assert sighting.yy == pytest.approx(BODY_ERROR**2)
+
+
+def test_one_return_is_enough_for_a_place() -> None:
+    scan = make_scan([3.0, 4.0], Pose(0.0, 0.0, 0.0), mount=0.0, angle_min=0.0, angle_step=0.1, range_max=8.0)
+    sighting = sighting_of(scan, np.array([1]), radius=0.5, time=0.0)
+    assert (sighting.x, sighting.y) == pytest.approx((4.3 * math.cos(0.1), 4.3 * math.sin(0.1)))

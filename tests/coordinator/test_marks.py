@@ -1,0 +1,47 @@
+"""Players line up on their marks, and stand still there."""
+
+import math
+
+import pytest
+
+from vrg.coordinator.marks import MARK_REACH, away, not_lined_up, on_marks
+from vrg.coordinator.rulebook import Field
+from vrg.types import Pose
+
+MARKS = {"a": Pose(1.0, 2.0, 0.0), "b": Pose(5.0, 5.0, 1.0)}
+
+
+def test_who_stands_on_its_mark_is_lined_up_whatever_its_heading() -> None:
+    now = Field({"a": Pose(1.0, 2.0, 3.0), "b": Pose(5.1, 4.9, -1.0)})
+    assert on_marks(MARKS, now) == {"a", "b"}
+    assert not_lined_up(MARKS, now) == {}
+
+
+def test_the_reach_belongs_to_the_mark() -> None:
+    assert on_marks({"a": Pose(0, 0, 0)}, Field({"a": Pose(MARK_REACH, 0, 0)})) == {"a"}
+    assert on_marks({"a": Pose(0, 0, 0)}, Field({"a": Pose(math.nextafter(MARK_REACH, 1), 0, 0)})) == set()
+
+
+@pytest.mark.parametrize(
+    ("pose", "moving", "why"),
+    [
+        (None, False, "is not in the world"),
+        (Pose(4.0, 6.0, 0.0), False, "is 5.0 m from its mark"),
+        (Pose(4.0, 6.0, 0.0), True, "is 5.0 m from its mark"),
+        (Pose(1.1, 2.0, 0.0), True, "is moving"),
+    ],
+)
+def test_why_somebody_is_not_lined_up(pose: Pose | None, moving: bool, why: str) -> None:
+    poses = {"b": MARKS["b"]} | ({} if pose is None else {"a": pose})
+    assert not_lined_up(MARKS, Field(poses, frozenset({"a"} if moving else set()))) == {"a": why}
+
+
+def test_who_has_no_mark_is_never_waited_for() -> None:
+    now = Field({"a": MARKS["a"], "b": MARKS["b"], "c": Pose(9, 9, 0)}, frozenset({"c"}))
+    assert on_marks(MARKS, now) == {"a", "b"}
+    assert not_lined_up(MARKS, now) == {}
+    assert not_lined_up({}, now) == {}
+
+
+def test_the_distance_is_between_places() -> None:
+    assert away(Pose(4.0, 6.0, 0.0), Pose(1.0, 2.0, 3.0)) == pytest.approx(5.0)
