@@ -336,3 +336,89 @@ def test_a_set_up_holds_the_walls_and_obstacles_of_its_map() -> None:
     setup = load_match(match_path("sharks-and-minnows"))
     assert tuple(setup.obstacles) == load_map("courtyard").obstacles
     assert len(setup.obstacles) > 10
+
+
+SENSORS = """
+[sensors.laser]
+noise = 0.03
+drop_out = 0.1
+[sensors.sonar]
+rate = 2
+"""
+
+
+def with_sensors(tables: str, own: str = "") -> str:
+    """The match of the thesis with settings of sensors, and with settings of the first player's own."""
+    place = GOOD.index("[[players]]")
+    second = GOOD.index("[[players]]", place + 1)
+    return GOOD[:place] + tables + GOOD[place:second] + own + GOOD[second:]
+
+
+def test_sensors_are_set_for_all_robots_and_for_one(load: Load, tmp_path: Path) -> None:
+    text = with_sensors(SENSORS, "[players.sensors.laser]\nnoise = 0.0\nrate = 5.0\n")
+    setup = load(text.replace("x = 19.0", 'model = "ATRV-Jr"\nx = 19.0'))
+    first, second, other = setup.players[0].robot, setup.players[1].robot, setup.players[2].robot
+    assert first.laser is not None
+    assert second.laser is not None
+    assert (first.laser.noise, first.laser.drop_out, first.laser.rate) == (0.0, 0.1, 5.0)
+    assert (second.laser.noise, second.laser.drop_out, second.laser.rate) == (0.03, 0.1, 10.0)
+    assert "sonar" not in setup.players[2].sensors, "an ATRV-Jr has no sonar"
+    assert other.laser is not None
+    assert other.laser.noise == 0.03
+    assert [robot.description for robot in setup.world.robots] == [player.robot for player in setup.players]
+    assert strategy_of(setup, "player1").robot == first
+    write_setup(setup, tmp_path / "setup.json")
+    assert read_setup(tmp_path / "setup.json") == setup
+
+
+def line(text: str, part: str) -> int:
+    return text[: text.index(part)].count("\n") + 1
+
+
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        ("[sensors.lasor]\nnoise = 1.0", "sensors.lasor: expected one of battery"),
+        ("[sensors.laser]\nnose = 1.0", "sensors.laser.nose: expected one of beams"),
+        ("[sensors.laser]\nnoise = -1.0", "sensors.laser.noise: expected a number at least 0"),
+        ("[sensors.laser]\nrate = 0", "sensors.laser.rate: expected a number above 0"),
+        ("[sensors.laser]\nbeams = 2.5", "sensors.laser.beams: expected a whole number, got 2.5"),
+        ("[sensors.sonar]\nrange_max = 0.01", "sensors.sonar: expected range_min of at most range_max"),
+        ("[sensors]\nlaser = 3", "sensors.laser: expected a table, got 3"),
+    ],
+)
+def test_wrong_settings_of_sensors_are_told_once_with_their_line(load: Load, wrong: str, told: str) -> None:
+    text = with_sensors(wrong + "\n")
+    found = problems(load, text)
+    assert len(found) == 1, found
+    at, _, words = found[0].partition(": ")
+    assert words.startswith(told)
+    field = words.partition(": ")[0].count(".") == 2 or "table" in told
+    assert int(at) == line(text, wrong) + field
+
+
+@pytest.mark.parametrize(
+    ("own", "told"),
+    [
+        ("[players.sensors.laser]\ndrop_out = 2", "players.0.sensors.laser.drop_out: expected a number at least 0"),
+        ("[players.sensors.laser]\nnose = 2", "players.0.sensors.laser.nose: expected one of"),
+        ("sensors.laser.rate = -1\n", "players.0.sensors.laser.rate: expected a number above 0"),
+        ("[players.sensors.compass]\nrate = 2", "players.0.sensors.compass: expected one of"),
+        (
+            'model = "ATRV-Jr"\n[players.sensors.sonar]\nrate = 2.0',
+            "players.0.sensors.sonar: expected a sensor that the robot ATRV-Jr has",
+        ),
+        ("[players.sensors.sonar]\nrange_min = 6.0", "players.0.sensors.sonar: expected range_min of at most"),
+    ],
+)
+def test_wrong_settings_of_one_player_are_told_at_that_player(load: Load, own: str, told: str) -> None:
+    found = problems(load, with_sensors("", own + "\n"))
+    assert len(found) == 1, found
+    assert found[0].partition(": ")[2].startswith(told)
+    text = with_sensors("", own + "\n")
+    assert line(text, own) <= int(found[0].split(":")[0]) <= line(text, own) + 2
+
+
+def test_wrong_settings_of_the_match_and_of_players_are_told_at_once(load: Load) -> None:
+    text = with_sensors("[sensors.laser]\nnoise = -1\n", "[players.sensors.gps]\nrate = 0\n")
+    assert [p.split(": ")[1] for p in problems(load, text)] == ["sensors.laser.noise", "players.0.sensors.gps.rate"]

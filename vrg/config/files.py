@@ -35,6 +35,7 @@ class PlayerEntry(Table):
             default is the game's own.
         localisation: how a physical robot is located: `odometry` if it measures its pose itself; `feed` if another
             program publishes it, for example a motion-capture system.
+        sensors: the numbers of its robot's own sensors, in place of those of the match; see `MatchFile`.
     """
 
     name: str
@@ -46,6 +47,7 @@ class PlayerEntry(Table):
     heading: float = Field(0.0, ge=-1e4, le=1e4)
     strategy: str | None = None
     localisation: Literal["odometry", "feed"] = "odometry"
+    sensors: dict[str, dict[str, Any]] = Field(default_factory=dict)
 
     @field_validator("name")
     @classmethod
@@ -79,11 +81,15 @@ class MatchFile(Table):
         seed: the seed of all random numbers in the match.
         rate: match seconds per real second.
         lasers: False omits all range finders, to save time where no player looks at them. noise: False means perfect
-            sensors.
+            sensors: no noise and no drop-outs, whatever `sensors` says.
         on_fault: what follows if a player fails for good, as its program fails too often, hangs, prints without end or
             uses too much memory: `disqualify` takes it out and plays on, `halt` halts the match.
         memory: the most memory that a player's process may use, MB.
         rules: the game's own settings.
+        sensors: numbers of the robots' sensors, in place of those of the robots' models. Each kind of sensor has a
+            table, such as `[sensors.laser]`, with fields of its spec: `noise = 0.03`, `drop_out = 0.1`. It holds for
+            every robot that has such a sensor. `[players.sensors.laser]` below a player holds for that player's robot
+            alone. Of a physical robot, only the sensors that the world simulates change.
         backends: the settings of the backends that have any, by name.
         players: the players, at least one.
     """
@@ -99,6 +105,7 @@ class MatchFile(Table):
     on_fault: Literal["disqualify", "halt"] = "disqualify"
     memory: int = Field(2000, ge=200, le=1_000_000)
     rules: dict[str, Any]
+    sensors: dict[str, dict[str, Any]] = Field(default_factory=dict)
     backends: dict[str, dict[str, Any]] = Field(default_factory=dict)
     players: list[PlayerEntry] = Field(min_length=1)
 

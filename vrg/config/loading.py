@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from vrg.config.files import MatchFile
 from vrg.config.rules import rulebook_of
+from vrg.config.sensors import sensor_problems, sensors_of
 from vrg.config.setup import MatchSetup, PlayerSetup
 from vrg.config.zones import zone_problems
 from vrg.errors import ConfigError, Problem
@@ -139,6 +140,7 @@ class _Checker:
         # The problems of the rules are found first, so that a rule book is made only from good settings.
         good_rules = self._check_rules(file.game, file.rules) if isinstance(data.get("rules"), dict) else False
         companions = self._check_backends(file)
+        self.problems += sensor_problems(file.sensors)
         players = [player for number in range(len(file.players)) if (player := self._player(file, number))]
         setup = MatchSetup(
             text=text,
@@ -239,6 +241,7 @@ class _Checker:
                 return None
         elif (path := strategy.rpartition(":")[0]).endswith(".py") and not (self._base / path).is_file():
             self.problems.append(Problem(f"{strategy}: no such file: {self._base / path}", (*where, "strategy")))
+        sensors = self._attempt(lambda: sensors_of(file, entry, where))
         return PlayerSetup(
             name=entry.name,
             role=entry.role,
@@ -250,6 +253,7 @@ class _Checker:
             pose=entry.pose,
             strategy=strategy,
             number=number,
+            sensors=sensors or {},
         )
 
     def _check_backends(self, file: MatchFile) -> list[Companion]:

@@ -80,12 +80,10 @@ def strategy_of(setup: MatchSetup, name: str) -> "Strategy":
     Raises:
         ConfigError: there is no such player, or its strategy cannot be imported or made, or is no Strategy.
     """
-    from vrg.hal.models import robot_model
-
     player = setup.player(name)
     kind = strategy_class(player.strategy, Path(setup.base))
     try:
-        return kind(name, robot_model(player.model))
+        return kind(name, player.robot)
     except (Exception, SystemExit) as error:
         raise ConfigError([f"{player.strategy}: cannot be made: {failure_of(error)}"]) from error
 
@@ -101,7 +99,6 @@ def player_node(setup: MatchSetup, name: str) -> "Player":
     from vrg.bus.radio import Radio
     from vrg.hal.backends import MatchContext, open_driver
     from vrg.hal.device import Device
-    from vrg.hal.models import robot_model
 
     player = setup.player(name)
     try:
@@ -111,7 +108,7 @@ def player_node(setup: MatchSetup, name: str) -> "Player":
     mailbox, keys = Mailbox(), setup.keys
     context = MatchContext(
         name=name,
-        model=robot_model(player.model),
+        model=player.robot,
         options=setup.backends.get(player.backend, {}),
         base=Path(setup.base),
         now=lambda: mailbox.now,
@@ -126,7 +123,6 @@ def player_node(setup: MatchSetup, name: str) -> "Player":
 
 def recorder_node(setup: MatchSetup, folder: RunFolder) -> "Recorder":
     """Make the recorder, which records a match for Foxglove."""
-    from vrg.hal.models import robot_model
     from vrg.hal.sensors.laser import Laser
     from vrg.recording.recorder import Recorder
 
@@ -135,7 +131,7 @@ def recorder_node(setup: MatchSetup, folder: RunFolder) -> "Recorder":
         Mailbox(),
         setup.keys,
         folder.recording,
-        models={player.name: robot_model(player.model) for player in setup.players},
+        models={player.name: player.robot for player in setup.players},
         obstacles=setup.obstacles,
         sensors=[Laser],
     )
@@ -147,14 +143,13 @@ def spectator_node(setup: MatchSetup, name: str, pictures: Path) -> "Spectator":
     Args:
         name: the name of the node. pictures: the folder for the pictures that its user takes.
     """
-    from vrg.hal.models import robot_model
     from vrg.ui.spectator import Spectator
 
     return Spectator(
         name,
         Mailbox(),
         setup.keys,
-        sizes={p.name: robot_model(p.model).size for p in setup.players},
+        sizes={p.name: p.robot.size for p in setup.players},
         obstacles=setup.obstacles,
         pictures=pictures,
     )

@@ -1,13 +1,14 @@
 """The set-up of a world, and the checks that tell whether a world can be built from it."""
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import combinations
 from typing import TYPE_CHECKING
 
 from vrg.bus.names import check_name
 from vrg.errors import ConfigError, Path, Problem
 from vrg.hal.models import RobotModel, robot_model
+from vrg.hal.models.settings import SensorSettings, with_settings
 from vrg.types import Pose
 
 if TYPE_CHECKING:
@@ -22,12 +23,23 @@ class RobotSetup:
         model: the name of a robot model.
         pose: the robot's pose at the start, in the map's frame.
         physical: True for a physical robot. The world shows it where it is measured, and never moves it.
+        sensors: the numbers of its sensors that are not those of the model.
     """
 
     name: str
     model: str
     pose: Pose
     physical: bool = False
+    sensors: SensorSettings = field(default_factory=dict)
+
+    @property
+    def description(self) -> RobotModel:
+        """The description of the robot, with the settings of its sensors.
+
+        Raises:
+            ConfigError: there is no such model, or the settings are wrong.
+        """
+        return with_settings(robot_model(self.model), self.sensors)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,7 +51,7 @@ class WorldConfig:
         tick: the match time between steps, s. seed: the seed of all noise.
         rate: match seconds per real second; 0 means as fast as possible, which only a match in one process can be.
         lasers: False omits all range finders, to save time where no player looks at them. noise: False means perfect
-            sensors.
+            sensors, of which no reading drops out.
         robots: the robots that are in the world from the start.
     """
 
@@ -82,7 +94,7 @@ def check_setup(config: WorldConfig) -> list[Problem]:
         where: Path = ("players", robot.name)
         try:
             check_name(robot.name, "robot")
-            model = robot_model(robot.model)
+            model = robot.description
         except ConfigError as error:
             problems += [Problem(problem.text, where) for problem in error.problems]
             continue

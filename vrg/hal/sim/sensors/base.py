@@ -23,7 +23,8 @@ class Surroundings:
     """What does not change while a world exists.
 
     Args:
-        map_: the walls and obstacles. seed: the seed of all noise. noise: False means perfect sensors.
+        map_: the walls and obstacles. seed: the seed of all noise.
+        noise: False means perfect sensors, of which no reading drops out.
     """
 
     map_: Map
@@ -109,7 +110,7 @@ class SensorSimulation(ABC, Generic[P]):
 
     def _comes(self, mounted: Mounted[P], now: Instant) -> bool:
         spec = mounted.spec
-        if not spec.drop_out:
+        if not (spec.drop_out and self.surroundings.noise):
             return True
         rng = generator(self.surroundings.seed, mounted.robot, f"drop-out of {spec.kind} {spec.name}", now.tick)
         return float(rng.random()) >= spec.drop_out
