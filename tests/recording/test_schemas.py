@@ -18,6 +18,7 @@ RECORDS = [
     foxglove.SceneUpdate,
     foxglove.PoseInFrame,
     foxglove.LaserScan,
+    foxglove.LocationFix,
     foxglove.Log,
     records.StateRecord,
     records.ReportRecord,

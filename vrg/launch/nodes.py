@@ -122,8 +122,15 @@ def player_node(setup: MatchSetup, name: str) -> "Player":
 
 
 def recorder_node(setup: MatchSetup, folder: RunFolder) -> "Recorder":
-    """Make the recorder, which records a match for Foxglove."""
+    """Make the recorder, which records a match for Foxglove.
+
+    Sonars, GPS receivers and bumpers add a fifth to a recording with lasers. Odometry, encoders and INS would each add a
+    tenth or more for what the robots' poses tell too, so they are left out.
+    """
+    from vrg.hal.sensors.gps import Gps
     from vrg.hal.sensors.laser import Laser
+    from vrg.hal.sensors.sonar import Sonar
+    from vrg.hal.sensors.touch import Touch
     from vrg.recording.recorder import Recorder
 
     return Recorder(
@@ -133,7 +140,7 @@ def recorder_node(setup: MatchSetup, folder: RunFolder) -> "Recorder":
         folder.recording,
         models={player.name: player.robot for player in setup.players},
         obstacles=setup.obstacles,
-        sensors=[Laser],
+        sensors=[Laser, Sonar, Gps, Touch],
     )
 
 

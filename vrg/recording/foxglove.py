@@ -73,6 +73,15 @@ class LaserScan(Struct, frozen=True, gc=False):
     intensities: list[float]
 
 
+class LocationFix(Struct, frozen=True, gc=False):
+    """foxglove.LocationFix: a place on the earth, WGS 84, degrees; north and east are positive."""
+
+    timestamp: Time
+    frame_id: str
+    latitude: float
+    longitude: float
+
+
 class Log(Struct, frozen=True, gc=False):
     """foxglove.Log: a line of the viewer's log panel. Level 2 is information."""
 
