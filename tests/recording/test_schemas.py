@@ -19,6 +19,7 @@ RECORDS = [
     foxglove.PoseInFrame,
     foxglove.LaserScan,
     foxglove.LocationFix,
+    foxglove.CompressedImage,
     foxglove.Log,
     records.StateRecord,
     records.ReportRecord,

@@ -36,6 +36,7 @@ class PlayerEntry(Table):
         localisation: how a physical robot is located: `odometry` if it measures its pose itself; `feed` if another
             program publishes it, for example a motion-capture system.
         sensors: the numbers of its robot's own sensors, in place of those of the match; see `MatchFile`.
+        camera: True lets the world take pictures of the robot's camera, for `readings.camera`. They cost much time.
     """
 
     name: str
@@ -48,6 +49,7 @@ class PlayerEntry(Table):
     strategy: str | None = None
     localisation: Literal["odometry", "feed"] = "odometry"
     sensors: dict[str, dict[str, Any]] = Field(default_factory=dict)
+    camera: bool = False
 
     @field_validator("name")
     @classmethod

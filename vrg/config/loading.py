@@ -254,6 +254,7 @@ class _Checker:
             strategy=strategy,
             number=number,
             sensors=sensors or {},
+            camera=entry.camera,
         )
 
     def _check_backends(self, file: MatchFile) -> list[Companion]:

@@ -7,6 +7,7 @@ from vrg.config.files import MatchFile, PlayerEntry
 from vrg.errors import ConfigError, Path, Problem
 from vrg.hal.models import robot_model
 from vrg.hal.models.settings import merged, setting_problems, with_settings
+from vrg.hal.sensors.camera import Camera
 
 
 def sensor_problems(settings: Mapping[str, Mapping[str, Any]], where: Path = ()) -> list[Problem]:
@@ -29,7 +30,8 @@ def sensors_of(file: MatchFile, entry: PlayerEntry, where: Path) -> dict[str, di
 
     Raises:
         ConfigError: the player's own settings are wrong, are for a sensor that its robot lacks, or do not fit to the
-            other fields of the sensor. Mistakes in the settings of the match alone are not told again.
+            other fields of the sensor; or it wants pictures and has no camera. Mistakes in the settings of the match
+            alone are not told again.
     """
     model = robot_model(entry.model)
     kinds = {spec.kind for spec in model.sensors}
@@ -39,6 +41,8 @@ def sensors_of(file: MatchFile, entry: PlayerEntry, where: Path) -> dict[str, di
         if kind not in kinds and (*where, "sensors", kind) not in wrong:
             text = f"expected a sensor that the robot {model.name} has ({', '.join(sorted(kinds))}), got {kind!r}"
             problems.append(Problem(text, (*where, "sensors", kind)))
+    if entry.camera and Camera.kind not in kinds:
+        problems.append(Problem(f"expected false, as the robot {model.name} has no camera", (*where, "camera")))
     if problems:
         raise ConfigError(problems)
     if setting_problems(file.sensors):

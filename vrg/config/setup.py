@@ -31,6 +31,7 @@ class PlayerSetup(Struct, frozen=True, kw_only=True):
         strategy: `module:Class`, `file.py:Class`, or the name of a registered strategy.
         number: its place among the players of the match file, from 0.
         sensors: the numbers of its robot's sensors that are not those of the model.
+        camera: True if its robot's camera takes pictures all the time.
     """
 
     name: str
@@ -44,6 +45,7 @@ class PlayerSetup(Struct, frozen=True, kw_only=True):
     strategy: str
     number: int
     sensors: dict[str, dict[str, int | float]] = {}
+    camera: bool = False
 
     @property
     def robot(self) -> RobotModel:
@@ -100,7 +102,7 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
     def world(self) -> WorldConfig:
         """The set-up of the world of this match."""
         robots = (
-            RobotSetup(name=p.name, model=p.model, pose=p.pose, physical=p.physical, sensors=p.sensors)
+            RobotSetup(name=p.name, model=p.model, pose=p.pose, physical=p.physical, sensors=p.sensors, camera=p.camera)
             for p in self.players
         )
         return WorldConfig(

@@ -124,9 +124,10 @@ def player_node(setup: MatchSetup, name: str) -> "Player":
 def recorder_node(setup: MatchSetup, folder: RunFolder) -> "Recorder":
     """Make the recorder, which records a match for Foxglove.
 
-    Sonars, GPS receivers and bumpers add a fifth to a recording with lasers. Odometry, encoders and INS would each add a
-    tenth or more for what the robots' poses tell too, so they are left out.
+    Sonars, GPS receivers and bumpers add a fifth to a recording with lasers. Odometry, encoders and INS would each add
+    a tenth or more, for what the poses tell too, so they are left out. A camera is recorded while somebody asks for it.
     """
+    from vrg.hal.sensors.camera import Camera
     from vrg.hal.sensors.gps import Gps
     from vrg.hal.sensors.laser import Laser
     from vrg.hal.sensors.sonar import Sonar
@@ -140,7 +141,7 @@ def recorder_node(setup: MatchSetup, folder: RunFolder) -> "Recorder":
         folder.recording,
         models={player.name: player.robot for player in setup.players},
         obstacles=setup.obstacles,
-        sensors=[Laser, Sonar, Gps, Touch],
+        sensors=[Laser, Sonar, Gps, Touch, Camera],
     )
 
 

@@ -8,6 +8,7 @@ from msgspec import Struct, structs
 
 from vrg.bus.messages import SensorMessage
 from vrg.hal.models.description import RobotModel
+from vrg.hal.sensors.camera import Camera
 from vrg.hal.sensors.gps import Gps
 from vrg.hal.sensors.ins import Ins
 from vrg.hal.sensors.laser import Laser
@@ -39,6 +40,8 @@ def records_of(
         return [("", _rounded(reading)), *drawn]
     if isinstance(reading, Gps):
         return _fix(reading, at)
+    if isinstance(reading, Camera):
+        return [("", fg.CompressedImage(at, f"{robot}/{sensor}", reading.data, "png"))]
     if isinstance(reading, Ins):
         pose = _rounded(reading.pose)
         return [("", fg.PoseInFrame(at, fg.FRAME, _rounded(fg.pose_of(pose.x, pose.y, pose.theta))))]

@@ -32,7 +32,7 @@ from vrg.bus.messages.player import (
     Sketch,
     Stroke,
 )
-from vrg.bus.messages.robot import Drive, MeasuredPose, Placed, Recover, RobotState, SpeedLimit
+from vrg.bus.messages.robot import CameraRequest, Drive, MeasuredPose, Placed, Recover, RobotState, SpeedLimit
 from vrg.bus.messages.seat import SeatAnswer, SeatRequest
 from vrg.bus.messages.world import Body, Clock, Poses, RequestKind, WorldAnswer, WorldRequest
 
@@ -48,6 +48,7 @@ __all__ = [
     "Bid",
     "Body",
     "Call",
+    "CameraRequest",
     "Clock",
     "Drive",
     "Estop",

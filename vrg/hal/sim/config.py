@@ -1,7 +1,7 @@
 """The set-up of a world, and the checks that tell whether a world can be built from it."""
 
 import hashlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import TYPE_CHECKING
 
@@ -24,6 +24,7 @@ class RobotSetup:
         pose: the robot's pose at the start, in the map's frame.
         physical: True for a physical robot. The world shows it where it is measured, and never moves it.
         sensors: the numbers of its sensors that are not those of the model.
+        camera: True takes pictures of its camera all the time, not only while a program asks for them.
     """
 
     name: str
@@ -31,6 +32,7 @@ class RobotSetup:
     pose: Pose
     physical: bool = False
     sensors: SensorSettings = field(default_factory=dict)
+    camera: bool = False
 
     @property
     def description(self) -> RobotModel:
@@ -66,8 +68,9 @@ class WorldConfig:
 
 
 def fingerprint(config: WorldConfig) -> str:
-    """A text that tells apart worlds of different set-ups. The rate and `lasers` do not count."""
-    setup = (config.map, config.engine, config.tick, config.seed, config.noise, config.robots)
+    """A text that tells apart worlds of different set-ups. The rate, `lasers` and `camera` do not count."""
+    robots = [replace(robot, camera=False) for robot in config.robots]
+    setup = (config.map, config.engine, config.tick, config.seed, config.noise, robots)
     return hashlib.sha256(repr(setup).encode()).hexdigest()[:16]
 
 

@@ -12,6 +12,7 @@ from vrg.errors import ConfigError, WorldError
 from vrg.hal.gate import RefereeGate
 from vrg.hal.models import RobotModel, robot_model
 from vrg.hal.sim.config import WorldConfig, check_setup, fingerprint
+from vrg.hal.sim.demand import Demand
 from vrg.hal.sim.engines import ENGINES
 from vrg.hal.sim.fleet import Fleet, Member
 from vrg.hal.sim.ghost import Ghost
@@ -52,6 +53,7 @@ class World:
         self._ghosts: dict[str, Ghost] = {}
         self._gate = RefereeGate()
         self._sensors = SensorSuite(Surroundings(self.map, config.seed, config.noise))
+        self._pictures = Demand([robot.name for robot in config.robots if robot.camera])
         self._spared = frozenset() if config.lasers else _RANGE_FINDERS
         self._state_ticks = max(1, round(STATE_PERIOD / config.tick))
         self._said: dict[str, RobotState] = {}
@@ -143,6 +145,11 @@ class World:
     def limit(self, name: str, v_max: float) -> None:
         """Take in the referee's limit of a robot's speed, m/s. It also holds for a robot that comes later."""
         self._fleet.limit(name, v_max)
+
+    def ask_camera(self, name: str, lease: float) -> None:
+        """Take pictures of a robot's camera for `lease` seconds of match time. An unknown robot is ignored."""
+        if name in self._engine.names:
+            self._pictures.ask(name, self.time, lease)
 
     def engage(self, engaged: bool) -> None:
         """Latch or release the emergency stop. After a release no robot moves until it is armed again."""
@@ -287,7 +294,8 @@ class World:
             self._sensors.recall(robot.name, robot.sensors)
 
     def close(self) -> None:
-        """Close the engine. Idempotent."""
+        """Close the engine and the sensors. Idempotent."""
+        self._sensors.close()
         self._engine.close()
 
     def _add_ghost(self, name: str, model: RobotModel, pose: Pose) -> None:
@@ -312,4 +320,5 @@ class World:
             engine.wheels,
             engine.touch,
             self._fleet.charge,
+            self._pictures.at(self.time),
         )
