@@ -2,6 +2,7 @@
 
 import importlib
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,8 @@ from vrg.config.loading import check_strategies, load_match, match_path
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup, read_setup, write_setup
 from vrg.errors import ConfigError, LaunchError
+from vrg.hal.models import MODELS
+from vrg.hal.sensors.camera import CameraSpec
 from vrg.hal.sim.map import load_map
 from vrg.launch.nodes import strategy_of
 
@@ -422,3 +425,17 @@ def test_wrong_settings_of_one_player_are_told_at_that_player(load: Load, own: s
 def test_wrong_settings_of_the_match_and_of_players_are_told_at_once(load: Load) -> None:
     text = with_sensors("[sensors.laser]\nnoise = -1\n", "[players.sensors.gps]\nrate = 0\n")
     assert [p.split(": ")[1] for p in problems(load, text)] == ["sensors.laser.noise", "players.0.sensors.gps.rate"]
+
+
+def test_a_camera_takes_pictures_all_the_time_where_the_match_file_wants_it(load: Load) -> None:
+    setup = load(with_sensors("[sensors.camera]\nrate = 1.0\ncolumns = 64\nrows = 48\n", "camera = true\n"))
+    assert [robot.name for robot in setup.world.robots if robot.camera] == ["player1"]
+    assert setup.player("player2").robot.sensor(CameraSpec) == setup.player("player1").robot.sensor(CameraSpec)
+    assert "camera: expected true or false" in problems(load, with_sensors("", "camera = 3\n"))[0]
+
+
+def test_a_robot_without_a_camera_takes_no_pictures(load: Load, monkeypatch: pytest.MonkeyPatch) -> None:
+    blind = replace(MODELS.get("P2AT"), sensors=tuple(s for s in MODELS.get("P2AT").sensors if s.kind != "camera"))
+    monkeypatch.setitem(MODELS._found, "P2AT", blind)
+    [told] = problems(load, with_sensors("", "camera = true\n"))
+    assert told.endswith("players.0.camera: expected false, as the robot P2AT has no camera")

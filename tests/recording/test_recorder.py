@@ -1,5 +1,6 @@
 """What the recorder writes, and what it does when it cannot."""
 
+import base64
 import contextlib
 import errno
 import io
@@ -24,7 +25,9 @@ from vrg.bus.node import Tick
 from vrg.colours import SKY_BLUE, VERMILLION
 from vrg.games import game_of
 from vrg.hal.models.pioneer import P2AT
+from vrg.hal.sensors import png
 from vrg.hal.sensors.battery import Battery
+from vrg.hal.sensors.camera import Camera
 from vrg.hal.sensors.gps import Gps
 from vrg.hal.sensors.ins import Ins
 from vrg.hal.sensors.laser import Laser
@@ -301,6 +304,14 @@ def test_a_place_on_the_earth_is_recorded_in_degrees_for_the_map_and_without_a_f
     assert (schema, topic) == ("foxglove.LocationFix", "/robot/nemo/gps/main")
     assert (data["latitude"], data["longitude"]) == (45.0, -90.0)
     assert data["timestamp"] == {"sec": 0, "nsec": 0}
+
+
+def test_a_picture_is_recorded_as_a_file_that_viewers_open(tmp_path):
+    data = png.encode(np.full((4, 6, 3), 200, dtype=np.uint8))
+    said = [(KEYS.sensor(Camera, "nemo", "main"), Camera(fov=1.0, data=data))]
+    [(schema, topic, record)] = recorded_readings(tmp_path / "match.mcap", said, sensors=[Camera])
+    assert (schema, topic) == ("foxglove.CompressedImage", "/robot/nemo/camera/main")
+    assert (record["format"], base64.b64decode(record["data"])) == ("png", data)
 
 
 def test_an_own_pose_and_an_odometry_are_recorded_in_micrometres(tmp_path):

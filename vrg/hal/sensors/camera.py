@@ -74,7 +74,7 @@ class CameraSpec(SensorSpec):
         x: the distance ahead of the body's centre, m. height: the height above ground, m.
         tilt: the angle by which it looks above the horizon, rad; negative looks down.
         fov: the angle that it sees from left to right, rad.
-        columns, rows: the width and the height of its pictures, pixels.
+        columns: the width of its pictures, pixels. rows: their height, pixels.
     """
 
     message = Camera

@@ -37,7 +37,7 @@ class SonarSpec(SensorSpec):
     Args:
         places: the pose of each transducer in the robot's frame, m and rad.
         cone: the whole angle of the cone, rad, less than pi.
-        range_min, range_max: the shortest and the longest range, m. Anything nearer reads range_min.
+        range_min: the shortest range, m; anything nearer reads it. range_max: the longest range, m.
         noise: standard deviation of a range, as a fraction of it. resolution: the step of a range, m.
     """
 
