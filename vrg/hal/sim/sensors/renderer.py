@@ -204,16 +204,14 @@ def _turned(heading: float) -> _Quaternion:
 @cache
 def _background(spec: CameraSpec) -> "Picture":
     """The ground and the sky as a camera sees them: shape (rows, columns, 3). Robots and walls come before them."""
-    right, down = np.meshgrid(
-        np.arange(spec.columns) + 0.5 - spec.columns / 2, np.arange(spec.rows) + 0.5 - spec.rows / 2
-    )
     focal = spec.columns / 2 / math.tan(spec.fov / 2)
-    up = focal * math.sin(spec.tilt) - down * math.cos(spec.tilt)
-    slope = up / np.sqrt(focal * focal + right * right + down * down)  # the sine of the elevation of each pixel
+    down = np.arange(spec.rows) + 0.5 - spec.rows / 2
+    # The elevation of the middle of each row. One colour for a whole row keeps the files of the pictures small.
+    elevation = spec.tilt - np.arctan(down / focal)
     # The ground fades into the haze with the distance, the sky into the horizon.
-    far = np.exp(np.minimum(slope, 0.0) * 12.0)[:, :, np.newaxis]
-    high = np.clip(slope * 2.0, 0.0, 1.0)[:, :, np.newaxis]
+    far = np.exp(np.minimum(elevation, 0.0) * 12.0)[:, np.newaxis]
+    high = np.clip(elevation * 2.0, 0.0, 1.0)[:, np.newaxis]
     ground = _GROUND + far * (_HAZE - _GROUND)
     sky = _HORIZON + high * (_SKY - _HORIZON)
-    found: Picture = np.where(slope[:, :, np.newaxis] < 0.0, ground, sky).astype(np.uint8)
-    return found
+    colours = np.where(elevation[:, np.newaxis] < 0.0, ground, sky).astype(np.uint8)
+    return np.repeat(colours[:, np.newaxis], spec.columns, axis=1)
