@@ -298,13 +298,15 @@ def test_a_player_that_gets_pictures_loads_no_numpy_until_it_looks_at_one() -> N
     subprocess.run([sys.executable, "-P", "-c", code], check=True, timeout=60)
 
 
-def test_a_world_without_demand_loads_no_renderer() -> None:
+@pytest.mark.parametrize("camera", [False, True])
+def test_a_world_loads_the_renderer_before_it_begins_or_not_at_all(camera: bool) -> None:
     code = (
         "import sys\nfrom vrg.hal.sim.config import RobotSetup, WorldConfig\nfrom vrg.hal.sim.world import World\n"
         "from vrg.types import Pose\n"
-        "robots = (RobotSetup(name='a', model='P2AT', pose=Pose(0, 0, 0)),)\n"
+        f"robots = (RobotSetup(name='a', model='P2AT', pose=Pose(0, 0, 0), camera={camera}),)\n"
         "world = World(WorldConfig(map='open', engine='planar', robots=robots))\n"
+        f"assert ('pybullet' in sys.modules) is {camera}\n"
         "for _ in range(60):\n    world.step()\n    world.sense()\n"
-        "assert 'pybullet' not in sys.modules\n"
+        f"assert ('pybullet' in sys.modules) is {camera}\n"
     )
     subprocess.run([sys.executable, "-P", "-c", code], check=True, timeout=60)

@@ -178,9 +178,9 @@ def test_a_restarted_world_and_a_robot_that_comes_back_keep_the_settings() -> No
     second.restore(first.snapshot())
     assert second.model("a").laser == first.model("a").laser
     assert second.model("a").laser != P2AT.laser
-    assert second.description("a", "P2AT") == second.model("a")
-    assert second.description("a", "ATRV-Jr") == robot_model("ATRV-Jr")
-    assert second.description("new", "P2AT") == P2AT
+    assert second.config.description("a", "P2AT") == second.model("a")
+    assert second.config.description("a", "ATRV-Jr") == robot_model("ATRV-Jr")
+    assert second.config.description("new", "P2AT") == P2AT
 
 
 def test_specs_of_the_models_are_bounded_where_they_are_divided_by() -> None:

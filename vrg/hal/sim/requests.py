@@ -35,7 +35,7 @@ def _spawn(world: World, request: WorldRequest) -> None:
     if name in world.names:
         raise WorldError(f"spawn {name}: expected a name that is not in the world")
     try:
-        model = world.description(name, request.model)
+        model = world.config.description(name, request.model)
     except ConfigError as error:
         raise WorldError(f"spawn {name}: {error}") from None
     _require_room(world, name, model, request.pose, set())

@@ -10,7 +10,7 @@ import numpy as np
 from vrg.bus.messages import Body, Poses, RefereeState, RobotState
 from vrg.errors import ConfigError, WorldError
 from vrg.hal.gate import RefereeGate
-from vrg.hal.models import RobotModel, robot_model
+from vrg.hal.models import RobotModel
 from vrg.hal.sim.config import WorldConfig, check_setup, fingerprint
 from vrg.hal.sim.demand import Demand
 from vrg.hal.sim.engines import ENGINES
@@ -57,12 +57,11 @@ class World:
         self._spared = frozenset() if config.lasers else _RANGE_FINDERS
         self._state_ticks = max(1, round(STATE_PERIOD / config.tick))
         self._said: dict[str, RobotState] = {}
-        self._described = {robot.name: robot.description for robot in config.robots}
         for robot in config.robots:
             if robot.physical:
-                self._add_ghost(robot.name, self._described[robot.name], robot.pose)
+                self._add_ghost(robot.name, robot.description, robot.pose)
             else:
-                self._fleet.add(robot.name, self._described[robot.name], robot.pose)
+                self._fleet.add(robot.name, robot.description, robot.pose)
         self._resize()
 
     @property
@@ -99,18 +98,6 @@ class World:
             WorldError: there is no such robot.
         """
         return self._engine.models[self._engine.row(name)]
-
-    def description(self, name: str, model: str) -> RobotModel:
-        """The description of a robot that may come: a robot of the set-up keeps the settings of its sensors.
-
-        Args:
-            model: the name of its model.
-
-        Raises:
-            ConfigError: there is no such model.
-        """
-        described = self._described.get(name)
-        return described if described is not None and described.name == model else robot_model(model)
 
     def pose(self, name: str) -> Pose:
         """The true pose of a virtual robot, or the assumed pose of a physical one.
@@ -272,8 +259,8 @@ class World:
                 f"snapshot: expected one of this set-up ({self._setup}), got one of another ({snapshot.setup}): "
                 "choose another run folder, or delete the snapshot to begin anew"
             )
-        models = {robot.name: self.description(robot.name, robot.model) for robot in snapshot.robots}
-        models |= {ghost.name: self.description(ghost.name, ghost.model) for ghost in snapshot.physical}
+        both: list[RobotSnapshot | GhostSnapshot] = [*snapshot.robots, *snapshot.physical]
+        models = {robot.name: self.config.description(robot.name, robot.model) for robot in both}
         for name in self.names:
             self._engine.remove(name)
         self._ghosts.clear()

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 class CameraSimulation(SensorSimulation[CameraSpec]):
     """Simulates all cameras of a world. They see the map and all robots, physical ones included.
 
-    The renderer is loaded with the first picture that is asked for, as PyBullet takes long to load.
+    The renderer is loaded only if somebody asks for pictures, as PyBullet takes long to load: before the first tick if
+    the match file asks, otherwise with the first picture, which then comes late.
     """
 
     def __init__(self, surroundings: Surroundings) -> None:
@@ -32,6 +33,8 @@ class CameraSimulation(SensorSimulation[CameraSpec]):
             every = m.spec.due_every(now.dt)
             # Not all cameras in one tick, which would hold the world up.
             self._plan.append((every, zlib.crc32(m.robot.encode()) % every, m))
+        if any(m.robot in now.cameras for m in mounted):
+            self._load()
 
     def due(self, now: Instant) -> list[Mounted[CameraSpec]]:
         """The cameras that somebody asks for, whose picture is due at this tick and does not drop out."""
@@ -45,17 +48,21 @@ class CameraSimulation(SensorSimulation[CameraSpec]):
         due = self.due(now)
         if not due:
             return []
+        renderer = self._load()
+        renderer.look(now.models, now.poses)
+        said: list[Said] = []
+        for m in due:
+            x, y, heading = now.poses[m.row].tolist()
+            picture = renderer.picture(m.spec, m.row, (x, y, heading))
+            said.append((m.robot, m.spec.name, Camera(fov=m.spec.fov, data=png.encode(picture))))
+        return said
+
+    def _load(self) -> "Renderer":
         if self._renderer is None:
             from vrg.hal.sim.sensors.renderer import Renderer  # noqa: PLC0415 - most matches need none
 
             self._renderer = Renderer(self.surroundings.map_)
-        self._renderer.look(now.models, now.poses)
-        said: list[Said] = []
-        for m in due:
-            x, y, heading = now.poses[m.row].tolist()
-            picture = self._renderer.picture(m.spec, m.row, (x, y, heading))
-            said.append((m.robot, m.spec.name, Camera(fov=m.spec.fov, data=png.encode(picture))))
-        return said
+        return self._renderer
 
     def close(self) -> None:
         """Close the renderer. Idempotent."""
