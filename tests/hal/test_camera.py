@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tests.hal.world_bench import KEYS, Wire, config
+from tests.hal.world_bench import KEYS, SimBench, Wire, config
 from vrg.bus.codec import decode, encode
 from vrg.bus.messages import CameraRequest
 from vrg.errors import MessageError
@@ -244,6 +244,20 @@ def test_a_physical_robot_gets_pictures_too() -> None:
     assert is_red(said.image).any()
     assert KEYS.sensor(Camera, "v", "main").key not in wire.heard
     wire.node.stop()
+
+
+def test_a_player_reads_the_newest_picture_of_its_robot() -> None:
+    bench = SimBench("planar")
+    bench.driver.connect()
+    bench.advance(1.0)
+    assert bench.driver.read().camera is None
+    bench.player.mailbox.publish(KEYS.camera_request("r"), CameraRequest(lease=2.0))
+    bench.advance(1.2)
+    sample = bench.driver.read().camera
+    assert sample is not None
+    assert sample.value.image.shape == (240, 320, 3)
+    assert 0.0 <= sample.age <= 0.6
+    bench.close()
 
 
 def test_pictures_end_with_the_lease_that_nobody_renews() -> None:
