@@ -85,6 +85,8 @@ def test_settings_hold_for_all_sensors_of_their_kind() -> None:
         ({"laser": {"noise": math.nan}}, "got nan"),
         ({"laser": {"noise": math.inf}}, "got inf"),
         ({"laser": {"resolution": 0.0}}, "laser.resolution: expected a number above 0"),
+        ({"laser": {"noise": 10**400}}, "laser.noise: expected a number at least 0 and at most 100000, got 1000"),
+        ({"laser": {"beams": 10**400}}, "laser.beams: expected a whole number at least 1 and at most 10000, got 1000"),
         ({"sonar": {"cone": 4.0}}, "sonar.cone: expected a number above 0 and below 3.141592654, got 4.0"),
     ],
 )
@@ -130,6 +132,27 @@ class Sounding(SensorSpec):
 
 def test_a_spec_of_another_package_is_set_by_its_annotations() -> None:
     assert settable_fields(Sounding).keys() == {"rate", "drop_out", "depth", "plain"}
+
+
+def test_what_is_too_large_for_a_float_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    @dataclass(frozen=True, kw_only=True)
+    class Free(SensorSpec):
+        message = Laser
+        plain: float = 1.0
+
+    monkeypatch.setitem(SENSORS._found, "laser", Free)
+    with pytest.raises(ConfigError, match="laser: int too large"):
+        with_settings(replace(P2AT, sensors=(Free(),)), {"laser": {"plain": 10**400}})
+
+
+def test_a_spec_whose_annotations_cannot_be_read_cannot_be_set(monkeypatch: pytest.MonkeyPatch) -> None:
+    @dataclass(frozen=True, kw_only=True)
+    class Odd(SensorSpec):
+        message = Laser
+        depth: "Fathoms" = 1.0  # type: ignore[name-defined]  # noqa: F821
+
+    monkeypatch.setitem(SENSORS._found, "laser", Odd)
+    assert "laser: its fields cannot be read, so they cannot be set" in told({"laser": {"depth": 2.0}})[0]
 
 
 def world(*, noise: bool = True, **settings: dict[str, float]) -> WorldConfig:

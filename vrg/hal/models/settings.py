@@ -35,6 +35,10 @@ def setting_problems(settings: Mapping[str, Mapping[str, Any]]) -> list[Problem]
         except ConfigError as error:
             problems += [Problem(problem.text, (kind,)) for problem in error.problems]
             continue
+        except NameError as error:
+            # A sensor of another package may have annotations that only a type checker can read.
+            problems.append(Problem(f"its fields cannot be read, so they cannot be set: {error}", (kind,)))
+            continue
         for name, value in table.items():
             wrong = _wrong(value, fields[name]) if name in fields else expected_one_of(sorted(fields), name)
             if wrong is not None:
@@ -79,7 +83,7 @@ def _changed(spec: SensorSpec, table: Mapping[str, float], problems: list[Proble
     fields = settable_fields(type(spec)) if table else {}
     try:
         return dataclasses.replace(spec, **{name: _number_type(fields[name])(value) for name, value in table.items()})
-    except ValueError as error:
+    except (ValueError, OverflowError) as error:
         problems.append(Problem(str(error), (spec.kind,)))
         return spec
 
@@ -97,7 +101,7 @@ def _wrong(value: object, hint: Any) -> str | None:
     metas = [meta for meta in get_args(hint)[1:] if isinstance(meta, Meta)]
     bounds = [(how, words, getattr(meta, how)) for meta in metas for how, words in _BOUNDS]
     bounds = [(how, words, bound) for how, words, bound in bounds if bound is not None]
-    if math.isfinite(value) and all(_holds(how, value, bound) for how, _, bound in bounds):
+    if (isinstance(value, int) or math.isfinite(value)) and all(_holds(how, value, bound) for how, _, bound in bounds):
         return None
     words = " and ".join(f"{words} {bound:.10g}" for _, words, bound in bounds)
     return f"expected {expected} {words}".rstrip() + f", got {value!r}"

@@ -33,4 +33,4 @@ class EncodersSpec(SensorSpec):
     message = Encoders
     simulation = "vrg.hal.sim.sensors.encoders:EncodersSimulation"
 
-    ticks: Annotated[int, Meta(ge=1)]
+    ticks: Annotated[int, Meta(ge=1, le=10**9)]
