@@ -383,7 +383,7 @@ def line(text: str, part: str) -> int:
     [
         ("[sensors.lasor]\nnoise = 1.0", "sensors.lasor: expected one of battery"),
         ("[sensors.laser]\nnose = 1.0", "sensors.laser.nose: expected one of beams"),
-        ("[sensors.laser]\nnoise = -1.0", "sensors.laser.noise: expected a number at least 0"),
+        ("[sensors.laser]\nnoise = -1.0", "sensors.laser.noise: expected a number of at least 0"),
         ("[sensors.laser]\nrate = 0", "sensors.laser.rate: expected a number above 0"),
         ("[sensors.laser]\nbeams = 2.5", "sensors.laser.beams: expected a whole number, got 2.5"),
         ("[sensors.sonar]\nrange_max = 0.01", "sensors.sonar: expected range_min of at most range_max"),
@@ -403,7 +403,7 @@ def test_wrong_settings_of_sensors_are_told_once_with_their_line(load: Load, wro
 @pytest.mark.parametrize(
     ("own", "told"),
     [
-        ("[players.sensors.laser]\ndrop_out = 2", "players.0.sensors.laser.drop_out: expected a number at least 0"),
+        ("[players.sensors.laser]\ndrop_out = 2", "players.0.sensors.laser.drop_out: expected a number of at least 0"),
         ("[players.sensors.laser]\nnose = 2", "players.0.sensors.laser.nose: expected one of"),
         ("sensors.laser.rate = -1\n", "players.0.sensors.laser.rate: expected a number above 0"),
         ("[players.sensors.compass]\nrate = 2", "players.0.sensors.compass: expected one of"),

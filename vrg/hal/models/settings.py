@@ -20,7 +20,7 @@ from vrg.registry import expected_one_of
 SensorSettings = Mapping[str, Mapping[str, float]]
 """The numbers of sensors: by the kind of the sensor, then by the name of the field."""
 
-_BOUNDS: Final = (("gt", "above"), ("ge", "at least"), ("lt", "below"), ("le", "at most"))
+_BOUNDS: Final = (("gt", "above"), ("ge", "of at least"), ("lt", "below"), ("le", "at most"))
 
 
 def setting_problems(settings: Mapping[str, Mapping[str, Any]]) -> list[Problem]:
