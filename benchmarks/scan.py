@@ -1,33 +1,45 @@
-"""What one scan of 181 beams costs in the courtyard with 8 robots.
+"""What one scan of 181 beams costs in the courtyard with 8 robots, and a reading of a sonar and of a camera beside it.
 
     world     LaserSimulation.sense: everything the world does for one scan, noise, resolution and message included
     cast      vrg.hal.sim.rays.cast alone
     numpy     every beam against every edge and circle as one numpy expression, without noise
     python    every beam against every edge and circle in a loop
     pybullet  rayTestBatch in the engine's own world, without noise
+    sonar     SonarSimulation.sense: everything the world does for one reading of a ring of 16 transducers
+    camera    CameraSimulation.sense: everything the world does for one picture of 320 x 240, drawn and encoded
 
-In turns, many times over; `x cast` is the median ratio to the cast beside it. `off` is the greatest difference
+In turns, many times over; `x cast` is the median ratio to the cast beside it, and `x world` the ratio to what the world
+needs for one scan. `off` is the greatest difference
 from cast in mm over all scans but for beams that graze a corner: the 1 % of largest differences is left out.
 """
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 import numpy as np
 import pybullet
 from common import Stopwatch, arguments, median, quantile, show
 
 from vrg.hal.models import robot_model
+from vrg.hal.sensors.camera import CameraSpec
 from vrg.hal.sensors.laser import Laser, LaserSpec
+from vrg.hal.sensors.sonar import SonarSpec
+from vrg.hal.sensors.spec import SensorSpec
 from vrg.hal.sim.engines.engine import Floats
 from vrg.hal.sim.engines.pybullet import BulletEngine
 from vrg.hal.sim.map import load_map
 from vrg.hal.sim.sensors.base import Instant, Mounted, Surroundings
+from vrg.hal.sim.sensors.camera import CameraSimulation
 from vrg.hal.sim.sensors.laser import LaserSimulation
 from vrg.hal.sim.sensors.rays import Edges, Fan, cast
+from vrg.hal.sim.sensors.sonar import SonarSimulation
 from vrg.hal.sim.shapes import box_edges
 from vrg.types import Pose
+
+P = TypeVar("P", bound=SensorSpec)
+Result = TypeVar("Result")
 
 AIM = 60.0
 """us for one scan in the world."""
@@ -54,12 +66,21 @@ class Scene:
         self.segments = np.concatenate((self.map.edges, box_edges(np.hstack((self.poses, sizes)))))
         self.edges = Edges(self.segments)
         self.lasers = LaserSimulation(Surroundings(self.map, seed, noise=True))
+        self.sonars = SonarSimulation(Surroundings(self.map, seed, noise=True))
+        self.cameras = CameraSimulation(Surroundings(self.map, seed, noise=True))
         self.engine = BulletEngine(self.map)
         for name, pose in zip(self.names, self.poses.tolist(), strict=True):
             self.engine.add(name, self.model, Pose(*pose))
         self._tick = 0
         mounted = [Mounted(row, name, self.model, self.mount) for row, name in enumerate(self.names)]
         self.lasers.resize(mounted, self._instant())
+        self.sonars.resize([replace(m, spec=self._spec(SonarSpec)) for m in mounted], self._instant())
+        self.cameras.resize([replace(m, spec=self._spec(CameraSpec)) for m in mounted], self._instant())
+
+    def _spec(self, kind: type[P]) -> P:
+        spec = self.model.sensor(kind)
+        assert spec is not None
+        return spec
 
     @staticmethod
     def _places(rng: np.random.Generator) -> Floats:
@@ -82,13 +103,38 @@ class Scene:
 
     def world(self) -> list[Floats]:
         """A scan of each robot as the world makes it."""
-        self._tick += round(1 / (self.mount.rate * 0.02))
+        every = self.mount.due_every(0.02)
+        self._tick += every - self._tick % every
         said = self.lasers.sense(self._instant())
         return [scan.ranges.astype(np.float64) for _, _, scan in said if isinstance(scan, Laser)]
 
     def _instant(self) -> Instant:
         nothing = np.zeros((ROBOTS, 2))
-        return Instant(self._tick, 0.02, self.models, self.poses, nothing, nothing, [0] * ROBOTS, lambda _robot: 1.0)
+        return Instant(
+            self._tick,
+            0.02,
+            self.models,
+            self.poses,
+            nothing,
+            nothing,
+            [0] * ROBOTS,
+            lambda _robot: 1.0,
+            frozenset(self.names),
+        )
+
+    def sonar(self) -> None:
+        """A reading of each robot's ring as the world makes it."""
+        every = self._spec(SonarSpec).due_every(0.02)
+        self._tick += every - self._tick % every
+        assert len(self.sonars.sense(self._instant())) == ROBOTS
+
+    def camera(self) -> None:
+        """A picture of each robot's camera as the world makes it; not all are due at one tick."""
+        said = 0
+        for _ in range(self._spec(CameraSpec).due_every(0.02)):
+            self._tick += 1
+            said += len(self.cameras.sense(self._instant()))
+        assert said == ROBOTS
 
     def cast(self) -> list[Floats]:
         """By our own geometry."""
@@ -161,7 +207,7 @@ class Scene:
 
 @dataclass
 class Way:
-    """One way to scan: us for each scan, ratios to the cast beside it, mm of difference from it."""
+    """One way to scan, or another sensor: us for a reading, ratios to the cast beside it, mm of difference from it."""
 
     name: str
     each: list[float] = field(default_factory=list)
@@ -171,22 +217,22 @@ class Way:
 
 def measure(scenes: list[Scene], rounds: int) -> list[Way]:
     """All ways in turns over all scenes; cast before and after each."""
-    ways = [Way(name) for name in ("world", "cast", "numpy", "python", "pybullet")]
+    ways = [Way(name) for name in ("world", "cast", "numpy", "python", "pybullet", "sonar", "camera")]
     for round_ in range(rounds):
         scene = scenes[round_ % len(scenes)]
         for way in ways:
-            if way.name == "python" and round_ % 10:
+            if way.name in ("python", "camera") and round_ % 10:
                 continue
             beside, exact = _time(scene.cast)
             took, ranges = _time(getattr(scene, way.name))
             way.each.append(took)
             way.ratios.append(took / beside)
-            if round_ < len(scenes):
+            if round_ < len(scenes) and ranges is not None:
                 way.off += np.abs(np.array(ranges) - np.array(exact)).ravel().tolist()
     return ways
 
 
-def _time(scan: Callable[[], list[Floats]]) -> tuple[float, list[Floats]]:
+def _time(scan: Callable[[], Result]) -> tuple[float, Result]:
     watch = Stopwatch()
     ranges = scan()
     return watch.read().wall / ROBOTS * 1e6, ranges
@@ -198,21 +244,24 @@ def main() -> None:
     scenes = [Scene(seed) for seed in range(LAYOUTS)]
     measure(scenes, LAYOUTS)
     ways = measure(scenes, 80 if options.quick else 800)
+    in_world = next(median(way.each) for way in ways if way.name == "world")
     rows = [
         {
             "way": way.name,
-            "us a scan, p50": median(way.each),
+            "us a reading, p50": median(way.each),
             "p99": quantile(way.each, 0.99),
             "x cast": median(way.ratios),
-            "off, mm": quantile(way.off, 0.99) * 1e3,
+            "x world": median(way.each) / in_world,
+            "off, mm": quantile(way.off, 0.99) * 1e3 if way.off else None,
             "aim": f"{AIM:.0f} us: {'met' if median(way.each) <= AIM else 'missed'}" if way.name == "world" else None,
         }
         for way in ways
     ]
     edges = f"{len(scenes[0].segments)} edges and {len(scenes[0].map.discs)} circles, {ROBOTS} robots"
-    show("One scan of 181 beams in the courtyard", rows, [edges], as_json=options.json)
+    show("One scan of 181 beams in the courtyard, and other sensors beside it", rows, [edges], as_json=options.json)
     for scene in scenes:
         scene.engine.close()
+        scene.cameras.close()
 
 
 if __name__ == "__main__":

@@ -74,7 +74,10 @@ def test_a_good_match_file_is_called_good(vrg: Callable[..., Done]) -> None:
     ("name", "said"),
     [
         ("nosuch.toml", "nosuch.toml: no such file"),
-        ("chess", "expected a match file (*.toml) or a game (practice, sharks-and-minnows), got 'chess'"),
+        (
+            "chess",
+            "expected a match file (*.toml) or a game (practice, pursuit-evasion, sharks-and-minnows), got 'chess'",
+        ),
     ],
 )
 @pytest.mark.parametrize("command", ["play", "check", "world", "coordinator", "recorder"])

@@ -1,7 +1,9 @@
 """Match files: everything wrong is said at once, with file, line and field."""
 
 import importlib
+import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,6 +12,8 @@ from vrg.config.loading import check_strategies, load_match, match_path
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup, read_setup, write_setup
 from vrg.errors import ConfigError, LaunchError
+from vrg.hal.models import MODELS
+from vrg.hal.sensors.camera import CameraSpec
 from vrg.hal.sim.map import load_map
 from vrg.launch.nodes import strategy_of
 
@@ -336,3 +340,131 @@ def test_a_set_up_holds_the_walls_and_obstacles_of_its_map() -> None:
     setup = load_match(match_path("sharks-and-minnows"))
     assert tuple(setup.obstacles) == load_map("courtyard").obstacles
     assert len(setup.obstacles) > 10
+
+
+SENSORS = """
+[sensors.laser]
+noise = 0.03
+drop_out = 0.1
+[sensors.sonar]
+rate = 2
+"""
+
+
+def with_sensors(tables: str, own: str = "") -> str:
+    """The match of the thesis with settings of sensors, and with settings of the first player's own."""
+    place = GOOD.index("[[players]]")
+    second = GOOD.index("[[players]]", place + 1)
+    return GOOD[:place] + tables + GOOD[place:second] + own + GOOD[second:]
+
+
+def test_sensors_are_set_for_all_robots_and_for_one(load: Load, tmp_path: Path) -> None:
+    text = with_sensors(SENSORS, "[players.sensors.laser]\nnoise = 0.0\nrate = 5.0\n")
+    setup = load(text.replace("x = 19.0", 'model = "ATRV-Jr"\nx = 19.0'))
+    first, second, other = setup.players[0].robot, setup.players[1].robot, setup.players[2].robot
+    assert first.laser is not None
+    assert second.laser is not None
+    assert (first.laser.noise, first.laser.drop_out, first.laser.rate) == (0.0, 0.1, 5.0)
+    assert (second.laser.noise, second.laser.drop_out, second.laser.rate) == (0.03, 0.1, 10.0)
+    assert "sonar" not in setup.players[2].sensors, "an ATRV-Jr has no sonar"
+    assert other.laser is not None
+    assert other.laser.noise == 0.03
+    assert [robot.description for robot in setup.world.robots] == [player.robot for player in setup.players]
+    assert strategy_of(setup, "player1").robot == first
+    write_setup(setup, tmp_path / "setup.json")
+    assert read_setup(tmp_path / "setup.json") == setup
+
+
+def line(text: str, part: str) -> int:
+    return text[: text.index(part)].count("\n") + 1
+
+
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        ("[sensors.lasor]\nnoise = 1.0", "sensors.lasor: expected one of battery"),
+        ("[sensors.laser]\nnose = 1.0", "sensors.laser.nose: expected one of beams"),
+        ("[sensors.laser]\nnoise = -1.0", "sensors.laser.noise: expected a number of at least 0"),
+        ("[sensors.laser]\nrate = 0", "sensors.laser.rate: expected a number above 0"),
+        ("[sensors.laser]\nbeams = 2.5", "sensors.laser.beams: expected a whole number, got 2.5"),
+        ("[sensors.sonar]\nrange_max = 0.01", "sensors.sonar: expected range_min of at most range_max"),
+        ("[sensors]\nlaser = 3", "sensors.laser: expected a table, got 3"),
+    ],
+)
+def test_wrong_settings_of_sensors_are_told_once_with_their_line(load: Load, wrong: str, told: str) -> None:
+    text = with_sensors(wrong + "\n")
+    found = problems(load, text)
+    assert len(found) == 1, found
+    at, _, words = found[0].partition(": ")
+    assert words.startswith(told)
+    field = words.partition(": ")[0].count(".") == 2 or "table" in told
+    assert int(at) == line(text, wrong) + field
+
+
+@pytest.mark.parametrize(
+    ("own", "told"),
+    [
+        ("[players.sensors.laser]\ndrop_out = 2", "players.0.sensors.laser.drop_out: expected a number of at least 0"),
+        ("[players.sensors.laser]\nnose = 2", "players.0.sensors.laser.nose: expected one of"),
+        ("sensors.laser.rate = -1\n", "players.0.sensors.laser.rate: expected a number above 0"),
+        ("[players.sensors.compass]\nrate = 2", "players.0.sensors.compass: expected one of"),
+        (
+            'model = "ATRV-Jr"\n[players.sensors.sonar]\nrate = 2.0',
+            "players.0.sensors.sonar: expected a sensor that the robot ATRV-Jr has",
+        ),
+        ("[players.sensors.sonar]\nrange_min = 6.0", "players.0.sensors.sonar: expected range_min of at most"),
+    ],
+)
+def test_wrong_settings_of_one_player_are_told_at_that_player(load: Load, own: str, told: str) -> None:
+    found = problems(load, with_sensors("", own + "\n"))
+    assert len(found) == 1, found
+    assert found[0].partition(": ")[2].startswith(told)
+    text = with_sensors("", own + "\n")
+    assert line(text, own) <= int(found[0].split(":")[0]) <= line(text, own) + 2
+
+
+def test_wrong_settings_of_the_match_and_of_players_are_told_at_once(load: Load) -> None:
+    text = with_sensors("[sensors.laser]\nnoise = -1\n", "[players.sensors.gps]\nrate = 0\n")
+    assert [p.split(": ")[1] for p in problems(load, text)] == ["sensors.laser.noise", "players.0.sensors.gps.rate"]
+
+
+def test_a_camera_takes_pictures_all_the_time_where_the_match_file_wants_it(load: Load) -> None:
+    setup = load(with_sensors("[sensors.camera]\nrate = 1.0\ncolumns = 64\nrows = 48\n", "camera = true\n"))
+    assert [robot.name for robot in setup.world.robots if robot.camera] == ["player1"]
+    assert setup.player("player2").robot.sensor(CameraSpec) == setup.player("player1").robot.sensor(CameraSpec)
+    assert "camera: expected true or false" in problems(load, with_sensors("", "camera = 3\n"))[0]
+
+
+def test_a_robot_without_a_camera_takes_no_pictures(load: Load, monkeypatch: pytest.MonkeyPatch) -> None:
+    blind = replace(MODELS.get("P2AT"), sensors=tuple(s for s in MODELS.get("P2AT").sensors if s.kind != "camera"))
+    monkeypatch.setitem(MODELS._found, "P2AT", blind)
+    [told] = problems(load, with_sensors("", "camera = true\n"))
+    assert told.endswith("players.0.camera: expected false, as the robot P2AT has no camera")
+
+
+@pytest.mark.parametrize(
+    ("radio", "said"),
+    [
+        ("[radio]\nloss = 1.5", "radio.loss: expected at most 1, got 1.5"),
+        ("[radio]\nrange = 0.0", "radio.range: expected more than 0"),
+        ("[radio]\ndelay = -0.1", "radio.delay: expected at least 0"),
+        ("[radio]\nbandwidth = 0", "radio.bandwidth: expected more than 0"),
+        ("[radio]\nwaves = 3", "radio.waves: unknown"),
+        ("[radio]\n[[radio.links]]\nbetween = ['player1', 'nobody']", "expected a player of this match, got 'nobody'"),
+        ("[radio]\n[[radio.links]]\nbetween = ['player1', 'player1']", "expected two players, got 'player1' twice"),
+        (
+            "[radio]\n[[radio.links]]\nbetween = ['player1', 'player2']\n"
+            "[[radio.links]]\nbetween = ['player2', 'player1']",
+            "the link between player2 and player1 is here already",
+        ),
+    ],
+)
+def test_a_radio_that_cannot_be_is_refused_with_its_line(tmp_path: Path, radio: str, said: str) -> None:
+    text = match_path("sharks-and-minnows").read_text().replace("[rules]", f"{radio}\n\n[rules]")
+    path = tmp_path / "match.toml"
+    path.write_text(text)
+    with pytest.raises(ConfigError) as refused:
+        load_match(path)
+    [problem] = [str(p) for p in refused.value.problems if said in str(p)] or [str(refused.value)]
+    assert said in problem
+    assert re.search(r"match\.toml:1[0-9]: ", problem)

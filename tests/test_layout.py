@@ -12,7 +12,7 @@ import vrg
 
 ROOT = Path(vrg.__file__).parent
 ONLY_IN = {
-    "pybullet": ("hal/sim/engines",),
+    "pybullet": ("hal/sim/engines", "hal/sim/sensors/renderer.py"),
     "can": ("hal/can",),
     "canopen": ("hal/can",),
     "zenoh": ("bus",),

@@ -22,6 +22,13 @@ name = "b"
 [players.options]
 x = 1
 
+[players.options.deep]
+y = 1
+[[players.friends]]
+name = "c"
+[[players.friends]]
+name = "d"
+
 [a . "b c"]
 d = 2
 """
@@ -38,7 +45,11 @@ d = 2
         (("players", 0, "name"), 9),
         (("players", 1), 11),
         (("players", 1, "name"), 12),
-        (("a", "b c", "d"), 17),
+        (("players", 1, "options", "x"), 14),
+        (("players", 1, "options", "deep", "y"), 17),
+        (("players", 1, "options", "nothing"), 13),
+        (("players", 1, "friends", 1, "name"), 21),
+        (("a", "b c", "d"), 24),
     ],
 )
 def test_every_field_has_its_line(path: tuple[str | int, ...], line: int) -> None:

@@ -29,6 +29,7 @@ COMMANDS: dict[str, tuple[str, str | None]] = {
     "plot": ("vrg.commands.after:plot", None),
     "substitute": ("vrg.commands.substitute:substitute", None),
     "sensors": ("vrg.commands.sensors:sensors", None),
+    "camera": ("vrg.commands.camera:camera", None),
     "topic": ("vrg.commands.topic:app", None),
     "can": ("vrg.commands.can:app", None),
     "diagram": ("vrg.commands.diagram:diagram", None),

@@ -20,7 +20,8 @@ def lines_of(text: str) -> dict[Path, int]:
     for number, line in _fresh_lines(text):
         header = _TABLE.match(line)
         if header:
-            name = _parts(header[2])
+            *above, last = _parts(header[2])
+            name = (*_numbered(above, counts), last)
             if header[1] == "[[":
                 counts[name] = counts.get(name, -1) + 1
                 table = (*name, counts[name])
@@ -33,6 +34,16 @@ def lines_of(text: str) -> dict[Path, int]:
         if key:
             found.setdefault((*table, *_parts(key[1])), number)
     return found
+
+
+def _numbered(parts: Sequence[str | int], counts: dict[Path, int]) -> Path:
+    """The path of a table, with the number of the newest item behind the name of each array of tables in it."""
+    path: Path = ()
+    for part in parts:
+        path = (*path, part)
+        if path in counts:
+            path = (*path, counts[path])
+    return path
 
 
 def _fresh_lines(text: str) -> Iterator[tuple[int, str]]:

@@ -14,6 +14,8 @@ Metres = Annotated[float, Meta(ge=-1e5, le=1e5)]
 """A coordinate in the map's frame, m."""
 Length = Annotated[float, Meta(gt=0.0, le=1e5)]
 """A length above 0 m."""
+Deviation = Annotated[float, Meta(ge=0.0, le=1e5)]
+"""A standard deviation, or another size that may be 0."""
 Radians = Annotated[float, Meta(ge=-1e4, le=1e4)]
 Speed = Annotated[float, Meta(ge=-100.0, le=100.0)]
 """A speed in m/s."""

@@ -13,8 +13,9 @@ from vrg.bus import messages as m
 from vrg.bus.codec import decode, encode
 from vrg.bus.topics import Keys
 from vrg.errors import MessageError
-from vrg.hal.sensors import SENSORS
+from vrg.hal.sensors import SENSORS, png
 from vrg.hal.sensors.battery import Battery
+from vrg.hal.sensors.camera import Camera
 from vrg.hal.sensors.encoders import Encoders
 from vrg.hal.sensors.gps import Gps
 from vrg.hal.sensors.ins import Ins
@@ -65,6 +66,7 @@ strokes = st.builds(
     m.Stroke,
     points=st.lists(st.tuples(coordinates, coordinates), min_size=1, max_size=4), label=st.text(max_size=40),
 )  # fmt: skip
+SMALL_PICTURE = png.encode(np.zeros((2, 3, 3), dtype=np.uint8))
 MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
     m.Clock: st.builds(
         m.Clock, time=seconds, tick=counts, epoch=counts, rate=st.floats(0, 1e4), estop=st.booleans()
@@ -139,6 +141,10 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
         subject=st.none() | names, value=st.none() | st.text(max_size=10),
     ),
     m.Estop: st.builds(m.Estop, engaged=st.booleans(), by=names, reason=st.text(max_size=20)),
+    m.CameraRequest: st.builds(m.CameraRequest, lease=st.floats(0.01, 10)),
+    Camera: st.builds(
+        Camera, fov=st.floats(0.1, 3), data=st.binary(max_size=50).map(lambda rest: SMALL_PICTURE + rest)
+    ),
     m.SeatRequest: st.builds(m.SeatRequest, player=names, strategy=st.text(max_size=50), by=names, id=names),
     m.SeatAnswer: st.builds(m.SeatAnswer, id=names, refused=st.none() | st.text(max_size=50)),
     m.Pulse: st.builds(m.Pulse, ticks=counts, missed=counts),

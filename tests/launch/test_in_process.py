@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 import typer
 from mcap.reader import make_reader
+from msgspec import structs
 
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Stage
@@ -20,6 +21,7 @@ from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import read_journal
 from vrg.geometry import outline_distance
 from vrg.hal.models import robot_model
+from vrg.hal.sensors.camera import Camera
 from vrg.hal.sim.map import load_map
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.in_process import Ending, play
@@ -119,6 +121,25 @@ def test_one_seed_gives_one_journal_byte_for_byte_in_every_process(tmp_path: Pat
         journals.append(next(runs.glob("*/journal.jsonl")).read_bytes())
     assert journals[0] == journals[1]
     assert journals[0] != journals[2]
+
+
+@pytest.mark.parametrize("engine", ["planar", "pybullet"])
+def test_a_match_goes_the_same_way_with_cameras_and_without(tmp_path: Path, engine: str) -> None:
+    found = []
+    for camera in (False, True):
+        setup, run = setup_for(engine, 3), RunFolder(tmp_path / str(camera))
+        run.path.mkdir()
+        small = {"camera": {"columns": 64, "rows": 48}}
+        players = [structs.replace(player, camera=camera, sensors=small) for player in setup.players]
+        setup, witness = structs.replace(setup, players=players), Witness(setup)
+        seen = witness.mailbox.subscribe(setup.keys.sensor(Camera))
+        with open_journal(setup, run) as journal:
+            play(setup, journal, watchers=[witness], pace=lambda time: time < 25.0, strict=True)
+        assert len(seen.by_key) == (len(players) if camera else 0)
+        poses = witness.poses.latest
+        assert poses is not None
+        found.append((run.journal.read_bytes(), poses.body))
+    assert found[0] == found[1]
 
 
 def test_nobody_runs_into_anybody_but_a_shark_into_its_prey(tmp_path: Path) -> None:

@@ -33,7 +33,7 @@ class TestRace(RuleBookContract):
     def book(self) -> RuleBook[Any]:
         game = GAMES.get("race")
         rules: Callable[..., RuleBook[Any]] = game.load_rules()
-        return rules(game.load_settings()(x=4.0, y=0.0), self.CONTESTANTS)
+        return rules(game.load_settings()(x=4.0, y=0.0), self.CONTESTANTS, 0)
 
     @pytest.fixture
     def ready(self) -> Field:

@@ -1,5 +1,6 @@
 """What the recorder writes, and what it does when it cannot."""
 
+import base64
 import contextlib
 import errno
 import io
@@ -8,6 +9,7 @@ import logging
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -23,8 +25,14 @@ from vrg.bus.node import Tick
 from vrg.colours import SKY_BLUE, VERMILLION
 from vrg.games import game_of
 from vrg.hal.models.pioneer import P2AT
+from vrg.hal.sensors import png
 from vrg.hal.sensors.battery import Battery
+from vrg.hal.sensors.camera import Camera
+from vrg.hal.sensors.gps import Gps
+from vrg.hal.sensors.ins import Ins
 from vrg.hal.sensors.laser import Laser
+from vrg.hal.sensors.odometry import Odometry
+from vrg.hal.sensors.sonar import Sonar, SonarSpec
 from vrg.hal.sensors.touch import Touch
 from vrg.hal.sim.map import WALL_HEIGHT
 from vrg.recording.reader import read_setting, read_tracks
@@ -243,6 +251,94 @@ def test_a_second_laser_of_a_robot_has_a_topic_of_its_own(tmp_path):
     said = [(KEYS.sensor(Laser, "nemo", name), SCAN) for name in ("main", "rear")]
     found = recorded_readings(tmp_path / "match.mcap", said, sensors=[Laser])
     assert {topic for _, topic, _ in found} == {"/robot/nemo/laser/main", "/robot/nemo/laser/rear"}
+
+
+RING = next(spec for spec in P2AT.sensors if isinstance(spec, SonarSpec))
+
+
+def echoes(**heard: float) -> Sonar:
+    """A reading of the Pioneer's ring in which the numbered transducers hear something."""
+    ranges = [heard.get(f"t{number}", RING.range_max) for number in range(len(RING.places))]
+    return Sonar(range_max=RING.range_max, ranges=tuple(ranges))
+
+
+def test_a_sonar_is_recorded_as_ranges_and_as_cones_that_end_where_it_heard_something(tmp_path):
+    said = [(KEYS.sensor(Sonar, "nemo", "rings"), echoes(t3=1.25 + 1e-15))]
+    [ranges, cones] = recorded_readings(tmp_path / "match.mcap", said, sensors=[Sonar], models={"nemo": P2AT})
+    assert ranges[:2] == ("vrg.Sonar", "/robot/nemo/sonar/rings")
+    assert (ranges[2]["ranges"][3], ranges[2]["ranges"][4], ranges[2]["range_max"]) == (1.25, 5.0, 5.0)
+    assert cones[:2] == ("foxglove.SceneUpdate", "/robot/nemo/sonar/rings/cones")
+    [entity] = cones[2]["entities"]
+    [drawn] = entity["triangles"]
+    place = drawn["pose"]["position"]
+    assert (place["x"], place["y"]) == (1.0, 2.0), "points are relative to the body, which is there"
+    apex, *ends = drawn["points"]
+    transducer = RING.places[3]
+    assert (apex["x"], apex["y"]) == (transducer.x, transducer.y)
+    for end in ends:
+        assert np.hypot(end["x"] - apex["x"], end["y"] - apex["y"]) == pytest.approx(1.25, abs=2e-3)
+    bearings = [np.arctan2(end["y"] - apex["y"], end["x"] - apex["x"]) for end in ends]
+    assert bearings[1] - bearings[0] == pytest.approx(RING.cone, abs=2e-3)
+
+
+def test_where_a_sonar_hears_nothing_its_cones_go(tmp_path):
+    said = [(KEYS.sensor(Sonar, "nemo", "rings"), echoes())]
+    [_, (_, _, cones)] = recorded_readings(tmp_path / "match.mcap", said, sensors=[Sonar], models={"nemo": P2AT})
+    [entity] = cones["entities"]
+    assert (entity["id"], entity["triangles"]) == ("nemo/rings", [])
+
+
+@pytest.mark.parametrize("models", [{}, {"nemo": replace(P2AT, sensors=(replace(RING, places=RING.places[:3]),))}])
+def test_the_ranges_of_an_unknown_sonar_are_recorded_without_cones(tmp_path, models):
+    said = [(KEYS.sensor(Sonar, "nemo", "rings"), echoes(t3=1.25))]
+    [(_, topic, _)] = recorded_readings(tmp_path / "match.mcap", said, sensors=[Sonar], models=models)
+    assert topic == "/robot/nemo/sonar/rings"
+
+
+def test_a_place_on_the_earth_is_recorded_in_degrees_for_the_map_and_without_a_fix_not_at_all(tmp_path):
+    said = [
+        (KEYS.sensor(Gps, "nemo", "main"), Gps(latitude=np.pi / 4, longitude=-np.pi / 2, satellites=7)),
+        (KEYS.sensor(Gps, "dory", "main"), Gps(latitude=None, longitude=None, satellites=2)),
+    ]
+    [(schema, topic, data)] = recorded_readings(tmp_path / "match.mcap", said, sensors=[Gps])
+    assert (schema, topic) == ("foxglove.LocationFix", "/robot/nemo/gps/main")
+    assert (data["latitude"], data["longitude"]) == (45.0, -90.0)
+    assert data["timestamp"] == {"sec": 0, "nsec": 0}
+
+
+def test_a_picture_is_recorded_as_a_file_that_viewers_open(tmp_path):
+    data = png.encode(np.full((4, 6, 3), 200, dtype=np.uint8))
+    said = [(KEYS.sensor(Camera, "nemo", "main"), Camera(fov=1.0, data=data))]
+    [(schema, topic, record)] = recorded_readings(tmp_path / "match.mcap", said, sensors=[Camera])
+    assert (schema, topic) == ("foxglove.CompressedImage", "/robot/nemo/camera/main")
+    assert (record["format"], base64.b64decode(record["data"])) == ("png", data)
+
+
+def test_an_own_pose_and_an_odometry_are_recorded_in_micrometres(tmp_path):
+    said = [
+        (KEYS.sensor(Ins, "nemo", "main"), Ins(pose=Pose(1.23456789, 2.0, np.pi))),
+        (KEYS.sensor(Odometry, "nemo", "main"), Odometry(pose=Pose(0.1234567, 0.0, 0.0), twist=Twist(0.7654321, 0.0))),
+    ]
+    [ins, odometry] = recorded_readings(tmp_path / "match.mcap", said, sensors=[Ins, Odometry])
+    assert ins[:2] == ("foxglove.PoseInFrame", "/robot/nemo/ins/main")
+    assert ins[2]["pose"]["position"]["x"] == 1.234568
+    assert odometry[2]["pose"]["x"] == 0.123457
+    assert odometry[2]["twist"]["v"] == 0.765432
+
+
+def test_bumpers_are_written_when_they_change(tmp_path):
+    recorder = Recorder("recorder", Mailbox(), KEYS, tmp_path / "match.mcap", sensors=[Touch])
+    match = synthetic.Match(KEYS)
+    for number, pressed in enumerate([False, False, True, True, False]):
+        reading = Touch(pressed=(pressed, False))
+        for robot in ("nemo", "dory") if number == 0 else ("nemo",):
+            match.say(recorder.mailbox, KEYS.sensor(Touch, robot, "main"), reading, number / 10, number)
+        recorder.mailbox.handover(number / 10)
+        recorder.tick(Tick(number / 10))
+    recorder.stop()
+    found = [(channel.topic, message.log_time / 1e8) for _, channel, message in messages_of(tmp_path / "match.mcap")]
+    assert [at for topic, at in found if "nemo" in topic] == [0, 2, 4]
+    assert [at for topic, at in found if "dory" in topic] == [0]
 
 
 def test_any_other_sensor_is_recorded_as_it_said_it(tmp_path):

@@ -18,6 +18,8 @@ RECORDS = [
     foxglove.SceneUpdate,
     foxglove.PoseInFrame,
     foxglove.LaserScan,
+    foxglove.LocationFix,
+    foxglove.CompressedImage,
     foxglove.Log,
     records.StateRecord,
     records.ReportRecord,

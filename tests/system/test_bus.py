@@ -2,6 +2,7 @@
 
 import json
 import struct
+from pathlib import Path
 
 import pytest
 
@@ -10,6 +11,7 @@ from vrg.bus.codec import encode
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Clock, Drive
 from vrg.bus.session import open_session
+from vrg.hal.sensors import png
 from vrg.types import Twist
 
 pytestmark = pytest.mark.system
@@ -114,3 +116,10 @@ def test_the_sensors_of_a_robot_are_shown_while_it_plays(match: Match) -> None:
         assert words in shown.stdout
     nobody = match.vrg("sensors", "nobody", "--match", match.keys.match, "--router", match.endpoint, "--seconds", "1")
     assert nobody.returncode == 1
+
+
+def test_what_a_robot_sees_is_saved_while_it_plays(match: Match, tmp_path: Path) -> None:
+    where = ("--match", match.keys.match, "--router", match.endpoint)
+    saved = match.vrg("camera", PLAYERS[0], str(tmp_path / "seen.png"), *where)
+    assert saved.returncode == 0, saved.stderr
+    assert png.decode((tmp_path / "seen.png").read_bytes()).shape == (240, 320, 3)

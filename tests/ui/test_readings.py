@@ -8,7 +8,9 @@ import pytest
 from rich.console import Console
 
 from vrg.bus.codec import Received
+from vrg.hal.sensors import png
 from vrg.hal.sensors.battery import Battery
+from vrg.hal.sensors.camera import Camera
 from vrg.hal.sensors.gps import Gps
 from vrg.hal.sensors.laser import Laser
 from vrg.hal.sensors.sonar import Sonar
@@ -33,6 +35,7 @@ def scan(*ranges: float) -> Laser:
             "35.5000000°, -90.0000000°, 7 satellites",
         ),
         (Gps(latitude=None, longitude=None, satellites=3), "no fix, 3 satellites"),
+        (Camera(fov=1.0, data=png.encode(np.zeros((24, 32, 3), dtype=np.uint8))), "32 x 24 pixels, 0.1 KB"),
         (Battery(charge=0.98765), "charge 0.988"),
         (Touch(pressed=(True, False)), "pressed (yes no)"),
     ],

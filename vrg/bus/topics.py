@@ -124,6 +124,10 @@ class Keys:
     )
     recover = NamedLine("robot/{robot}/recover", m.Recover, EVENT, "referee", "device", "clear the latched fault")
     placed = NamedLine("robot/{robot}/placed", m.Placed, EVENT, "referee", "device", "where a person has put it")
+    camera_request = NamedLine(
+        "robot/{robot}/camera/request", m.CameraRequest, LATEST, "windows, commands", "world",
+        "it wants pictures of the robot's camera for a while",
+    )  # fmt: skip
     report = NamedLine("player/{player}/report", m.Report, LATEST, "player", "all", "what it does, what it lacks")
     manual = NamedLine("player/{player}/manual", m.Manual, LATEST, "windows", "player", "a human drives it for a while")
     say = NamedLine("team/{team}/say/{player}", m.Say, EVENT, "player", "players of its team", "what it says to them")

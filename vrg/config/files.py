@@ -36,6 +36,8 @@ class PlayerEntry(Table):
             default is the game's own.
         localisation: how a physical robot is located: `odometry` if it measures its pose itself; `feed` if another
             program publishes it, for example a motion-capture system.
+        sensors: the numbers of its robot's own sensors, in place of those of the match; see `MatchFile`.
+        camera: True lets the world take pictures of the robot's camera, for `readings.camera`. They cost much time.
     """
 
     name: str
@@ -47,6 +49,8 @@ class PlayerEntry(Table):
     heading: float = Field(0.0, ge=-1e4, le=1e4)
     strategy: str | None = None
     localisation: Literal["odometry", "feed"] = "odometry"
+    sensors: dict[str, dict[str, Any]] = Field(default_factory=dict)
+    camera: bool = False
 
     @field_validator("name")
     @classmethod
@@ -128,12 +132,16 @@ class MatchFile(Table):
         seed: the seed of all random numbers in the match.
         rate: match seconds per real second.
         lasers: False omits all range finders, to save time where no player looks at them. noise: False means perfect
-            sensors.
+            sensors: no noise and no drop-outs, whatever `sensors` says.
         on_fault: what follows if a player fails for good, as its program fails too often, hangs, prints without end or
             uses too much memory: `disqualify` takes it out and plays on, `halt` halts the match.
         memory: the most memory that a player's process may use, MB.
         radio: how well players hear one another; without it, every message arrives at once.
         rules: the game's own settings.
+        sensors: numbers of the robots' sensors, in place of those of the robots' models. Each kind of sensor has a
+            table, such as `[sensors.laser]`, with fields of its spec: `noise = 0.03`, `drop_out = 0.1`. It holds for
+            every robot that has such a sensor. `[players.sensors.laser]` below a player holds for that player's robot
+            alone. Of a physical robot, only the sensors that the world simulates change.
         backends: the settings of the backends that have any, by name.
         players: the players, at least one.
     """
@@ -150,6 +158,7 @@ class MatchFile(Table):
     memory: int = Field(2000, ge=200, le=1_000_000)
     radio: RadioTable | None = None
     rules: dict[str, Any]
+    sensors: dict[str, dict[str, Any]] = Field(default_factory=dict)
     backends: dict[str, dict[str, Any]] = Field(default_factory=dict)
     players: list[PlayerEntry] = Field(min_length=1)
 

@@ -10,7 +10,9 @@ from pydantic import ValidationError
 
 from vrg.bus.radio_settings import PERFECT_RADIO
 from vrg.config.files import MatchFile
+from vrg.config.radio import radio_problems
 from vrg.config.rules import rulebook_of
+from vrg.config.sensors import sensor_problems, sensors_of
 from vrg.config.setup import MatchSetup, PlayerSetup
 from vrg.config.zones import zone_problems
 from vrg.errors import ConfigError, Problem
@@ -140,7 +142,8 @@ class _Checker:
         # The problems of the rules are found first, so that a rule book is made only from good settings.
         good_rules = self._check_rules(file.game, file.rules) if isinstance(data.get("rules"), dict) else False
         companions = self._check_backends(file)
-        self._check_radio(file)
+        self.problems += radio_problems(file.radio, None if self._numbers else {p.name for p in file.players})
+        self.problems += sensor_problems(file.sensors)
         players = [player for number in range(len(file.players)) if (player := self._player(file, number))]
         setup = MatchSetup(
             text=text,
@@ -219,22 +222,6 @@ class _Checker:
             return False
         return True
 
-    def _check_radio(self, file: MatchFile) -> None:
-        """Check that links are between two players of one match. A link that is named twice is refused."""
-        names = {player.name for player in file.players}
-        seen: set[frozenset[str]] = set()
-        for number, link in enumerate(file.radio.links if file.radio else ()):
-            where = ("radio", "links", number, "between")
-            for name in link.between:
-                if self._numbers is None and name not in names:
-                    self.problems.append(Problem(f"expected a player of this match, got {name!r}", where))
-            pair = frozenset(link.between)
-            if len(pair) == 1:
-                self.problems.append(Problem(f"expected two players, got {link.between[0]!r} twice", where))
-            elif pair in seen:
-                self.problems.append(Problem(f"the link between {' and '.join(link.between)} is here already", where))
-            seen.add(pair)
-
     def _player(self, file: MatchFile, number: int) -> PlayerSetup | None:
         entry = file.players[number]
         number = self._number(number)
@@ -258,6 +245,7 @@ class _Checker:
                 return None
         elif (path := strategy.rpartition(":")[0]).endswith(".py") and not (self._base / path).is_file():
             self.problems.append(Problem(f"{strategy}: no such file: {self._base / path}", (*where, "strategy")))
+        sensors = self._attempt(lambda: sensors_of(file, entry, where))
         return PlayerSetup(
             name=entry.name,
             role=entry.role,
@@ -269,6 +257,8 @@ class _Checker:
             pose=entry.pose,
             strategy=strategy,
             number=number,
+            sensors=sensors or {},
+            camera=entry.camera,
         )
 
     def _check_backends(self, file: MatchFile) -> list[Companion]:

@@ -6,7 +6,6 @@ from typing import Any
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.rulebook import Contestant, RuleBook
 from vrg.games import GAMES
-from vrg.hal.models import robot_model
 
 
 def rulebook_of(setup: MatchSetup) -> RuleBook[Any]:
@@ -17,9 +16,8 @@ def rulebook_of(setup: MatchSetup) -> RuleBook[Any]:
     """
     game = GAMES.get(setup.game)
     settings = game.load_settings().model_validate(setup.rules)
-    models = {player.name: robot_model(player.model) for player in setup.players}
     contestants = [
-        Contestant(name=p.name, role=p.role, start=p.pose, size=models[p.name].size, v_max=models[p.name].v_max)
+        Contestant(name=p.name, role=p.role, start=p.pose, size=p.robot.size, v_max=p.robot.v_max)
         for p in setup.players
     ]
     make: Callable[..., RuleBook[Any]] = game.load_rules()

@@ -13,6 +13,8 @@ from vrg.bus.radio_settings import PERFECT_RADIO, RadioSettings
 from vrg.bus.topics import Keys
 from vrg.errors import ConfigError, LaunchError
 from vrg.hal.companions import Companion
+from vrg.hal.models import RobotModel, robot_model
+from vrg.hal.models.settings import with_settings
 from vrg.hal.sim.config import RobotSetup, WorldConfig
 from vrg.regions import Region
 from vrg.types import Pose
@@ -29,6 +31,8 @@ class PlayerSetup(Struct, frozen=True, kw_only=True):
         pose: its pose at the start, in the map's frame.
         strategy: `module:Class`, `file.py:Class`, or the name of a registered strategy.
         number: its place among the players of the match file, from 0.
+        sensors: the numbers of its robot's sensors that are not those of the model.
+        camera: True if its robot's camera takes pictures all the time.
     """
 
     name: str
@@ -41,6 +45,13 @@ class PlayerSetup(Struct, frozen=True, kw_only=True):
     pose: Pose
     strategy: str
     number: int
+    sensors: dict[str, dict[str, int | float]] = {}
+    camera: bool = False
+
+    @property
+    def robot(self) -> RobotModel:
+        """The description of its robot, with the settings of its sensors in this match."""
+        return with_settings(robot_model(self.model), self.sensors)
 
 
 class MatchSetup(Struct, frozen=True, kw_only=True):
@@ -93,7 +104,10 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
     @property
     def world(self) -> WorldConfig:
         """The set-up of the world of this match."""
-        robots = (RobotSetup(name=p.name, model=p.model, pose=p.pose, physical=p.physical) for p in self.players)
+        robots = (
+            RobotSetup(name=p.name, model=p.model, pose=p.pose, physical=p.physical, sensors=p.sensors, camera=p.camera)
+            for p in self.players
+        )
         return WorldConfig(
             map=self.map,
             engine=self.engine,

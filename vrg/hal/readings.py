@@ -8,6 +8,7 @@ from msgspec import Struct
 from vrg.bus.mailbox import Inlet
 from vrg.bus.messages import SensorMessage
 from vrg.hal.sensors.battery import Battery
+from vrg.hal.sensors.camera import Camera
 from vrg.hal.sensors.encoders import Encoders
 from vrg.hal.sensors.gps import Gps
 from vrg.hal.sensors.ins import Ins
@@ -105,6 +106,15 @@ class Readings(Struct, frozen=True):
     def gps(self) -> Sample[Gps] | None:
         """The newest position of the first GPS receiver."""
         return self.latest(Gps)
+
+    @property
+    def camera(self) -> Sample[Camera] | None:
+        """The newest picture of the first camera.
+
+        It has a sample only where pictures are asked for: by `camera = true` at the player in the match file, or by a
+        program that looks.
+        """
+        return self.latest(Camera)
 
     @property
     def battery(self) -> Sample[Battery] | None:

@@ -14,7 +14,6 @@ from pathlib import Path
 
 from vrg.config.setup import MatchSetup
 from vrg.hal.backends import BACKENDS
-from vrg.hal.models import robot_model
 from vrg.hal.sensors.laser import LaserSpec
 from vrg.launch.run_folder import RunFolder
 from vrg.recording.layout import foxglove_layout
@@ -84,7 +83,7 @@ def keep_layout(setup: MatchSetup, folder: RunFolder) -> None:
         OSError: it cannot be written.
     """
     lasers = {
-        player.name: [spec.name for spec in robot_model(player.model).sensors if isinstance(spec, LaserSpec)]
+        player.name: [spec.name for spec in player.robot.sensors if isinstance(spec, LaserSpec)]
         for player in setup.players
     }
     bounds = [(player.pose.x, player.pose.y, player.pose.x, player.pose.y) for player in setup.players]

@@ -80,12 +80,10 @@ def strategy_of(setup: MatchSetup, name: str) -> "Strategy":
     Raises:
         ConfigError: there is no such player, or its strategy cannot be imported or made, or is no Strategy.
     """
-    from vrg.hal.models import robot_model
-
     player = setup.player(name)
     kind = strategy_class(player.strategy, Path(setup.base))
     try:
-        return kind(name, robot_model(player.model))
+        return kind(name, player.robot)
     except (Exception, SystemExit) as error:
         raise ConfigError([f"{player.strategy}: cannot be made: {failure_of(error)}"]) from error
 
@@ -102,7 +100,6 @@ def player_node(setup: MatchSetup, name: str) -> "Player":
     from vrg.bus.radio import Radio
     from vrg.hal.backends import MatchContext, open_driver
     from vrg.hal.device import Device
-    from vrg.hal.models import robot_model
 
     player = setup.player(name)
     try:
@@ -112,7 +109,7 @@ def player_node(setup: MatchSetup, name: str) -> "Player":
     mailbox, keys = Mailbox(), setup.keys
     context = MatchContext(
         name=name,
-        model=robot_model(player.model),
+        model=player.robot,
         options=setup.backends.get(player.backend, {}),
         base=Path(setup.base),
         now=lambda: mailbox.now,
@@ -126,9 +123,16 @@ def player_node(setup: MatchSetup, name: str) -> "Player":
 
 
 def recorder_node(setup: MatchSetup, folder: RunFolder) -> "Recorder":
-    """Make the recorder, which records a match for Foxglove."""
-    from vrg.hal.models import robot_model
+    """Make the recorder, which records a match for Foxglove.
+
+    Sonars, GPS receivers and bumpers add a fifth to a recording with lasers. Odometry, encoders and INS would each add
+    a tenth or more, for what the poses tell too, so they are left out. A camera is recorded while somebody asks for it.
+    """
+    from vrg.hal.sensors.camera import Camera
+    from vrg.hal.sensors.gps import Gps
     from vrg.hal.sensors.laser import Laser
+    from vrg.hal.sensors.sonar import Sonar
+    from vrg.hal.sensors.touch import Touch
     from vrg.recording.recorder import Recorder
 
     return Recorder(
@@ -136,9 +140,9 @@ def recorder_node(setup: MatchSetup, folder: RunFolder) -> "Recorder":
         Mailbox(),
         setup.keys,
         folder.recording,
-        models={player.name: robot_model(player.model) for player in setup.players},
+        models={player.name: player.robot for player in setup.players},
         obstacles=setup.obstacles,
-        sensors=[Laser],
+        sensors=[Laser, Sonar, Gps, Touch, Camera],
     )
 
 
@@ -148,14 +152,13 @@ def spectator_node(setup: MatchSetup, name: str, pictures: Path) -> "Spectator":
     Args:
         name: the name of the node. pictures: the folder for the pictures that its user takes.
     """
-    from vrg.hal.models import robot_model
     from vrg.ui.spectator import Spectator
 
     return Spectator(
         name,
         Mailbox(),
         setup.keys,
-        sizes={p.name: robot_model(p.model).size for p in setup.players},
+        sizes={p.name: p.robot.size for p in setup.players},
         obstacles=setup.obstacles,
         pictures=pictures,
     )

@@ -73,6 +73,24 @@ class LaserScan(Struct, frozen=True, gc=False):
     intensities: list[float]
 
 
+class CompressedImage(Struct, frozen=True, gc=False):
+    """foxglove.CompressedImage: a picture, as the bytes of a file of this format."""
+
+    timestamp: Time
+    frame_id: str
+    data: bytes
+    format: str
+
+
+class LocationFix(Struct, frozen=True, gc=False):
+    """foxglove.LocationFix: a place on the earth, WGS 84, degrees; north and east are positive."""
+
+    timestamp: Time
+    frame_id: str
+    latitude: float
+    longitude: float
+
+
 class Log(Struct, frozen=True, gc=False):
     """foxglove.Log: a line of the viewer's log panel. Level 2 is information."""
 

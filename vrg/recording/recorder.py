@@ -8,7 +8,8 @@ Topics:
 - `/robot/<robot>/twist`: how it moves. `/robot/<robot>/command`: the motion that it was last told to make, after all
   limits.
 - `/robot/<robot>/battery`: the charge of its battery, when it changes by a thousandth.
-- `/robot/<robot>/<kind>/<sensor>`: the readings of its sensors, where the recorder is asked for them.
+- `/robot/<robot>/<kind>/<sensor>`: the readings of its sensors, where the recorder is asked for them. Bumpers are
+  written when they change, a GPS receiver when it has a fix. The cones of a sonar are drawn in `.../cones`.
 - `/player/<player>/report`: what a player says of itself, when it changes.
 - `/player/<player>/sightings`: the unknown robots that it has told the referee it has seen.
 - `/player/<player>/sketch`: what it wants to be shown about what it thinks, at most once in SKETCH_EVERY.
@@ -20,7 +21,6 @@ Times are match time in ns.
 
 import logging
 import math
-import struct
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import BinaryIO, ClassVar, Final
@@ -36,9 +36,10 @@ from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys, name_in
 from vrg.games import UNKNOWN, game_of
 from vrg.hal.models.description import RobotModel
-from vrg.hal.sensors.laser import Laser
+from vrg.hal.sensors.touch import Touch
 from vrg.recording import foxglove as fg
 from vrg.recording.mcap_file import McapFile
+from vrg.recording.readings import records_of
 from vrg.recording.records import (
     BatteryRecord,
     CallRecord,
@@ -48,7 +49,7 @@ from vrg.recording.records import (
     StateRecord,
     TwistRecord,
 )
-from vrg.recording.scene import laser_pose, obstacle_entity, robot_entity, zone_entity
+from vrg.recording.scene import obstacle_entity, robot_entity, zone_entity
 from vrg.recording.sketches import sketch_entity
 from vrg.regions import Region
 from vrg.types import Pose
@@ -117,6 +118,7 @@ class Recorder(Node):
         self._pending = False
         self._said: dict[str, m.Report] = {}
         self._sketched: dict[str, tuple[m.Sketch | None, float]] = {}
+        self._touched: dict[str, Touch] = {}
         self._charge: dict[str, float] = {}
         self._where: dict[str, Pose] = {}
         self._game_name, self._game = "", UNKNOWN
@@ -268,14 +270,13 @@ class Recorder(Node):
     def _write_reading(self, received: Received[m.SensorMessage]) -> None:
         _, _, _, coded, _, kind, sensor = received.key.split("/")
         robot = name_of(coded)
-        record: Struct = received.body
-        if isinstance(record, Laser):
-            # A viewer draws a scan where the laser was; before the first pose nobody knows where that is.
-            if robot not in self._where:
+        topic, reading = f"/robot/{robot}/{kind}/{sensor}", received.body
+        if isinstance(reading, Touch):
+            if self._touched.get(topic) == reading:
                 return
-            here = laser_pose(self._where[robot], self._models.get(robot), sensor)
-            # In mm: the digits that float32 adds to a range in m would be half of the recording.
-            ranges = [round(r, 3) for r in struct.unpack(f"<{len(record.data) // 4}f", record.data)]
-            end = record.angle_min + record.angle_step * max(0, len(ranges) - 1)
-            record = fg.LaserScan(fg.time_of(received.stamp), fg.FRAME, here, record.angle_min, end, ranges, [])
-        self._write(f"/robot/{robot}/{kind}/{sensor}", record, received)
+            self._touched[topic] = reading
+        at = fg.time_of(received.stamp)
+        # A viewer draws a reading where the sensor was; before the first pose nobody knows where that is.
+        where, model = self._where.get(robot), self._models.get(robot)
+        for end, record in records_of(reading, at, robot, sensor, where, model):
+            self._write(topic + end, record, received)

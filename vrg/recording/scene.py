@@ -10,12 +10,15 @@ from vrg.bus.messages import Zone
 from vrg.colours import GREEN, GREY, Rgb
 from vrg.hal.models.description import RobotModel
 from vrg.hal.sensors.laser import LaserSpec
+from vrg.hal.sensors.sonar import Sonar, SonarSpec
 from vrg.recording import foxglove as fg
 from vrg.regions import Region
 from vrg.types import Pose
 
 BLOCK_HEIGHT: Final = 1.0
 """The height of walls and obstacles, m. It is that of the world, `vrg.hal.sim.map.WALL_HEIGHT`."""
+SONAR_HEIGHT: Final = 0.2
+"""The height above ground in which the cones of a sonar are drawn, m."""
 UNKNOWN_SIZE: Final = fg.Vector3(0.5, 0.4, 0.25)
 """Length, width and height in m of a robot whose model is not known."""
 
@@ -75,6 +78,35 @@ def laser_pose(body: Pose, model: RobotModel | None, laser: str) -> fg.Pose:
     return fg.pose_of(body.x + ahead * math.cos(body.theta), body.y + ahead * math.sin(body.theta), body.theta)
 
 
+def sonar_entity(
+    robot: str, sonar: str, heard: Sonar, body: Pose, model: RobotModel | None, at: fg.Time
+) -> fg.SceneEntity | None:
+    """The cones of a sonar in which something was heard, as flat triangles that end where it was heard.
+
+    Args:
+        robot, sonar: the names of the robot and of the sensor on it.
+        body: where the robot was. model: its description, which has the places of the transducers.
+
+    Returns:
+        the entity, or None if the model has no such sonar.
+    """
+    sensors = () if model is None else model.sensors
+    spec = next((s for s in sensors if isinstance(s, SonarSpec) and s.name == sonar), None)
+    if spec is None or len(spec.places) != len(heard.ranges):
+        return None
+    points = []
+    for place, r in zip(spec.places, heard.ranges, strict=True):
+        if r < heard.range_max:
+            points.append(fg.Vector3(place.x, place.y, 0.0))
+            for bearing in (place.theta - spec.cone / 2, place.theta + spec.cone / 2):
+                x, y = place.x + r * math.cos(bearing), place.y + r * math.sin(bearing)
+                points.append(fg.Vector3(round(x, 3), round(y, 3), 0.0))
+    pose = fg.pose_of(round(body.x, 3), round(body.y, 3), body.theta, SONAR_HEIGHT)
+    cones = [fg.TriangleListPrimitive(pose, points, _ECHO, [])]
+    name = f"{robot}/{sonar}"
+    return fg.SceneEntity(at, fg.FRAME, name, _SHORT, False, [], [], [], [], cones if points else [])
+
+
 def _rim(top: fg.Pose, size: fg.Vector3) -> fg.LinePrimitive:
     x, y = size.x / 2, size.y / 2
     corners = [fg.Vector3(a, b, 0.0) for a, b in ((x, y), (-x, y), (-x, -y), (x, -y))]
@@ -89,3 +121,6 @@ def colour_of(rgb: Rgb) -> fg.Color:
 _WHITE: Final = colour_of((255, 255, 255))
 _ORIGIN: Final = fg.pose_of(0.0, 0.0, 0.0)
 _FOREVER: Final = fg.Time(0, 0)
+_ECHO: Final = fg.Color(1.0, 0.8, 0.2, 0.3)
+_SHORT: Final = fg.Time(2, 0)
+"""For so long an echo is shown if no newer reading comes."""

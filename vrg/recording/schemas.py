@@ -17,6 +17,8 @@ _NAMES: Final[dict[type[Struct], str]] = {
     fg.SceneUpdate: "foxglove.SceneUpdate",
     fg.PoseInFrame: "foxglove.PoseInFrame",
     fg.LaserScan: "foxglove.LaserScan",
+    fg.CompressedImage: "foxglove.CompressedImage",
+    fg.LocationFix: "foxglove.LocationFix",
     fg.Log: "foxglove.Log",
     records.StateRecord: "vrg.RefereeState",
     records.ReportRecord: "vrg.Report",

@@ -12,6 +12,7 @@ from rich.text import Text
 
 from vrg.bus.codec import Received
 from vrg.bus.messages import SensorMessage
+from vrg.hal.sensors.camera import Camera
 from vrg.hal.sensors.gps import Gps
 from vrg.hal.sensors.laser import Laser
 from vrg.hal.sensors.sonar import Sonar
@@ -72,6 +73,9 @@ def words_of(message: SensorMessage) -> str:
             return f"no fix, {message.satellites} satellites"
         place = f"{math.degrees(message.latitude):.7f}°, {math.degrees(message.longitude):.7f}°"
         return f"{place}, {message.satellites} satellites"
+    if isinstance(message, Camera):
+        width, height = message.size
+        return f"{width} x {height} pixels, {len(message.data) / 1000:.1f} KB"
     return _fields(msgspec.to_builtins(message))
 
 

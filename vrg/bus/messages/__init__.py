@@ -37,7 +37,7 @@ from vrg.bus.messages.player import (
     Stroke,
     Variance,
 )
-from vrg.bus.messages.robot import Drive, MeasuredPose, Placed, Recover, RobotState, SpeedLimit
+from vrg.bus.messages.robot import CameraRequest, Drive, MeasuredPose, Placed, Recover, RobotState, SpeedLimit
 from vrg.bus.messages.seat import SeatAnswer, SeatRequest
 from vrg.bus.messages.world import Body, Clock, Poses, RequestKind, WorldAnswer, WorldRequest
 
@@ -53,6 +53,7 @@ __all__ = [
     "Bid",
     "Body",
     "Call",
+    "CameraRequest",
     "Clock",
     "Cost",
     "Covariance",

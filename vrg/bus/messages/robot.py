@@ -61,6 +61,16 @@ class SpeedLimit(Message, frozen=True, kw_only=True):
     v_max: Annotated[float, Meta(gt=0.0, le=100.0)]
 
 
+class CameraRequest(Message, frozen=True, kw_only=True):
+    """A request for pictures of a robot's camera. Whoever goes on looking sends it again before the lease ends.
+
+    Args:
+        lease: for how long the world takes pictures from when it hears this, s of match time.
+    """
+
+    lease: Annotated[float, Meta(gt=0.0, le=10.0)]
+
+
 class Recover(Message, frozen=True, kw_only=True):
     """A request to a robot to clear the fault that it has latched, if it has one.
 

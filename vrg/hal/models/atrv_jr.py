@@ -3,6 +3,7 @@
 from vrg.hal.models.description import RobotModel
 from vrg.hal.models.lms200 import LMS200, lms200
 from vrg.hal.sensors.battery import BatterySpec
+from vrg.hal.sensors.camera import CameraSpec
 from vrg.hal.sensors.encoders import EncodersSpec
 from vrg.hal.sensors.gps import GpsSpec
 from vrg.hal.sensors.ins import InsSpec
@@ -36,13 +37,15 @@ ATRV_JR = RobotModel(
         InsSpec(),
         GpsSpec(),
         BatterySpec(),
+        CameraSpec(x=0.27, height=0.72),
     ),
+    colour=(200, 150, 20),
     source=(
         "Length, width, height, mass (50 kg and the laser), top speed (1 m/s), turn rate (120 degrees/s) and "
         "battery (672 Wh): iRobot ATRV-Jr data sheet; not checked against the "
         "document itself. Estimated: wheel radius, "
         "wheelbase, track, acceleration, encoder ticks, idle power, rolling resistance, efficiency, laser "
-        "mount. Brake: as for P2AT. Effective track: measured in the pybullet engine. "
+        "mount, camera, colour. Brake: as for P2AT. Effective track: measured in the pybullet engine. "
     )
     + LMS200,
 )

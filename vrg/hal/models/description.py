@@ -30,6 +30,7 @@ class RobotModel:
             fraction of the weight. drive_efficiency: mechanical power divided by electrical power.
         sensors: the specs of its sensors.
         source: where the figures come from.
+        colour: the colour of its body in the pictures of cameras: red, green and blue, 0 to 255.
     """
 
     name: str
@@ -52,6 +53,7 @@ class RobotModel:
     drive_efficiency: float
     sensors: tuple[SensorSpec, ...]
     source: str
+    colour: tuple[int, int, int] = (175, 30, 30)
 
     @property
     def size(self) -> Vector:

@@ -4,6 +4,7 @@ from vrg.hal.models.description import RobotModel
 from vrg.hal.models.lms200 import LMS200, lms200
 from vrg.hal.models.p2_sonar import P2_SONAR, p2_sonar
 from vrg.hal.sensors.battery import BatterySpec
+from vrg.hal.sensors.camera import CameraSpec
 from vrg.hal.sensors.encoders import EncodersSpec
 from vrg.hal.sensors.gps import GpsSpec
 from vrg.hal.sensors.ins import InsSpec
@@ -38,13 +39,14 @@ P2AT = RobotModel(
         GpsSpec(),
         BatterySpec(),
         p2_sonar(),
+        CameraSpec(x=0.15, height=0.45),
     ),
     source=(
         "Length, width, height, wheel diameter (0.22 m), top speed (0.7 m/s), turn rate (140 degrees/s) and "
         "battery (3 x 7 Ah x 12 V): Pioneer 2/3 Operations Manual, ActivMedia; not checked "
         "against the document itself. "
         "Estimated: mass (body, batteries, laser), wheelbase, track, acceleration, encoder ticks (a Pioneer "
-        "3-AT's), idle power, rolling resistance, efficiency, laser mount. Brake: locked rubber on dry "
+        "3-AT's), idle power, rolling resistance, efficiency, laser mount, camera. Brake: locked rubber on dry "
         "concrete, friction 0.92. Effective track: measured in the pybullet engine, see vrg.hal.sim.engines.pybullet; "
         "the robot's own parameter file p2at.p as shipped with p2os has 2 / DiffConvFactor = 0.588 m. "
     )

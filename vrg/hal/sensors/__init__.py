@@ -20,6 +20,7 @@ SENSORS: Registry[type[SensorSpec]] = Registry(
     "vrg.sensors",
     {
         "battery": "vrg.hal.sensors.battery:BatterySpec",
+        "camera": "vrg.hal.sensors.camera:CameraSpec",
         "encoders": "vrg.hal.sensors.encoders:EncodersSpec",
         "gps": "vrg.hal.sensors.gps:GpsSpec",
         "ins": "vrg.hal.sensors.ins:InsSpec",

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from vrg.bus.messages import SensorMessage
-from vrg.hal.sensors.spec import SensorSpec
+from vrg.hal.sensors.spec import Rate, SensorSpec
 from vrg.types import Fraction
 
 
@@ -26,4 +26,4 @@ class BatterySpec(SensorSpec):
     message = Battery
     simulation = "vrg.hal.sim.sensors.battery:BatterySimulation"
 
-    rate: float = 1.0
+    rate: Rate = 1.0

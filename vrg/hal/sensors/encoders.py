@@ -1,6 +1,9 @@
 """Encoders, which count the turns of the wheels."""
 
 from dataclasses import dataclass
+from typing import Annotated
+
+from msgspec import Meta
 
 from vrg.bus.messages import SensorMessage
 from vrg.hal.sensors.spec import SensorSpec
@@ -30,4 +33,4 @@ class EncodersSpec(SensorSpec):
     message = Encoders
     simulation = "vrg.hal.sim.sensors.encoders:EncodersSimulation"
 
-    ticks: int
+    ticks: Annotated[int, Meta(ge=1, le=10**9)]

@@ -7,8 +7,8 @@ from typing import Annotated, Final
 from msgspec import Meta
 
 from vrg.bus.messages import SensorMessage
-from vrg.hal.sensors.spec import SensorSpec
-from vrg.types import Count, Vector
+from vrg.hal.sensors.spec import Rate, SensorSpec
+from vrg.types import Count, Deviation, Metres, Vector
 
 SATELLITES_FOR_A_FIX: Final = 4
 """A receiver has four unknowns: three coordinates and its clock's error."""
@@ -53,11 +53,11 @@ class GpsSpec(SensorSpec):
     simulation = "vrg.hal.sim.sensors.gps:GpsSimulation"
     synthesised = True
 
-    height: float = 0.5
-    position_noise: float = 1.5
-    correlation: float = 60.0
-    mask: float = math.radians(10)
-    rate: float = 1.0
+    height: Metres = 0.5
+    position_noise: Deviation = 1.5
+    correlation: Annotated[float, Meta(gt=0.0, le=3600.0)] = 60.0
+    mask: Annotated[float, Meta(ge=0.0, le=math.pi / 2)] = math.radians(10)
+    rate: Rate = 1.0
 
 
 def to_wgs84(place: Vector, origin: tuple[float, float]) -> tuple[float, float]:

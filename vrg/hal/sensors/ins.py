@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from vrg.bus.messages import SensorMessage
 from vrg.hal.sensors.spec import SensorSpec
-from vrg.types import Pose
+from vrg.types import Deviation, Pose
 
 
 class Ins(SensorMessage, frozen=True, kw_only=True):
@@ -30,5 +30,5 @@ class InsSpec(SensorSpec):
     message = Ins
     simulation = "vrg.hal.sim.sensors.ins:InsSimulation"
 
-    position_noise: float = 0.02
-    heading_noise: float = 0.005
+    position_noise: Deviation = 0.02
+    heading_noise: Deviation = 0.005

@@ -8,7 +8,7 @@ from msgspec import Meta
 
 from vrg.bus.messages import SensorMessage
 from vrg.hal.sensors.spec import SensorSpec
-from vrg.types import Metres, Radians
+from vrg.types import Deviation, Length, Metres, Radians
 
 if TYPE_CHECKING:
     import numpy as np
@@ -71,10 +71,10 @@ class LaserSpec(SensorSpec):
     simulation = "vrg.hal.sim.sensors.laser:LaserSimulation"
     synthesised = True
 
-    x: float
-    height: float
-    beams: int
-    fov: float
-    range_max: float
-    noise: float
-    resolution: float
+    x: Metres
+    height: Metres
+    beams: Annotated[int, Meta(ge=1, le=RANGES_LIMIT)]
+    fov: Annotated[float, Meta(gt=0.0, le=math.tau)]
+    range_max: Length
+    noise: Deviation
+    resolution: Length

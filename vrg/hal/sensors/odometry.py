@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from vrg.bus.messages import SensorMessage
 from vrg.hal.sensors.spec import SensorSpec
-from vrg.types import Pose, Twist
+from vrg.types import Deviation, Pose, Twist
 
 
 class Odometry(SensorMessage, frozen=True, kw_only=True):
@@ -36,5 +36,5 @@ class OdometrySpec(SensorSpec):
     message = Odometry
     simulation = "vrg.hal.sim.sensors.odometry:OdometrySimulation"
 
-    scale_noise: float = 0.01
-    slip_noise: float = 0.05
+    scale_noise: Deviation = 0.01
+    slip_noise: Deviation = 0.05

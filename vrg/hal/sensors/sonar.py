@@ -1,5 +1,6 @@
 """Rings of ultrasonic range finders."""
 
+import math
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -7,7 +8,7 @@ from msgspec import Meta
 
 from vrg.bus.messages import SensorMessage
 from vrg.hal.sensors.spec import SensorSpec
-from vrg.types import Metres, Pose
+from vrg.types import Deviation, Length, Metres, Pose
 
 COUNT_LIMIT = 256
 """The largest number of transducers in a ring."""
@@ -36,7 +37,7 @@ class SonarSpec(SensorSpec):
     Args:
         places: the pose of each transducer in the robot's frame, m and rad.
         cone: the whole angle of the cone, rad, less than pi.
-        range_min, range_max: the shortest and the longest range, m. Anything nearer reads range_min.
+        range_min: the shortest range, m; anything nearer reads it. range_max: the longest range, m.
         noise: standard deviation of a range, as a fraction of it. resolution: the step of a range, m.
     """
 
@@ -45,8 +46,12 @@ class SonarSpec(SensorSpec):
     synthesised = True
 
     places: tuple[Pose, ...]
-    cone: float
-    range_min: float
-    range_max: float
-    noise: float
-    resolution: float
+    cone: Annotated[float, Meta(gt=0.0, lt=math.pi)]
+    range_min: Deviation
+    range_max: Length
+    noise: Deviation
+    resolution: Length
+
+    def __post_init__(self) -> None:
+        if self.range_min > self.range_max:
+            raise ValueError(f"expected range_min of at most range_max, {self.range_max:g} m, got {self.range_min:g} m")

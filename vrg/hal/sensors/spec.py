@@ -1,11 +1,15 @@
 """What every sensor has in common: its place in a robot model, and a sample of it at the player."""
 
 from dataclasses import dataclass
-from typing import ClassVar, Generic, TypeVar
+from typing import Annotated, ClassVar, Generic, TypeVar
 
-from msgspec import Struct
+from msgspec import Meta, Struct
 
 from vrg.bus.messages import SensorMessage
+from vrg.types import Fraction
+
+Rate = Annotated[float, Meta(gt=0.0, le=50.0)]
+"""Readings per second of match time. A world makes 50 ticks a second, and a sensor has at most one reading in each."""
 
 S_co = TypeVar("S_co", bound=SensorMessage, covariant=True)
 
@@ -14,10 +18,14 @@ S_co = TypeVar("S_co", bound=SensorMessage, covariant=True)
 class SensorSpec:
     """The spec of one sensor of a robot model.
 
+    A match file may change every field that is a number (see `vrg.hal.models.settings`). The annotation of a field
+    gives its bounds, for example `Annotated[float, msgspec.Meta(ge=0.0)]`. A subclass whose fields must fit together
+    checks that in `__post_init__` and raises ValueError.
+
     Args:
         name: the sensor's name on its robot, unique among the sensors of its kind.
-        rate: readings per second of match time.
-        drop_out: the share of readings that never come, 0 to 1.
+        rate: readings per second of match time. The world rounds the time between two readings to whole ticks.
+        drop_out: the share of readings that never come, 0 to 1. A world without noise has no drop-outs.
 
     Attributes:
         message: the class of the message that carries one reading.
@@ -31,8 +39,8 @@ class SensorSpec:
     synthesised: ClassVar[bool] = False
 
     name: str = "main"
-    rate: float = 10.0
-    drop_out: float = 0.0
+    rate: Rate = 10.0
+    drop_out: Fraction = 0.0
 
     @property
     def kind(self) -> str:

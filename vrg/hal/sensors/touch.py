@@ -1,6 +1,9 @@
 """Bumpers, which feel contact."""
 
 from dataclasses import dataclass
+from typing import Annotated
+
+from msgspec import Meta
 
 from vrg.bus.messages import SensorMessage
 from vrg.hal.sensors.spec import SensorSpec
@@ -30,4 +33,4 @@ class TouchSpec(SensorSpec):
     message = Touch
     simulation = "vrg.hal.sim.sensors.touch:TouchSimulation"
 
-    count: int
+    count: Annotated[int, Meta(ge=1, le=64)]

@@ -1,13 +1,14 @@
 """The set-up of a world, and the checks that tell whether a world can be built from it."""
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import TYPE_CHECKING
 
 from vrg.bus.names import check_name
 from vrg.errors import ConfigError, Path, Problem
 from vrg.hal.models import RobotModel, robot_model
+from vrg.hal.models.settings import SensorSettings, with_settings
 from vrg.types import Pose
 
 if TYPE_CHECKING:
@@ -22,12 +23,25 @@ class RobotSetup:
         model: the name of a robot model.
         pose: the robot's pose at the start, in the map's frame.
         physical: True for a physical robot. The world shows it where it is measured, and never moves it.
+        sensors: the numbers of its sensors that are not those of the model.
+        camera: True takes pictures of its camera all the time, not only while a program asks for them.
     """
 
     name: str
     model: str
     pose: Pose
     physical: bool = False
+    sensors: SensorSettings = field(default_factory=dict)
+    camera: bool = False
+
+    @property
+    def description(self) -> RobotModel:
+        """The description of the robot, with the settings of its sensors.
+
+        Raises:
+            ConfigError: there is no such model, or the settings are wrong.
+        """
+        return with_settings(robot_model(self.model), self.sensors)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,7 +53,7 @@ class WorldConfig:
         tick: the match time between steps, s. seed: the seed of all noise.
         rate: match seconds per real second; 0 means as fast as possible, which only a match in one process can be.
         lasers: False omits all range finders, to save time where no player looks at them. noise: False means perfect
-            sensors.
+            sensors, of which no reading drops out.
         robots: the robots that are in the world from the start.
     """
 
@@ -52,10 +66,23 @@ class WorldConfig:
     noise: bool = True
     robots: tuple[RobotSetup, ...] = ()
 
+    def description(self, name: str, model: str) -> RobotModel:
+        """The description of a robot that may come. One of these `robots` has the settings of its sensors.
+
+        Args:
+            model: the name of its model. A robot that comes with another model has that model's own sensors.
+
+        Raises:
+            ConfigError: there is no such model.
+        """
+        own = (robot.description for robot in self.robots if (robot.name, robot.model) == (name, model))
+        return next(own, None) or robot_model(model)
+
 
 def fingerprint(config: WorldConfig) -> str:
-    """A text that tells apart worlds of different set-ups. The rate and `lasers` do not count."""
-    setup = (config.map, config.engine, config.tick, config.seed, config.noise, config.robots)
+    """A text that tells apart worlds of different set-ups. The rate, `lasers` and `camera` do not count."""
+    robots = [replace(robot, camera=False) for robot in config.robots]
+    setup = (config.map, config.engine, config.tick, config.seed, config.noise, robots)
     return hashlib.sha256(repr(setup).encode()).hexdigest()[:16]
 
 
@@ -82,7 +109,7 @@ def check_setup(config: WorldConfig) -> list[Problem]:
         where: Path = ("players", robot.name)
         try:
             check_name(robot.name, "robot")
-            model = robot_model(robot.model)
+            model = robot.description
         except ConfigError as error:
             problems += [Problem(problem.text, where) for problem in error.problems]
             continue

@@ -45,6 +45,7 @@ class WorldNode(Node):
         self._refused: set[str] = set()
         self._drives = mailbox.subscribe(keys.drive())
         self._limits = mailbox.subscribe(keys.speed_limit())
+        self._camera_requests = mailbox.subscribe(keys.camera_request())
         self._requests = mailbox.subscribe(keys.world_request)
         self._answers = keys.world_answer
         self._referee = mailbox.subscribe(keys.referee_state)
@@ -103,6 +104,8 @@ class WorldNode(Node):
             world.referee(state.body)
         for request in self._requests.take():
             self._request(request.body)
+        for asked in self._camera_requests.take():
+            world.ask_camera(name_in(asked.key), asked.body.lease)
         for limit in self._limits.take():
             world.limit(name_in(limit.key), limit.body.v_max)
         for measured in self._measured.take():

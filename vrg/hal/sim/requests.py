@@ -2,7 +2,7 @@
 
 from vrg.bus.messages import RequestKind, WorldRequest
 from vrg.errors import ConfigError, WorldError
-from vrg.hal.models import RobotModel, robot_model
+from vrg.hal.models import RobotModel
 from vrg.hal.sim.config import overlap, place_problems
 from vrg.hal.sim.world import World
 from vrg.types import Pose
@@ -35,7 +35,7 @@ def _spawn(world: World, request: WorldRequest) -> None:
     if name in world.names:
         raise WorldError(f"spawn {name}: expected a name that is not in the world")
     try:
-        model = robot_model(request.model)
+        model = world.config.description(name, request.model)
     except ConfigError as error:
         raise WorldError(f"spawn {name}: {error}") from None
     _require_room(world, name, model, request.pose, set())

@@ -10,8 +10,9 @@ import numpy as np
 from vrg.bus.messages import Body, Poses, RefereeState, RobotState
 from vrg.errors import ConfigError, WorldError
 from vrg.hal.gate import RefereeGate
-from vrg.hal.models import RobotModel, robot_model
+from vrg.hal.models import RobotModel
 from vrg.hal.sim.config import WorldConfig, check_setup, fingerprint
+from vrg.hal.sim.demand import Demand
 from vrg.hal.sim.engines import ENGINES
 from vrg.hal.sim.fleet import Fleet, Member
 from vrg.hal.sim.ghost import Ghost
@@ -52,14 +53,15 @@ class World:
         self._ghosts: dict[str, Ghost] = {}
         self._gate = RefereeGate()
         self._sensors = SensorSuite(Surroundings(self.map, config.seed, config.noise))
+        self._pictures = Demand([robot.name for robot in config.robots if robot.camera])
         self._spared = frozenset() if config.lasers else _RANGE_FINDERS
         self._state_ticks = max(1, round(STATE_PERIOD / config.tick))
         self._said: dict[str, RobotState] = {}
         for robot in config.robots:
             if robot.physical:
-                self._add_ghost(robot.name, robot_model(robot.model), robot.pose)
+                self._add_ghost(robot.name, robot.description, robot.pose)
             else:
-                self._fleet.add(robot.name, robot_model(robot.model), robot.pose)
+                self._fleet.add(robot.name, robot.description, robot.pose)
         self._resize()
 
     @property
@@ -130,6 +132,11 @@ class World:
     def limit(self, name: str, v_max: float) -> None:
         """Take in the referee's limit of a robot's speed, m/s. It also holds for a robot that comes later."""
         self._fleet.limit(name, v_max)
+
+    def ask_camera(self, name: str, lease: float) -> None:
+        """Take pictures of a robot's camera for `lease` seconds of match time. An unknown robot is ignored."""
+        if name in self._engine.names:
+            self._pictures.ask(name, self.time, lease)
 
     def engage(self, engaged: bool) -> None:
         """Latch or release the emergency stop. After a release no robot moves until it is armed again."""
@@ -252,8 +259,8 @@ class World:
                 f"snapshot: expected one of this set-up ({self._setup}), got one of another ({snapshot.setup}): "
                 "choose another run folder, or delete the snapshot to begin anew"
             )
-        models = {robot.name: robot_model(robot.model) for robot in snapshot.robots}
-        models |= {ghost.name: robot_model(ghost.model) for ghost in snapshot.physical}
+        both: list[RobotSnapshot | GhostSnapshot] = [*snapshot.robots, *snapshot.physical]
+        models = {robot.name: self.config.description(robot.name, robot.model) for robot in both}
         for name in self.names:
             self._engine.remove(name)
         self._ghosts.clear()
@@ -274,7 +281,8 @@ class World:
             self._sensors.recall(robot.name, robot.sensors)
 
     def close(self) -> None:
-        """Close the engine. Idempotent."""
+        """Close the engine and the sensors. Idempotent."""
+        self._sensors.close()
         self._engine.close()
 
     def _add_ghost(self, name: str, model: RobotModel, pose: Pose) -> None:
@@ -299,4 +307,5 @@ class World:
             engine.wheels,
             engine.touch,
             self._fleet.charge,
+            self._pictures.at(self.time),
         )

@@ -2,7 +2,7 @@
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
@@ -23,7 +23,8 @@ class Surroundings:
     """What does not change while a world exists.
 
     Args:
-        map_: the walls and obstacles. seed: the seed of all noise. noise: False means perfect sensors.
+        map_: the walls and obstacles. seed: the seed of all noise.
+        noise: False means perfect sensors, of which no reading drops out.
     """
 
     map_: Map
@@ -58,6 +59,7 @@ class Instant:
         wheels: shape (robots, 2): the angles that the left and the right wheels have turned, rad.
         touch: one number per robot; bit n is set if bumper n is in contact.
         charge: returns the charge of a robot's battery by the robot's name, from 1 (full) to 0 (empty).
+        cameras: the names of the robots of whose cameras somebody wants pictures.
     """
 
     tick: int
@@ -68,6 +70,7 @@ class Instant:
     wheels: Floats
     touch: Sequence[int]
     charge: Callable[[str], float]
+    cameras: Collection[str] = ()
 
 
 class SensorSimulation(ABC, Generic[P]):
@@ -90,6 +93,9 @@ class SensorSimulation(ABC, Generic[P]):
     def sense(self, now: Instant) -> list[Said]:
         """The readings of the sensors that are due at this tick. It is called once per tick."""
 
+    def close(self) -> None:
+        """Release what the simulation holds. Idempotent."""
+
     def placed(self, robot: str) -> None:
         """Take note that a robot was put somewhere else, at rest."""
 
@@ -109,7 +115,7 @@ class SensorSimulation(ABC, Generic[P]):
 
     def _comes(self, mounted: Mounted[P], now: Instant) -> bool:
         spec = mounted.spec
-        if not spec.drop_out:
+        if not (spec.drop_out and self.surroundings.noise):
             return True
         rng = generator(self.surroundings.seed, mounted.robot, f"drop-out of {spec.kind} {spec.name}", now.tick)
         return float(rng.random()) >= spec.drop_out

@@ -87,7 +87,12 @@ class Fan:
     @staticmethod
     @cache
     def of(beams: int, fov: float) -> "Fan":
-        """The beams that cover `fov` (rad) symmetrically about straight ahead, both ends included."""
+        """The beams that cover `fov` (rad) symmetrically about straight ahead, both ends included.
+
+        A single beam is straight ahead.
+        """
+        if beams == 1:
+            return Fan(0.0, fov, 1)
         return Fan(-fov / 2, fov / (beams - 1), beams)
 
 

@@ -58,6 +58,11 @@ class SensorSuite:
         for simulation in self._simulations.values():
             simulation.placed(robot)
 
+    def close(self) -> None:
+        """Release what the simulations hold. Idempotent."""
+        for simulation in self._simulations.values():
+            simulation.close()
+
     def remember(self, robot: str) -> dict[str, Any]:
         """What a restarted world must know of this robot's sensors, as plain data by simulation."""
         remembered = {target: simulation.remember(robot) for target, simulation in self._simulations.items()}
