@@ -136,18 +136,18 @@ def row_of(trials: Sequence[Trial], results: Sequence[tuple[int, int, float]], *
     }
 
 
-def captures(engine: str, seeds: int) -> Iterator[tuple[dict[str, Any], list[Trial]]]:
+def captures(kinds: Sequence[str], engine: str, seeds: int) -> Iterator[tuple[dict[str, Any], list[Trial]]]:
     """The rows of the first experiment."""
-    for courses in COURSES:
+    for courses in kinds:
         for noise in (False, True):
             for k in sorted(BY_GAIN):
                 cells = {"courses": courses, "sensors": "noisy" if noise else "perfect", "k": k}
                 yield cells, [Trial(courses, engine, k, noise, 0.0, 0.0, seed) for seed in range(seeds)]
 
 
-def radio(engine: str, seeds: int) -> Iterator[tuple[dict[str, Any], list[Trial]]]:
+def radio(kinds: Sequence[str], engine: str, seeds: int) -> Iterator[tuple[dict[str, Any], list[Trial]]]:
     """The rows of the second experiment."""
-    for courses in COURSES:
+    for courses in kinds:
         yield (
             {"courses": courses, "loss": 0.0, "delay, s": 0.0},
             [Trial(courses, engine, 1.0, True, 0.0, 0.0, seed) for seed in range(seeds)],
@@ -165,6 +165,8 @@ def draw(rows: Sequence[dict[str, Any]], path: Path) -> None:
     axes = figure.subplots()
     for courses, marker in zip(COURSES, "os^", strict=True):
         shown = [row for row in rows if row["courses"] == courses and row["delay, s"] > 0]
+        if not shown:
+            continue
         x = [100 * row["loss"] for row in shown]
         low, high = zip(*(map(float, row["95 %"].split(" to ")) for row in shown), strict=True)
         axes.plot(x, [100 * row["rate"] for row in shown], marker=marker, label=LABELS[courses])
@@ -181,11 +183,12 @@ def main() -> None:
     parser.add_argument("experiment", choices=["capture", "radio"])
     parser.add_argument("--seeds", type=int, default=200, help="matches in each row")
     parser.add_argument("--engine", default="pybullet")
+    parser.add_argument("--courses", nargs="*", choices=COURSES, default=COURSES)
     parser.add_argument("--jobs", type=int, default=2, help="matches at a time")
     parser.add_argument("--plot", type=Path, help="where to draw the curve of `radio`")
     options = parser.parse_args()
     seeds = 4 if options.quick else options.seeds
-    plan = list({"capture": captures, "radio": radio}[options.experiment](options.engine, seeds))
+    plan = list({"capture": captures, "radio": radio}[options.experiment](options.courses, options.engine, seeds))
     rows = []
     with ProcessPoolExecutor(options.jobs) as pool:
         for done, (cells, trials) in enumerate(plan, 1):
