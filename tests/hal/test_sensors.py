@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 from vrg.errors import ConfigError
@@ -165,17 +166,34 @@ def lasers(noise: bool, seed: int = 1, map_name: str = "marhes_lab") -> LaserSim
     return simulation
 
 
+def scan_of(
+    simulation: LaserSimulation, robot: str, pose: tuple[float, float, float], number: int
+) -> npt.NDArray[np.float32]:
+    """One scan of one robot."""
+    return simulation.scans([robot], [FRONT], np.array([pose]), [number])[0]
+
+
+def test_scans_that_are_computed_together_are_those_that_are_computed_one_by_one() -> None:
+    rng = np.random.default_rng(4)
+    poses = rng.uniform((-2.5, -2.5, -3.0), (2.5, 2.5, 3.0), (6, 3))
+    names = list("abcdef")
+    for noise in (False, True):
+        together = lasers(noise).scans(names, [FRONT] * 6, poses, [7] * 6)
+        for name, pose, ranges in zip(names, poses, together, strict=True):
+            assert np.array_equal(ranges, scan_of(lasers(noise), name, tuple(pose), 7))
+
+
 def test_a_scan_without_noise_is_exact_and_starts_at_the_mount() -> None:
-    ranges = lasers(False).scan("a", FRONT, (0.0, 0.0, math.pi / 2), 0)
+    ranges = scan_of(lasers(False), "a", (0.0, 0.0, math.pi / 2), 0)
     assert ranges.dtype == np.dtype("<f4")
     assert ranges.shape == (181,)
     assert ranges[90] == pytest.approx(2.9 - FRONT.x, abs=1e-5)
 
 
 def test_a_noisy_scan_is_quantised_and_scatters_as_the_data_sheet_says() -> None:
-    exact = lasers(False).scan("a", FRONT, (0.0, 0.0, 0.5), 0)
+    exact = scan_of(lasers(False), "a", (0.0, 0.0, 0.5), 0)
     simulation = lasers(True)
-    scans = np.array([simulation.scan("a", FRONT, (0.0, 0.0, 0.5), n) for n in range(200)])
+    scans = np.array([scan_of(simulation, "a", (0.0, 0.0, 0.5), n) for n in range(200)])
     steps = scans / FRONT.resolution
     assert np.abs(steps - np.rint(steps)).max() < 1e-3
     error = scans - exact
@@ -186,23 +204,23 @@ def test_a_noisy_scan_is_quantised_and_scatters_as_the_data_sheet_says() -> None
 
 def test_a_beam_that_meets_nothing_reads_the_maximum_with_noise_too() -> None:
     simulation = lasers(True, map_name="open")
-    assert np.all(simulation.scan("a", FRONT, (0.0, 0.0, 0.0), 3) == FRONT.range_max)
+    assert np.all(scan_of(simulation, "a", (0.0, 0.0, 0.0), 3) == FRONT.range_max)
 
 
 def test_laser_noise_is_fixed_by_seed_name_and_number() -> None:
     pose = (0.0, 0.0, 0.5)
-    scan = lasers(True).scan("a", FRONT, pose, 100)
+    scan = scan_of(lasers(True), "a", pose, 100)
     again = lasers(True)
-    again.scan("a", FRONT, pose, 3)
-    assert np.array_equal(scan, again.scan("a", FRONT, pose, 100))
-    assert not np.array_equal(scan, lasers(True).scan("b", FRONT, pose, 100))
-    assert not np.array_equal(scan, lasers(True, seed=2).scan("a", FRONT, pose, 100))
-    assert not np.array_equal(scan, lasers(True).scan("a", FRONT, pose, 101))
+    scan_of(again, "a", pose, 3)
+    assert np.array_equal(scan, scan_of(again, "a", pose, 100))
+    assert not np.array_equal(scan, scan_of(lasers(True), "b", pose, 100))
+    assert not np.array_equal(scan, scan_of(lasers(True, seed=2), "a", pose, 100))
+    assert not np.array_equal(scan, scan_of(lasers(True), "a", pose, 101))
 
 
 def test_a_robot_is_seen_by_others_and_not_by_itself() -> None:
     simulation = lasers(False, map_name="open")
     simulation.look([P2AT, P2AT], np.array([(0.0, 0.0, 0.0), (3.0, 0.0, 0.0)]))
-    ahead = simulation.scan("a", FRONT, (0.0, 0.0, 0.0), 0)
+    ahead = scan_of(simulation, "a", (0.0, 0.0, 0.0), 0)
     assert ahead[90] == pytest.approx(3.0 - P2AT.length / 2 - FRONT.x, abs=1e-5)
-    assert np.all(simulation.scan("b", FRONT, (3.0, 0.0, 0.0), 0) == FRONT.range_max)
+    assert np.all(scan_of(simulation, "b", (3.0, 0.0, 0.0), 0) == FRONT.range_max)

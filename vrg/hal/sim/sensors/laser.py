@@ -1,6 +1,5 @@
 """The simulation of planar laser range finders: rays, noise and resolution. It uses no bus and no clock."""
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -8,10 +7,11 @@ import numpy.typing as npt
 
 from vrg.hal.models import RobotModel
 from vrg.hal.sensors.laser import Laser, LaserSpec
-from vrg.hal.sim.sensors.base import Instant, Said, SensorSimulation, Surroundings
+from vrg.hal.sim.sensors.base import Instant, Mounted, Said, SensorSimulation, Surroundings
 from vrg.hal.sim.sensors.noise import Floats, generator
-from vrg.hal.sim.sensors.rays import Edges, Fan, among_robots, cast
+from vrg.hal.sim.sensors.rays import Edges, Fan, among_robots, cast_all
 
+Floats32 = npt.NDArray[np.float32]
 _BLOCK = 64
 """The number of scans whose noise is drawn at once."""
 
@@ -29,14 +29,23 @@ class LaserSimulation(SensorSimulation[LaserSpec]):
     def sense(self, now: Instant) -> list[Said]:
         """The scans of the laser range finders that are due."""
         due = self.due(now)
-        if due:
-            self.look(now.models, now.poses)
+        if not due:
+            return []
+        self.look(now.models, now.poses)
+        alike: dict[tuple[int, float, float, float], list[Mounted[LaserSpec]]] = {}
+        for m in due:
+            alike.setdefault((m.spec.beams, m.spec.fov, m.spec.range_max, m.spec.resolution), []).append(m)
+        scans: dict[tuple[str, str], Floats32] = {}
+        # Those with the same beams are computed together, which is faster than one by one.
+        for group in alike.values():
+            numbers = [now.tick // m.spec.due_every(now.dt) for m in group]
+            poses = now.poses[[m.row for m in group]]
+            ranges = self.scans([m.robot for m in group], [m.spec for m in group], poses, numbers)
+            scans |= {(m.robot, m.spec.name): own for m, own in zip(group, ranges, strict=True)}
         said: list[Said] = []
         for m in due:
-            x, y, heading = now.poses[m.row].tolist()
-            ranges = self.scan(m.robot, m.spec, (x, y, heading), now.tick // m.spec.due_every(now.dt))
-            fan = Fan.of(m.spec.beams, m.spec.fov)
-            scan = Laser(angle_min=fan.first, angle_step=fan.step, range_max=m.spec.range_max, data=ranges.tobytes())
+            fan, data = Fan.of(m.spec.beams, m.spec.fov), scans[m.robot, m.spec.name].tobytes()
+            scan = Laser(angle_min=fan.first, angle_step=fan.step, range_max=m.spec.range_max, data=data)
             said.append((m.robot, m.spec.name, scan))
         return said
 
@@ -44,25 +53,29 @@ class LaserSimulation(SensorSimulation[LaserSpec]):
         """Take in where all robots are, shape (robots, 3), before the scans of a tick."""
         self._edges = among_robots(self._static, models, poses)
 
-    def scan(
-        self, robot: str, spec: LaserSpec, pose: tuple[float, float, float], number: int
-    ) -> npt.NDArray[np.float32]:
-        """Compute one scan, among the robots that `look` was given.
+    def scans(
+        self, robots: Sequence[str], specs: Sequence[LaserSpec], poses: Floats, numbers: Sequence[int]
+    ) -> Floats32:
+        """Compute the scans of several laser range finders, among the robots that `look` was given.
 
         Args:
-            robot: the robot's name, for the noise. pose: the robot's x and y in m and its heading in rad, in the map's
-                frame. number: the number of the scan, for the noise.
+            robots: the names of the robots, for the noise. specs: one for each of them; beams, fov, range_max and
+                resolution must be the same in all. poses: of the robots in the map's frame: shape (robots, 3), m and
+                rad. numbers: of the scans, for the noise.
 
         Returns:
-            shape (beams,), m, in steps of the resolution; `range_max` where a beam met nothing.
+            shape (robots, beams), m, in steps of the resolution; `range_max` where a beam met nothing.
         """
-        x, y, heading = pose
-        at = x + spec.x * math.cos(heading), y + spec.x * math.sin(heading)
+        spec = specs[0]
+        sensors = poses.copy()
+        ahead = np.array([own.x for own in specs])
+        sensors[:, 0] += ahead * np.cos(poses[:, 2])
+        sensors[:, 1] += ahead * np.sin(poses[:, 2])
         fan = Fan.of(spec.beams, spec.fov)
-        ranges = cast(*at, heading, fan, spec.range_max, self._edges, self._discs)
+        ranges = cast_all(sensors, fan, spec.range_max, self._edges, self._discs)
         if self.surroundings.noise:
             nothing = ranges >= spec.range_max - 1e-9
-            ranges += self._draw(robot, spec, number)
+            ranges += [self._draw(*each) for each in zip(robots, specs, numbers, strict=True)]
             ranges /= spec.resolution
             np.rint(ranges, out=ranges)
             ranges *= spec.resolution

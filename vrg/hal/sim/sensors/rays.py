@@ -97,52 +97,65 @@ class Fan:
 
 
 def cast(x: float, y: float, heading: float, fan: Fan, range_max: float, edges: Edges, discs: Floats) -> Floats:
-    """The distance along each beam to the nearest body.
+    """The distance along each beam of one sensor to the nearest body: shape (fan.count,), m. See `cast_all`."""
+    ranges: Floats = cast_all(np.array(((x, y, heading),)), fan, range_max, edges, discs)[0]
+    return ranges
+
+
+def cast_all(sensors: Floats, fan: Fan, range_max: float, edges: Edges, discs: Floats) -> Floats:
+    """The distance along each beam of each sensor to the nearest body.
 
     Args:
-        x, y, heading: the sensor's pose in the map's frame, m and rad.
+        sensors: the poses of the sensors in the map's frame: shape (sensors, 3), m and rad.
         range_max: the range in m of a beam that meets nothing nearer.
         edges: outlines of bodies. A body is not seen from inside, so a robot never sees itself.
         discs: shape (n, 3): x, y and radius of round bodies, m.
 
     Returns:
-        shape (fan.count,), m.
+        shape (sensors, fan.count), m.
     """
-    c, s = math.cos(heading), math.sin(heading)
     # Beams are compared by 1 / range. It is linear in a beam's direction, so the pairs need no divisions.
-    inverse = np.full(fan.count, 1.0 / range_max)
-    height = edges.normals[0] * x
-    height += edges.normals[1] * y
+    inverse = np.full(len(sensors) * fan.count, 1.0 / range_max)
+    height = sensors[:, :2] @ edges.normals
     height -= edges.offsets
-    seen = ((height > _EPS) & (height < range_max)).nonzero()[0]
+    looks, seen = ((height > _EPS) & (height < range_max)).nonzero()
     if len(seen):
-        turn = np.array(((c, s), (-s, c)))
-        _cast_edges(inverse, np.array(((x,), (y,))), turn, fan, edges, seen, height[seen])
-    ranges: Floats = 1.0 / inverse
+        _cast_edges(inverse, sensors.take(looks, axis=0).T, looks, fan, edges, seen, height[looks, seen])
+    ranges: Floats = np.reciprocal(inverse, out=inverse).reshape(len(sensors), fan.count)
     if len(discs):
-        _cast_discs(ranges, x, y, c, s, fan, discs)
+        for (x, y, heading), own in zip(sensors.tolist(), ranges, strict=True):
+            _cast_discs(own, x, y, math.cos(heading), math.sin(heading), fan, discs)
     return ranges
 
 
 def _cast_edges(
     inverse: Floats,
-    sensor: Floats,
-    turn: Floats,
+    poses: Floats,
+    looks: npt.NDArray[np.intp],
     fan: Fan,
     edges: Edges,
     seen: npt.NDArray[np.intp],
     height: Floats,
 ) -> None:
-    """Raise `inverse` where a seen edge is nearer. `turn` rotates from the map's frame to the sensor's."""
+    """Raise `inverse` where a seen edge is nearer.
+
+    Args:
+        poses: the pose of the sensor that sees it, for each seen edge: shape (3, pairs). looks: that sensor's number.
+        seen: the numbers of the edges. height: the distance of the sensor from the line of the edge, m. Shape (pairs,).
+    """
+    c, s = np.cos(poses[2]), np.sin(poses[2])
     ends = edges.ends.take(seen, axis=1)
-    start, end = turn @ (ends[:2] - sensor), turn @ (ends[2:] - sensor)
-    slopes = turn @ edges.normals.take(seen, axis=1)
-    slopes /= -height
+    ends[:2] -= poses[:2]
+    ends[2:] -= poses[:2]
+    slope_x, slope_y = edges.normals.take(seen, axis=1) / -height
+    slopes = np.array((c * slope_x + s * slope_y, c * slope_y - s * slope_x))
     # An outline is counter-clockwise, so from outside an edge runs from its greater bearing to its smaller one.
-    high, low = np.arctan2(start[1], start[0]), np.arctan2(end[1], end[0])
+    high = np.arctan2(c * ends[1] - s * ends[0], c * ends[0] + s * ends[1])
+    low = np.arctan2(c * ends[3] - s * ends[2], c * ends[2] + s * ends[3])
     behind = (high < low).nonzero()[0]
     if len(behind):  # these edges cross the line straight behind, where bearings jump, so each has two runs
         slopes = np.concatenate((slopes, slopes[:, behind]), axis=1)
+        looks = np.concatenate((looks, looks[behind]))
         low = np.concatenate((low, np.full(len(behind), -math.pi)))
         high = np.concatenate((high, high[behind]))
         high[behind] = math.pi
@@ -158,6 +171,7 @@ def _cast_edges(
     beams += (first - stops + counts).repeat(counts)
     pairs = slopes.repeat(counts, axis=1)
     pairs *= fan.directions.take(beams, axis=1)
+    beams += (looks * fan.count).repeat(counts)
     np.maximum.at(inverse, beams, pairs[0] + pairs[1])
 
 
