@@ -9,17 +9,16 @@ outer loop can ask for views and give actions in place of a strategy.
 
 from typing import Any
 
-from msgspec import to_builtins
-
 from vrg.agents.motion import VelocityEstimator
 from vrg.agents.strategy import Action, Strategy, View, action_of
+from vrg.agents.telling import Telling
 from vrg.blame import DecisionTimeoutError, failure_of, place_of_method
-from vrg.bus.codec import Received, checked
+from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Bid, Links, Message, RefereeState, Report, Sightings, Sketch, shortened
+from vrg.bus.messages import RefereeState, Report, shortened
 from vrg.bus.node import Node, Tick, is_fresh
 from vrg.bus.radio import Radio
-from vrg.bus.topics import Keys, Topic
+from vrg.bus.topics import Keys
 from vrg.errors import RobotError, StaleDataError, StrategyError
 from vrg.hal.device import Device
 from vrg.hal.readings import Readings
@@ -34,8 +33,6 @@ REFEREE_TIMEOUT = 0.3
 """The match time in s without the referee's state after which a player stops."""
 SENSOR_TIMEOUT = 0.3
 """The match time in s without a reading after which a player stops."""
-COUNT_PERIOD = 1.0
-"""The match time in s between two messages about what came over the radio."""
 NONSENSE_LIMIT = 10
 """The number of decisions in a row that are no finite motion, after which the strategy has failed."""
 
@@ -64,11 +61,10 @@ class Player(Node):
         period: float = PERIOD,
     ) -> None:
         super().__init__(device.name, mailbox, period)
-        self._keys = keys
         self._report = keys.report(self.name)
         self._device = device
         self._strategy = strategy
-        self._radio = radio
+        self._telling = Telling(mailbox, keys, self.name, radio)
         self._referee = mailbox.subscribe(keys.referee_state)
         self._motion = VelocityEstimator()
         self._fault: str | None = None
@@ -79,7 +75,6 @@ class Player(Node):
         self._command: Twist | None = None
         self._battery: float | None = None
         self._nonsense = 0
-        self._count_at = 0.0
 
     def start(self) -> None:
         """Connect to the robot.
@@ -100,7 +95,7 @@ class Player(Node):
             # The strategy is always asked, so that it sees every event. Its twist counts only while no human drives.
             self.drive(view, self._decision(view))
         self.report()
-        self._count(tick.time)
+        self._telling.count(tick.time)
 
     def look(self, tick: Tick) -> View | None:
         """Return what the player sees, or None if its robot has to stand still. The robot is then stopped already."""
@@ -127,34 +122,16 @@ class Player(Node):
         Raises:
             StrategyError: what the action says cannot be sent to the team, or it has been no finite motion for long.
         """
-        self._tell(view, action)
+        try:
+            self._telling.tell(action, view.position)
+        except Exception as error:
+            raise self._wrong(f"what it says cannot be sent: {error}") from None
         twist = action.twist if self._makes_sense(action.twist) else STILL
         manual = self._device.lease(view.time)
         self._manual = manual is not None
         if self._manual:
             self._mode = "Manual"
         self._send((manual or twist) if view.me.may_move else STILL)
-
-    def _tell(self, view: View, action: Action) -> None:
-        """Send what an action says to the team, to the referee and to the windows.
-
-        Raises:
-            StrategyError: it cannot be sent.
-        """
-        try:
-            if action.say is not None:
-                self._radio.say(action.say, view.position)
-            told: list[tuple[Topic[Any], Message]] = []
-            if action.sightings:
-                told.append((self._keys.sightings(self.name), Sightings(seen=list(action.sightings))))
-            for lot, cost in action.bids.items():
-                told.append((self._keys.bid(self.name), Bid(lot=lot, cost=None if cost is None else float(cost))))
-            if action.sketch is not None:
-                told.append((self._keys.sketch(self.name), Sketch(strokes=list(action.sketch))))
-            for topic, message in told:
-                self.mailbox.publish(topic, checked(message))
-        except Exception as error:
-            raise self._wrong(f"what it says cannot be sent: {error}") from None
 
     def give_way(self, why: str) -> None:
         """Stop the robot and report why, in place of a tick: the strategy has failed."""
@@ -184,16 +161,8 @@ class Player(Node):
         )
 
     def counted(self) -> dict[str, Any]:
-        """What came over the radio: the numbers of `LinkCount` by team mate."""
-        links = {count.speaker: to_builtins(count) for count in self._radio.counts()}
-        return {"radio": {name: {k: v for k, v in of.items() if k != "speaker"} for name, of in links.items()}}
-
-    def _count(self, now: float) -> None:
-        """Publish what came over the radio, once per COUNT_PERIOD, if there was anything."""
-        counts = self._radio.counts() if now >= self._count_at else []
-        if counts:
-            self._count_at = now + COUNT_PERIOD
-            self.mailbox.publish(self._keys.links(self.name), Links(links=counts))
+        """What came over the radio, by team mate."""
+        return {"radio": self._telling.counted()}
 
     def stop(self) -> None:
         """Stop the robot and close its device."""
@@ -230,7 +199,7 @@ class Player(Node):
             velocities=self._motion.velocities,
             robot=self._device.features,
             pose=ins.value.pose,
-            heard=self._radio.heard((ins.value.pose.x, ins.value.pose.y)),
+            heard=self._telling.heard((ins.value.pose.x, ins.value.pose.y)),
         )
 
     def _decision(self, view: View) -> Action:
