@@ -54,7 +54,7 @@ bodies = st.builds(m.Body, name=names, pose=poses, v=speeds, w=spins, physical=s
 sightings = st.builds(
     lambda xx, share, yy, **rest: m.Sighting(xx=xx, xy=share * (xx * yy) ** 0.5, yy=yy, **rest),
     x=coordinates, y=coordinates, time=seconds,
-    xx=st.floats(1e-9, 1e4), share=st.floats(-0.99, 0.99), yy=st.floats(1e-9, 1e4),
+    xx=st.floats(1e-6, 100), share=st.floats(-0.99, 0.99), yy=st.floats(1e-6, 100),
 )  # fmt: skip
 auctions = st.builds(
     m.Auction,

@@ -124,14 +124,14 @@ def test_a_loser_cannot_give_back_what_another_has_won() -> None:
     won = after(state(), (1.5, bids(("ann", 1.0), ("bob", 2.0))))
     now, refused = auctioned(won, bids(("bob", None)), 2.0)
     assert winner(now) == "ann"
-    assert refused == ["the bid of bob for rug is refused: ann has won it already"]
+    assert refused == ["the bid of bob for 'rug' is refused: ann has won it already"]
 
 
 def test_a_bid_that_comes_too_late_is_refused() -> None:
     won = after(state(), (1.5, bids(("ann", 3.0))))
     now, refused = auctioned(won, bids(("bob", 0.1)), 1.6)
     assert now == won
-    assert refused == ["the bid of bob for rug is refused: ann has won it already"]
+    assert refused == ["the bid of bob for 'rug' is refused: ann has won it already"]
 
 
 def test_the_winner_cannot_change_the_bid_by_which_it_has_won() -> None:
@@ -144,9 +144,9 @@ def test_the_winner_cannot_change_the_bid_by_which_it_has_won() -> None:
 def test_a_bid_for_what_is_not_auctioned_is_refused() -> None:
     now, refused = auctioned(state(), bids(("ann", 1.0), lot="vase"), 1.1)
     assert now == state()
-    assert refused == ["the bid of ann for vase is refused: there is no such auction"]
+    assert refused == ["the bid of ann for 'vase' is refused: there is no such auction"]
     assert auctioned(GameState(), bids(("ann", 1.0)), 1.1)[1] == [
-        "the bid of ann for rug is refused: there is no such auction"
+        "the bid of ann for 'rug' is refused: there is no such auction"
     ]
 
 
@@ -154,9 +154,9 @@ def test_a_bid_for_what_is_not_auctioned_is_refused() -> None:
 def test_a_bid_of_somebody_who_may_not_bid_is_refused(who: str) -> None:
     now, refused = auctioned(state(auction(bidders=["ann", "bob"])), bids((who, 1.0)), 1.5)
     assert winner(now) is None
-    assert refused == [f"the bid of {who} for rug is refused: only ann, bob may bid"]
+    assert refused == [f"the bid of {who} for 'rug' is refused: only ann, bob may bid"]
     assert auctioned(state(auction(bidders=[])), bids((who, 1.0)), 1.5)[1] == [
-        f"the bid of {who} for rug is refused: only nobody may bid"
+        f"the bid of {who} for 'rug' is refused: only nobody may bid"
     ]
 
 
@@ -180,7 +180,7 @@ def test_a_player_has_at_most_one_lot() -> None:
 def test_who_has_a_lot_cannot_bid_for_another_until_it_is_given_back_or_closed() -> None:
     won = after(state(auction("rug"), auction("vase")), (1.5, bids(("ann", 1.0))))
     now, refused = auctioned(won, bids(("ann", 1.0), lot="vase"), 1.6)
-    assert refused == ["the bid of ann for vase is refused: it has won rug"]
+    assert refused == ["the bid of ann for 'vase' is refused: it has won rug"]
     assert winner(now, "vase") is None
     given_back = after(won, (1.6, [*bids(("ann", None)), *bids(("ann", 1.0), lot="vase")]))
     assert winner(given_back, "vase") == "ann"

@@ -53,7 +53,15 @@ class Book:
         return Verdict(structs.replace(state, round=state.round + 1))
 
     def statuses(self, state: State, stage: Stage, now: Field) -> list[PlayerStatus]:
-        return [PlayerStatus(name="a", team="team", role="r", state="s", may_move=True, radius=0.3, mark=Pose(0, 0, 0))]
+        return [
+            PlayerStatus(
+                name="a", team="team", role="r", state="s", may_move=True, radius=0.3, mark=Pose(0, 0, 0),
+                pose=now.poses.get("a"),
+            )
+        ]  # fmt: skip
+
+    def marks(self, state: State) -> dict[str, Pose]:
+        return {"a": Pose(0, 0, 0)}
 
     def zones(self, state: State) -> list[Zone]:
         return []

@@ -13,6 +13,8 @@ from vrg.bus.radio import Heard, Radio
 from vrg.bus.topics import Keys, Topic
 from vrg.types import Vector
 
+BIDS_LIMIT = 20
+"""The number of bids that a player may make at one tick. The referee looks at no more of them."""
 COUNT_PERIOD = 1.0
 """The match time in s between two messages about what came over the radio."""
 
@@ -46,6 +48,8 @@ class Telling:
         told: list[tuple[Topic[Any], Message]] = []
         if action.sightings:
             told.append((self._sightings, Sightings(seen=list(action.sightings))))
+        if len(action.bids) > BIDS_LIMIT:
+            raise ValueError(f"expected at most {BIDS_LIMIT} bids at a tick, got {len(action.bids)}")
         for lot, cost in action.bids.items():
             told.append((self._bid, Bid(lot=lot, cost=None if cost is None else float(cost))))
         if action.sketch is not None:

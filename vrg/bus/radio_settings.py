@@ -4,7 +4,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from vrg.types import Fraction, Length, Name, Seconds
+from vrg.types import Fraction, Length, Seconds
 
 
 class LinkSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -38,7 +38,7 @@ class RadioSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     """
 
     every: LinkSettings = PERFECT
-    links: dict[Name, LinkSettings] = {}
+    links: dict[str, LinkSettings] = {}
 
     def between(self, speaker: str, listener: str) -> LinkSettings:
         """How the link from one player to another is."""

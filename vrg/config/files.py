@@ -100,6 +100,11 @@ class PairTable(LinkTable):
 
     between: tuple[str, str]
 
+    @field_validator("between")
+    @classmethod
+    def _names(cls, value: tuple[str, str]) -> tuple[str, str]:
+        return _check_name(value[0]), _check_name(value[1])
+
 
 class RadioTable(LinkTable):
     """The [radio] table of a match file: how all links are. Without it, every message arrives at once.

@@ -50,8 +50,13 @@ class PlayerSetup(Struct, frozen=True, kw_only=True):
 
     @property
     def robot(self) -> RobotModel:
-        """The description of its robot, with the settings of its sensors in this match."""
-        return with_settings(robot_model(self.model), self.sensors)
+        """The description of its robot, with the settings of its sensors in this match.
+
+        Of a physical robot, settings change only the sensors that the world simulates for it.
+        """
+        model = robot_model(self.model)
+        kinds = {spec.kind for spec in model.sensors if spec.synthesised or not self.physical}
+        return with_settings(model, {kind: own for kind, own in self.sensors.items() if kind in kinds})
 
 
 class MatchSetup(Struct, frozen=True, kw_only=True):

@@ -49,7 +49,7 @@ def auctioned(state: S, offers: Sequence[Offer], clock: float) -> tuple[S, list[
         auction = auctions.get(offer.lot)
         why = _refusal(auctions, offer)
         if auction is None or why:
-            refused.append(f"the bid of {offer.bidder} for {offer.lot} is refused: {why}")
+            refused.append(f"the bid of {offer.bidder} for {offer.lot!r} is refused: {why}")
         else:
             auctions[offer.lot] = _with(auction, offer, clock)
     for lot in sorted(auctions):

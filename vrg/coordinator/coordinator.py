@@ -2,6 +2,7 @@
 
 import logging
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -25,7 +26,7 @@ from vrg.bus.topics import Keys, name_in
 from vrg.coordinator.attendance import POSE_TIMEOUT, Attendance
 from vrg.coordinator.decisions import decide
 from vrg.coordinator.journal import Journal
-from vrg.coordinator.match import Match, standing_still
+from vrg.coordinator.match import Match, Standing, standing_still
 from vrg.coordinator.outcome import Outcome
 from vrg.coordinator.placing import Placing
 from vrg.coordinator.rulebook import Field, Offer, RuleBook
@@ -40,6 +41,10 @@ ADOPTING = 1.0
 """The match time in s after a release in which others may still report the emergency stop that was released."""
 STALL_TICKS = 20
 """The ticks in real time (one in 0.1 s) for which the clock of a virtual match may stand without a halt."""
+OFFERS_LIMIT = 20
+"""The number of bids of one player that the referee looks at in a tick."""
+RECORD_PERIOD = 1.0
+"""The match time in s between two records of changes that no call tells of, such as that an intruder is seen."""
 AT_REST = 0.05
 """The speed in m/s and rad/s at or below which a body counts as at rest."""
 
@@ -90,6 +95,8 @@ class Coordinator(Node):
         self._field = Field({})
         self._unsaved: list[Outcome] = []
         self._announced_limits = False
+        self._written: dict[str, Any] | None = None
+        self._record_at = -math.inf
         self._state = self.match.state(self._field, estop=False)
 
     def tick(self, tick: Tick) -> None:
@@ -124,7 +131,7 @@ class Coordinator(Node):
             self._attendance.lost = [name for name, body in bodies.items() if body.physical and body.age > POSE_TIMEOUT]
         self._field = replace(
             self._field,
-            offers=[Offer(name_in(r.key), r.body.lot, r.body.cost) for r in self._bids.take()],
+            offers=_at_most(OFFERS_LIMIT, [Offer(name_in(r.key), r.body.lot, r.body.cost) for r in self._bids.take()]),
             sightings=[(name_in(r.key), seen) for r in self._sightings.take() for seen in r.body.seen],
         )
 
@@ -236,7 +243,7 @@ class Coordinator(Node):
             self.match.calls = number
             stages = [stage for outcome in self._unsaved for stage in outcome.stages]
             try:
-                self._journal.append(time, stages, calls, self.match.standing())
+                self._append(time, stages, calls, self.match.standing())
             except JournalError as error:
                 self.match.calls = number - len(calls)
                 halted = self.match.halt(str(error))
@@ -250,8 +257,20 @@ class Coordinator(Node):
             for announced in calls:
                 log.info("%s: %s", announced.rule, announced.text)
                 self.mailbox.publish(self._keys.referee_event, announced)
+        elif time >= self._record_at and self._journal.last is not None and standing.game != self._written:
+            # What no call tells of must survive a crash too, but need not be exact. So a failure is only logged.
+            self._record_at = time + RECORD_PERIOD
+            try:
+                self._append(time, [], [], standing)
+            except JournalError as error:
+                log.warning("%s", error)
         self._journal.mark(standing)
         return True
+
+    def _append(self, time: float, stages: list[Stage], calls: list[Call], standing: Standing) -> None:
+        """Write a record. JournalError is raised if it cannot be written, and nothing has changed then."""
+        self._journal.append(time, stages, calls, standing)
+        self._written, self._record_at = standing.game, time + RECORD_PERIOD
 
     def _act(self, outcome: Outcome) -> None:
         """Send the world and the robots the requests that follow from an outcome."""
@@ -260,6 +279,17 @@ class Coordinator(Node):
             self.mailbox.publish(self._keys.placed(name), Placed(pose=pose, by=outcome.by))
         for name in outcome.recover:
             self.mailbox.publish(self._keys.recover(name), Recover(by=outcome.by))
+
+
+def _at_most(limit: int, offers: Sequence[Offer]) -> list[Offer]:
+    """The newest offers, at most so many of each bidder, in their order."""
+    kept: list[Offer] = []
+    counts: Counter[str] = Counter()
+    for offer in reversed(offers):
+        counts[offer.bidder] += 1
+        if counts[offer.bidder] <= limit:
+            kept.append(offer)
+    return kept[::-1]
 
 
 def _held(state: RefereeState, halted: str | None) -> RefereeState:

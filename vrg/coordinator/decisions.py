@@ -114,12 +114,14 @@ def _place(match: Match, official: Official, now: Field, who: str, silent: Colle
     pose = _pose(official.value) if official.value else match.mark(name, now)
     if pose is None:
         raise ConfigError([f"{name} has no mark now: say where it is, x and y in m and its heading in degrees"])
-    at = f"({pose.x:.2f}, {pose.y:.2f}), {math.degrees(pose.theta):.0f} degrees"
+    at = f"at ({pose.x:.2f}, {pose.y:.2f}), {math.degrees(pose.theta):.0f} degrees"
+    if name in now.poses and name not in match.public(now).poses:
+        at = "somewhere"  # not everybody may know where
     physical = name in now.physical
     if physical and name in silent:
         raise ConfigError([f"{name} does not report, so its robot cannot be told: ask again when it does"])
     verb = "stands" if physical else "is put"
-    outcome = announce("place", f"{name} {verb} at {at}: by {who}", official.id)
+    outcome = announce("place", f"{name} {verb} {at}: by {who}", official.id)
     places = {name: pose}
     if physical:
         return replace(outcome, by=official.by, placed=places)

@@ -7,6 +7,7 @@ HALT is possible in every stage but the last: the clock is stopped and robots st
 
 import logging
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import msgspec
@@ -175,7 +176,8 @@ class Match:
         """Take a player out: its robot stops and stays where it is as an obstacle, and play goes on."""
         if self.over:
             return Outcome()
-        self.game, outcome = disqualifying.disqualify(self.game, name, why, now, by_official=by_official)
+        public = self.public(now)
+        self.game, outcome = disqualifying.disqualify(self.game, name, why, public, by_official=by_official)
         return outcome
 
     def reinstate(self, name: str, now: Field) -> Outcome:
@@ -183,8 +185,13 @@ class Match:
         if self.over:
             return Outcome()
         later = "" if self.stage is Stage.INITIALIZE else f"the next {self._book.round_word}"
-        self.game, outcome = disqualifying.reinstate(self.game, name, now, later=later)
+        self.game, outcome = disqualifying.reinstate(self.game, name, self.public(now), later=later)
         return outcome
+
+    def public(self, now: Field) -> Field:
+        """The field with only those poses that the rules publish."""
+        told = {player.name for player in self._book.statuses(self.game, self.stage, now) if player.pose is not None}
+        return replace(now, poses={name: pose for name, pose in now.poses.items() if name in told})
 
     @property
     def disqualified(self) -> Mapping[str, Disqualification]:
@@ -261,8 +268,8 @@ class Match:
         self.clock += dt
         self.total += dt
         game, refused = auctioned(self.game, now.offers, self.clock)
-        for why in refused:
-            log.info("%s", why)
+        if refused:
+            log.info("%s%s", refused[0], f" (and {len(refused) - 1} more)" if len(refused) > 1 else "")
         verdict = self._book.judge(game, self._before or now, now, self.clock)
         self._before = now
         self.game = verdict.state

@@ -22,7 +22,11 @@ GAMES: Registry[Game] = Registry(
 STRATEGIES: Registry[type] = Registry(
     "strategy",
     "vrg.strategies",
-    {"sharks-and-minnows": "vrg.games.sharks_and_minnows.player:SharksAndMinnowsPlayer"},
+    {
+        "sharks-and-minnows": "vrg.games.sharks_and_minnows.player:SharksAndMinnowsPlayer",
+        "pursuer": "vrg.games.pursuit_evasion.pursuer:Pursuer",
+        "intruder": "vrg.games.pursuit_evasion.intruder:Intruder",
+    },
     lambda found: None if isinstance(found, type) else "expected a class",
 )
 """Every strategy that a match file can choose by a name alone."""

@@ -1,6 +1,7 @@
 """A player in a match that runs in one process: its failures are contained, as they are in a process of its own."""
 
 import io
+import logging
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,8 @@ from vrg.launch.output import BoundedOutput
 from vrg.launch.process_log import ProcessLog
 from vrg.launch.seats import disqualification
 from vrg.launch.strikes import Strikes
+
+log = logging.getLogger(__name__)
 
 _TRIM = 10.0
 """The match time in s between two looks at how long the log is."""
@@ -106,6 +109,7 @@ class ContainedPlayer(Node):
         if isinstance(error.__cause__, MemoryError):
             self._memory.lift()
         self._note(f"{tick.time:.1f} s: {error}\n")
+        log.warning("%s: %s", self.name, error)
         self._player.give_way(f"{self.name}: {error}")
         why = str(error)
         if again:

@@ -69,8 +69,7 @@ class RuleBookContract:
         assert len({zone.name for zone in zones}) == len(zones)
         assert all(len(zone.region.outline()) >= 3 for zone in zones)
 
-    def test_top_speeds_are_fixed_by_the_seed(self, book: RuleBook[Any]) -> None:
-        assert book.speed_limits() == book.speed_limits()
+    def test_top_speeds_are_above_zero(self, book: RuleBook[Any]) -> None:
         assert all(speed > 0 for speed in book.speed_limits().values())
 
     @pytest.mark.parametrize("action", [OfficialAction.SET_SCORE, OfficialAction.SET_ROLE, OfficialAction.SET_STATE])

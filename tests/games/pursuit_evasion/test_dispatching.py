@@ -377,7 +377,19 @@ def test_a_match_from_the_start_to_a_capture_an_escape_and_a_draw() -> None:
         if match.over:
             break
     assert sorted(calls) == sorted(
-        ["begin", "launch", "launch", "auction", "dispatch", "capture", "escape", "all_done", "game_over"]
+        [
+            "begin",
+            "launch",
+            "enter",
+            "launch",
+            "enter",
+            "auction",
+            "dispatch",
+            "capture",
+            "escape",
+            "all_done",
+            "game_over",
+        ]
     )
     assert calls[-2:] == ["all_done", "game_over"]
     assert match.winner == "draw"

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import pytest
 from msgspec import structs
@@ -23,7 +24,7 @@ from vrg.types import STILL, Pose
 def told(state: State, time: float) -> RefereeState:
     """What the referee publishes."""
     match = Match(book())
-    match.stage, match.game, match.clock = Stage.PLAY_ROUND, state, time
+    match.stage, match.game, match.clock, match.total = Stage.PLAY_ROUND, state, time, time
     return match.state(field(book()), estop=False)
 
 
@@ -139,3 +140,31 @@ def test_a_pursuer_says_where_it_is_at_each_tick() -> None:
     said = pursuer().act(view(1.0)).say
     assert isinstance(said, dict)
     assert said["pose"][:3] == (STARTS["p0"].x, STARTS["p0"].y, STARTS["p0"].theta)
+
+
+def test_it_drives_to_its_post_before_the_round() -> None:
+    match = Match(book())
+    away = Pose(2.5, 9.0, 0.0)
+    now = field(book(), {"p0": (2.5, 9.0)})
+    referee = match.state(now, estop=False)
+    me = referee.player("p0")
+    assert me is not None
+    assert me.may_move
+    begin = replace(view(1.0, pose=away), referee=referee, me=me)
+    player = pursuer()
+    player.act(begin)
+    twist = player.act(replace(begin, time=1.1)).twist
+    assert twist != STILL
+    assert player.mode == "Pursuer/Return"
+
+
+def test_it_bids_for_an_intruder_that_it_can_meet_before_the_intruder_comes_in() -> None:
+    """It stands beside the place where the intruder will come in; the meeting is outside, and will be a capture."""
+    rules = book()
+    seen = [sighting(-3.0 + 0.07 * i, 9.0, 0.1 * i) for i in range(15)]
+    auction = Auction(lot="i0", bidders=["p0"], opened=0.0, lasts=0.5, evidence=seen[-8:])
+    state = structs.replace(crossing(rules, "i0", entered=False), auctions={"i0": auction})
+    player = pursuer()
+    player.act(view(1.4, state=state, heard=[says(seen, 1.4)]))
+    bids = player.act(view(1.5, state=state)).bids or player.act(view(1.6, state=state)).bids
+    assert bids.get("i0") is not None or "i0" in player.act(view(1.7, state=state)).bids

@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 
 import msgspec
 import numpy as np
@@ -21,7 +22,8 @@ from tests.games.pursuit_evasion.making import (
     out,
     sighting,
 )
-from vrg.bus.messages import Auction, OfficialAction, Stage
+from vrg.bus.messages import Auction, Official, OfficialAction, Stage
+from vrg.coordinator.decisions import decide
 from vrg.coordinator.match import DRAW, Match
 from vrg.coordinator.rulebook import Contestant, Field
 from vrg.errors import ConfigError
@@ -241,7 +243,7 @@ def test_an_intruder_that_comes_in_is_remembered_until_it_leaves() -> None:
     rules = book()
     coming = move(rules, crossing(rules, "i0", entered=False), {"i0": (-0.1, 5)}, {"i0": (0.1, 5)})
     assert coming.state.entered == ["i0"]
-    assert coming.calls == []
+    assert [c.rule for c in coming.calls] == ["enter"]
     gone = move(rules, coming.state, {"i0": (0.1, 5)}, {"i0": (-0.1, 5)})
     assert [c.rule for c in gone.calls] == ["escape"], "also by the way on which it came"
 
@@ -249,14 +251,14 @@ def test_an_intruder_that_comes_in_is_remembered_until_it_leaves() -> None:
 def test_an_intruder_that_cuts_a_corner_within_a_tick_has_escaped() -> None:
     rules = book()
     verdict = move(rules, crossing(rules, "i0", entered=False), {"i0": (-0.1, 0.2)}, {"i0": (0.2, -0.1)})
-    assert [c.rule for c in verdict.calls] == ["escape"]
-    assert (verdict.calls[0].poses[0].x, verdict.calls[0].poses[0].y) == pytest.approx((0.1, 0.0))
+    assert [c.rule for c in verdict.calls] == ["enter", "escape"]
+    assert (verdict.calls[1].poses[0].x, verdict.calls[1].poses[0].y) == pytest.approx((0.1, 0.0))
     near = move(rules, crossing(rules, "i0", entered=False), {"i0": (-0.2, 0.1)}, {"i0": (0.1, -0.2)})
     assert near.calls == [], "past the corner"
 
 
 def test_an_intruder_that_crosses_the_whole_area_within_a_tick_has_escaped() -> None:
-    assert judged(((-1.0, 4.0), (11.0, 4.0)), still(FAR["p0"]), entered=False) == ["escape"]
+    assert judged(((-1.0, 4.0), (11.0, 4.0)), still(FAR["p0"]), entered=False) == ["enter", "escape"]
 
 
 @pytest.mark.parametrize(("detections", "words"), [(0, "fewer than two"), (1, "fewer than two"), (2, "two or more")])
@@ -613,11 +615,12 @@ def test_watchers_and_who_waits_stand_still_in_play() -> None:
     assert movers(Stage.PLAY_ROUND, out(state, "i0", "p0")) == {"p1"}
 
 
-def test_before_play_pursuers_drive_to_their_posts_and_are_held_there() -> None:
+def test_before_play_everybody_that_is_not_where_it_starts_may_move() -> None:
+    """Pursuers drive to their posts by themselves; a person drives the robots of intruders."""
     rules = book()
     now = field(rules, {"p1": (5.0, 5.0), "i0": (-3.0, 5.0)})
     statuses = {s.name: s for s in rules.statuses(rules.initial(), Stage.INITIALIZE, now)}
-    assert {n for n, s in statuses.items() if s.may_move} == {"p1"}
+    assert {n for n, s in statuses.items() if s.may_move} == {"p1", "i0"}
     assert {n: s.mark for n, s in statuses.items()} == {
         "p0": STARTS["p0"],
         "p1": STARTS["p1"],
@@ -818,3 +821,48 @@ def test_the_state_survives_the_journal(seed: int) -> None:
         state = move(rules, state, where, where, time=at, clock=at, seen=seen).state
         assert msgspec.json.decode(msgspec.json.encode(state), type=State) == state
         assert msgspec.convert(msgspec.to_builtins(state), State) == state
+
+
+def test_an_intruder_that_does_not_head_along_its_course_keeps_the_game_from_beginning() -> None:
+    rules = book()
+    now = field(rules)
+    turned = replace(now, poses={**now.poses, "i0": Pose(-2.0, 5.0, 0.3)})
+    assert rules.obstacles_to_start(rules.initial(), turned) == {"i0": "is turned 17 degrees away from its course"}
+    slightly = replace(now, poses={**now.poses, "i0": Pose(-2.0, 5.0, 0.1), "p0": Pose(1.0, 9.0, 2.0)})
+    assert rules.obstacles_to_start(rules.initial(), slightly) == {}, "the heading of a pursuer does not matter"
+
+
+def test_an_intruder_that_an_official_lets_cross_again_has_not_left_the_area() -> None:
+    rules = book()
+    state = crossing(rules, "i0", detected={"i0": [1.0, 2.0]}).with_state(["i0"], "captured")
+    state = rules.overrule(state, OfficialAction.SET_STATE, "i0", "crossing")
+    verdict = move(rules, state, {"i0": (-2.0, 5.0)}, {"i0": (-1.9, 5.0)})
+    assert verdict.calls == []
+    assert verdict.state.detections("i0") == 0
+
+
+def test_no_decision_about_an_intruder_tells_where_it_is() -> None:
+    rules = book()
+    match, now = Match(rules), field(rules)
+    said = [
+        decide(match, Official(action=action, by="o", subject="i0", value=value), now, [])
+        for action, value in (
+            (OfficialAction.DISQUALIFY, None),
+            (OfficialAction.REINSTATE, None),
+            (OfficialAction.PLACE, "-2.0 5.0 0.0"),
+        )
+    ]
+    calls = [call for outcome in said for call in (*outcome.calls, *filter(None, [outcome.once_placed]))]
+    assert len(calls) == 3
+    assert [call.poses for call in calls] == [(), (), ()]
+    assert [call.text for call in calls if re.search(r"\d\.\d", call.text)] == []
+
+
+def test_who_tells_of_more_robots_at_once_than_a_scan_can_show_is_not_believed() -> None:
+    """Otherwise guesses all over the field would tell where an intruder is."""
+    rules = book()
+    state, place = crossing(rules, "i0"), {"i0": (5.0, 5.0)}
+    grid = [("p0", sighting(0.5 + x, 0.5 + y, 9.9)) for x in range(10) for y in range(10)]
+    assert move(rules, state, place, place, seen=grid).state.detections("i0") == 0
+    few = [("p0", sighting(5.0, 5.0, 9.9)), *grid[:7]]
+    assert move(rules, state, place, place, seen=few).state.detections("i0") == 1

@@ -21,7 +21,7 @@ poses = st.builds(Pose, coordinates, coordinates, st.floats(-1e4, 1e4))
 twists = st.builds(Twist, st.floats(-100, 100), st.floats(-1000, 1000))
 sightings = st.builds(
     lambda x, y, time, xx, yy, share: Sighting(x=x, y=y, time=time, xx=xx, xy=share * math.sqrt(xx * yy), yy=yy),
-    coordinates, coordinates, st.floats(0, 1e8), st.floats(1e-6, 1e4), st.floats(1e-6, 1e4), st.floats(-0.9, 0.9),
+    coordinates, coordinates, st.floats(0, 1e8), st.floats(1e-6, 100), st.floats(1e-6, 100), st.floats(-0.9, 0.9),
 )  # fmt: skip
 snapshots = st.builds(
     lambda origin, heading, first, step, free: Snapshot(origin, heading, first, step, np.array(free, dtype=np.float64)),

@@ -2,9 +2,11 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from msgspec import structs
 
 from tests.agents.perception.scenes import HALF_TURN, box, ranges_in, room, together
 from tests.games.pursuit_evasion.making import book, field, sighting
@@ -63,7 +65,7 @@ def view(
     samples = [Sample(stamp, time - stamp, value, "front") for stamp, value in said]
     rules = book()
     match = Match(rules)
-    match.stage = Stage.PLAY_ROUND
+    match.stage, match.total = Stage.PLAY_ROUND, time
     match.game = rules.initial() if out is None else rules.initial().with_state(["i1"], "captured")
     referee = match.state(field(rules, {} if out is None else {"i1": out}), estop=False)
     me = referee.player("p0")
@@ -226,3 +228,30 @@ def test_a_robot_without_a_laser_hears_all_the_same() -> None:
     watch.look(blind, standing=True)
     assert watch.own is None
     assert watch.places(1.0) == {"p1": (3.0, 3.0)}
+
+
+def test_a_halt_is_no_time_for_a_course() -> None:
+    """Match time goes on in a halt, and everybody stands."""
+    watch = watching()
+    for i in range(10):
+        time = 1.1 + 0.1 * i
+        watch.look(view(time, together(SCENE, box(3.0 + 0.07 * i, 5.0, 0.0))), standing=True)
+    before = watch.tracker.tracks[0].line.at(2.1)
+    after = view(32.1, together(SCENE, box(3.7, 5.0, 0.0)))
+    after = replace(after, referee=structs.replace(after.referee, total=2.1))
+    watch.look(after, standing=True)
+    (track,) = watch.tracker.tracks
+    assert track.line.at(32.1) == pytest.approx(before, abs=0.1)
+    assert track.line.velocity == pytest.approx((0.7, 0.0), abs=0.15)
+    told = watch.timely(sighting(3.0, 5.0, 1.1))
+    assert told.time == pytest.approx(31.1, abs=0.2), "what the referee published before counts the same way"
+    assert watch.timely(sighting(3.0, 5.0, 32.1)).time == 32.1
+
+
+def test_a_snapshot_is_of_one_place() -> None:
+    watch = Watch(ROBOT)
+    watch.look(view(1.0, pose=Pose(2.0, 2.0, 0.0)), standing=True)
+    watch.look(view(1.1), standing=True)
+    own = view(1.1).pose
+    assert watch.own is not None
+    assert math.dist(watch.own.origin, (own.x, own.y)) < 0.5

@@ -43,7 +43,7 @@ class Snapshot:
         dx, dy = (points[known] - self.origin).T
         # The turn from the first beam, from 0 to 2 pi, so that scans of a full turn work too.
         turn = np.mod(np.arctan2(dy, dx) - (self.heading + self.angle_min - self.angle_step / 2), 2 * np.pi)
-        beam = (turn / self.angle_step).astype(np.int64)
+        beam = np.minimum(turn / self.angle_step, len(self.free)).astype(np.int64)
         beyond = beam >= len(self.free)
         beam[beyond] = 0
         known[known] = ~beyond & (np.hypot(dx, dy) < self.free[beam])
@@ -84,6 +84,9 @@ def unusual(scan: Scan, snapshots: Iterable[Snapshot], explained: Mask | None = 
     Args:
         snapshots: what is known to be free.
         explained: the returns of robots that are known, see `returns_of`.
+
+    Raises:
+        ValueError: the mask has not one entry for each beam.
     """
     points = scan.points[scan.hits]
     strange = np.zeros(len(points), dtype=np.bool_)
@@ -91,7 +94,11 @@ def unusual(scan: Scan, snapshots: Iterable[Snapshot], explained: Mask | None = 
         strange |= each.contains(points)
     mask = scan.hits.copy()
     mask[mask] = strange
-    return mask if explained is None else mask & ~explained
+    if explained is None:
+        return mask
+    if explained.shape != mask.shape:
+        raise ValueError(f"expected a mask of shape {mask.shape}, got {explained.shape}")
+    return mask & ~explained
 
 
 def returns_of(scan: Scan, robots: Iterable[tuple[Vector, float]]) -> Mask:

@@ -106,7 +106,12 @@ def sighting_of(scan: Scan, beams: Beams, *, radius: float, time: float) -> Sigh
     Args:
         beams: as `clusters` gives them, at least one. radius: of the circle around the robot's body, m.
         time: the match time of the scan, s.
+
+    Raises:
+        ValueError: there is no beam, or one of them met nothing.
     """
+    if not len(beams) or not np.isfinite(scan.ranges[beams % len(scan.ranges)]).all():
+        raise ValueError(f"expected beams that met something, got the beams {beams.tolist()}")
     away = float(np.mean(scan.ranges[beams % len(scan.ranges)])) + 0.6 * radius
     bearing = scan.heading + scan.angle_min + scan.angle_step * (int(beams[0]) + int(beams[-1])) / 2
     c, s = math.cos(bearing), math.sin(bearing)

@@ -154,6 +154,10 @@ class Line:
         turn = np.array([[1.0, dt, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, dt], [0.0, 0.0, 0.0, 1.0]])
         return replace(self, time=time, information=turn.T @ self.information @ turn, vector=turn.T @ self.vector)
 
+    def shifted(self, pause: float) -> "Line":
+        """The same course, all of it `pause` s later."""
+        return replace(self, time=self.time + pause, first=self.first + pause, last=self.last + pause)
+
     def joined(self, other: "Line") -> "Line":
         """The course with the sightings of another course, too. What it knew without sightings stays as it was."""
         other = other.counted_from(self.time)

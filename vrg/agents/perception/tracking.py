@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from statistics import median
 
 import numpy as np
+from msgspec.structs import replace
 from scipy.optimize import linear_sum_assignment
 
 from vrg.agents.perception.line import Line, fitted, squared_distance
@@ -21,6 +22,8 @@ FORGET_ONCE = 2.0
 """The same for one that was seen once, which may have been an error."""
 AHEAD = 0.5
 """The time in s by which a sighting may be in the future, because clocks differ. Others are not looked at."""
+MOST = 30
+"""The number of robots that are kept at most; beyond it those that were seen least often are forgotten."""
 KEPT = 40
 """The number of sightings that are kept of each robot, to be shown."""
 
@@ -96,7 +99,18 @@ class Tracker:
                 both = sorted((*kept[same].sightings, *track.sightings), key=lambda s: s.time)
                 line = kept[same].line.joined(track.line)
                 kept[same] = Track(line, tuple(both[-KEPT:]), kept[same].number)
-        self.tracks = kept
+        self.tracks = sorted(kept, key=lambda t: (-t.line.count, t.number))[:MOST] if len(kept) > MOST else kept
+
+    def shift(self, pause: float) -> None:
+        """Take note that everybody stood still for a time, such as in a halt: `pause` s are no time for courses."""
+        self.tracks = [
+            Track(
+                track.line.shifted(pause),
+                tuple(replace(sighting, time=sighting.time + pause) for sighting in track.sightings),
+                track.number,
+            )
+            for track in self.tracks
+        ]
 
     def forget(self, evidence: Sequence[Sighting]) -> None:
         """Forget the robot that sightings are of, because it is out of play."""

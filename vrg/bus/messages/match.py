@@ -6,7 +6,7 @@ from typing import Annotated
 from msgspec import Meta, Struct, field
 
 from vrg.bus.messages.base import Message, Reason, Text
-from vrg.bus.messages.player import Cost, Sighting
+from vrg.bus.messages.player import SIGHTINGS_LIMIT, Cost, Sighting
 from vrg.regions import Region
 from vrg.types import Count, Name, Pose, Seconds
 
@@ -66,6 +66,10 @@ class Zone(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     region: Region
 
 
+AUCTIONS_LIMIT = 1000
+"""The number of auctions of a match, and that of the bidders in one."""
+
+
 class Auction(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """An auction of the referee among players. The lowest bid wins, and of equal ones that of the lowest name.
 
@@ -78,12 +82,12 @@ class Auction(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """
 
     lot: Name
-    bidders: list[Name]
+    bidders: Annotated[list[Name], Meta(max_length=AUCTIONS_LIMIT)]
     opened: Seconds
     lasts: Seconds
     bids: dict[Name, Cost] = {}
     winner: Name | None = None
-    evidence: list[Sighting] = []
+    evidence: Annotated[list[Sighting], Meta(max_length=SIGHTINGS_LIMIT)] = []
 
 
 class RefereeState(Message, frozen=True, kw_only=True):
@@ -117,7 +121,7 @@ class RefereeState(Message, frozen=True, kw_only=True):
     score: dict[Name, int]
     players: list[PlayerStatus]
     zones: list[Zone]
-    auctions: list[Auction] = field(default_factory=list)
+    auctions: Annotated[list[Auction], Meta(max_length=AUCTIONS_LIMIT)] = field(default_factory=list)
     winner: Name | None = None
     estop: bool = False
 

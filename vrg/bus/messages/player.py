@@ -1,5 +1,6 @@
 """The messages of players, and the commands of a human who drives a player's robot."""
 
+import math
 from typing import Annotated
 
 from msgspec import Meta, Struct
@@ -9,7 +10,11 @@ from vrg.types import Count, Fraction, Metres, Name, Seconds, Signed, Twist
 
 SAY_LIMIT = 1024
 """The number of bytes of MessagePack that a player may say to its team at one tick."""
-SIGHTINGS_LIMIT = 100
+CORRELATION = 0.999
+"""The greatest correlation of the two coordinates of a sighting."""
+LINKS_LIMIT = 100
+"""The number of team mates of which a player tells what the radio brought."""
+SIGHTINGS_LIMIT = 20
 """The number of sightings that a player may tell the referee at one tick."""
 STROKE_LIMIT = 200
 """The number of points in a stroke."""
@@ -94,12 +99,12 @@ class Links(Message, frozen=True, kw_only=True):
         links: one for each team mate that has said something.
     """
 
-    links: list[LinkCount]
+    links: Annotated[list[LinkCount], Meta(max_length=LINKS_LIMIT)]
 
 
-Variance = Annotated[float, Meta(ge=1e-12, le=1e4)]
+Variance = Annotated[float, Meta(ge=1e-6, le=100.0)]
 """The variance of a coordinate, m^2."""
-Covariance = Annotated[float, Meta(ge=-1e4, le=1e4)]
+Covariance = Annotated[float, Meta(ge=-100.0, le=100.0)]
 """The covariance of two coordinates, m^2."""
 Cost = Annotated[float, Meta(ge=0.0, le=1e6)]
 """The cost that a player bids."""
@@ -110,7 +115,7 @@ class Sighting(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
     Args:
         x, y: where its centre was, m, in the map's frame. time: the match time of the measurement, s.
-        xx, xy, yy: the covariance of x and y, m^2. It must be positive definite.
+        xx, xy, yy: the covariance of x and y, m^2. The correlation must be less than CORRELATION.
     """
 
     x: Metres
@@ -121,8 +126,11 @@ class Sighting(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     yy: Variance
 
     def __post_init__(self) -> None:
-        if not (self.xx > 0.0 and self.xx * self.yy > self.xy * self.xy):
-            raise ValueError(f"xx, xy, yy: expected a positive definite covariance, got {self.xx, self.xy, self.yy}")
+        if not (self.xx > 0.0 and self.yy > 0.0 and abs(self.xy) < CORRELATION * math.sqrt(self.xx * self.yy)):
+            raise ValueError(
+                f"xx, xy, yy: expected a positive definite covariance with a correlation below {CORRELATION}, "
+                f"got {self.xx, self.xy, self.yy}"
+            )
 
 
 class Sightings(Message, frozen=True, kw_only=True):

@@ -6,11 +6,12 @@ from vrg.agents.avoidance import Obstacle, steer
 from vrg.agents.charon import Agent, Automaton, Mode, Submode, Transition
 from vrg.agents.control import go_to, linearise, scaled
 from vrg.agents.interception import Interception, intercept
+from vrg.agents.motion import TopSpeed
 from vrg.agents.perception.tracking import Track
 from vrg.agents.strategy import Action, Strategy, View
 from vrg.bus.messages import SKETCH_LIMIT, Auction, Sighting, Stroke
-from vrg.games.pursuit_evasion import AREA, DISPATCHED, RETURNING
-from vrg.games.pursuit_evasion.talk import words
+from vrg.games.pursuit_evasion import AREA, DISPATCHED, RETURNING, WATCHING
+from vrg.games.pursuit_evasion.talk import SIGHTINGS_AT_ONCE, words
 from vrg.games.pursuit_evasion.watch import Watch
 from vrg.hal.models import RobotModel
 from vrg.regions import Rectangle, Region
@@ -28,10 +29,14 @@ HOPE = 1.5
 """The time in s for which a pursuer goes on after an intruder that it can no longer meet, before it gives it back."""
 SNAPSHOT_EVERY = 2.0
 """The time in s between two messages with the snapshot."""
+LAST_WORD = 0.3
+"""The time in s before the end of an auction from which a bid is not withdrawn any more."""
 BID_STEP = 0.2
 """The change of a bid in s that is worth a new bid."""
 SKETCH_EVERY = 0.2
 """The time in s between two sketches."""
+CROSSING_TIME = 60.0
+"""The time in s within which an intruder has come to the area, if it comes at all."""
 FARTHEST = 1e5
 """The largest coordinate that a message can tell, m."""
 SHOWN = 12
@@ -52,6 +57,7 @@ class Pursuer(Strategy):
         super().__init__(name, robot)
         self._automaton = Automaton(self.agent())
         self._watch = Watch(robot)
+        self._top_speed = TopSpeed(robot.v_max)
         self._snapshot_said = -math.inf
         self._hopeless_since: float | None = None
         self._meeting: Interception | None = None
@@ -70,6 +76,8 @@ class Pursuer(Strategy):
         """Look, drive as the automaton says, and tell the team and the referee."""
         at_post = self._automaton.submode in (None, "Watch") and not _driving(view)
         self._watch.look(view, standing=at_post)
+        if view.speed is not None:
+            self._top_speed.update(view.time, view.speed)
         self._forget(view)
         self._tracks = {lot: self._track_of(auction) for lot, auction in self._lots.items()}
         self._meeting = None
@@ -79,7 +87,7 @@ class Pursuer(Strategy):
         return Action(
             twist,
             say=self._words(view),
-            sightings=self._watch.fresh,
+            sightings=self._watch.fresh[:SIGHTINGS_AT_ONCE],
             bids=bids if lost is None else {lost: None},
             sketch=self._sketch(view),
         )
@@ -97,8 +105,8 @@ class Pursuer(Strategy):
                 Transition[View]("Watch", "Intercept", "Dispatch", lambda v: v.me.state == DISPATCHED),
                 Transition("Return", "Intercept", "Dispatch", lambda v: v.me.state == DISPATCHED),
                 Transition("Intercept", "Return", "Reset", lambda v: v.me.state != DISPATCHED),
-                Transition("Watch", "Return", "OffPost", lambda v: v.me.state == RETURNING),
-                Transition("Return", "Watch", "AtPost", lambda v: v.me.state != RETURNING),
+                Transition("Watch", "Return", "OffPost", _away),
+                Transition("Return", "Watch", "AtPost", lambda v: not _away(v)),
             ],
         )
         return Agent(
@@ -136,7 +144,7 @@ class Pursuer(Strategy):
         return go_to(post, view.pose, d=OFFSET, speed=0.5 * self.robot.v_max, reach=0.3)
 
     def _meet(self, view: View, track: Track, *, bold: bool) -> Interception | None:
-        """Where and when it can meet an intruder inside the area: by eq. 4.4, or else (if it is bold) as near as REACH.
+        """Where and when it can meet an intruder that has not left: by eq. 4.4, or (if it is bold) as near as REACH.
 
         The time of the result counts from now.
         """
@@ -144,8 +152,8 @@ class Pursuer(Strategy):
         here, target = view.position, line.at(view.time)
         tries = [(0.0, self.k)] + ([(REACH, 1.0)] if bold else [])
         for reach, k in tries:
-            met = intercept(here, self.robot.v_max, target, line.velocity, reach=reach, k=k)
-            if met is not None and _in_area(view, met.point):
+            met = intercept(here, self._top_speed.value, target, line.velocity, reach=reach, k=k)
+            if met is not None and _counts(view, target, line.velocity, met.point):
                 return met
         return None
 
@@ -161,7 +169,9 @@ class Pursuer(Strategy):
             met = None if track is None else self._meet(view, track, bold=False)
             before = auction.bids.get(self.name)
             if met is None:
-                if before is not None:
+                # Just before the end it may have won already, and would give the intruder back.
+                open_for = auction.opened + auction.lasts - view.referee.clock
+                if before is not None and open_for > LAST_WORD:
                     bids[auction.lot] = None
             elif before is None or abs(before - met.time) > BID_STEP:
                 bids[auction.lot] = round(met.time, 3)
@@ -172,7 +182,7 @@ class Pursuer(Strategy):
         lots = {auction.lot: auction for auction in view.referee.auctions}
         for lot, auction in self._lots.items():
             if lot not in lots:
-                self._watch.tracker.forget(auction.evidence)
+                self._watch.tracker.forget([self._watch.timely(sighting) for sighting in auction.evidence])
         self._lots = lots
 
     def _track_of(self, auction: Auction) -> Track | None:
@@ -180,7 +190,7 @@ class Pursuer(Strategy):
         evidence, number = self._known.get(auction.lot, ([], 0))
         track = self._watch.tracker.numbered(number) if evidence == auction.evidence else None
         if track is None:
-            track = self._watch.tracker.track_of(auction.evidence)
+            track = self._watch.tracker.track_of([self._watch.timely(sighting) for sighting in auction.evidence])
             self._known[auction.lot] = (auction.evidence, 0 if track is None else track.number)
         return track
 
@@ -247,15 +257,27 @@ def _can_be_shown(stroke: Stroke) -> bool:
     return all(abs(x) < FARTHEST and abs(y) < FARTHEST for x, y in stroke.points)
 
 
+def _away(view: View) -> bool:
+    """Whether it is to drive to its post: it returns from a chase, or lines up before the round."""
+    return view.me.state == RETURNING or (view.me.state == WATCHING and view.me.may_move)
+
+
 def _driving(view: View) -> bool:
     speed = view.speed
     return speed is not None and abs(speed) > 0.02
 
 
-def _in_area(view: View, point: Vector) -> bool:
-    """Whether a point is inside the area, where intruders must be captured; True if nobody has told the area."""
+def _counts(view: View, target: Vector, velocity: Vector, point: Vector) -> bool:
+    """Whether an intruder can be captured at a point of its course: in the area, or before it comes there.
+
+    After it has left the area it has escaped. True if nobody has told the area.
+    """
     area = view.zone(AREA)
-    return area is None or area.contains(*point)
+    if area is None or area.contains(*point):
+        return True
+    later = (point[0] + velocity[0] * CROSSING_TIME, point[1] + velocity[1] * CROSSING_TIME)
+    comes = area.inside(target, point) is None and area.inside(point, later) is not None
+    return comes and _bounds(view).contains(*point)
 
 
 def _bounds(view: View) -> Region:

@@ -4,9 +4,11 @@ Intruders cross a convex area that pursuers guard. Pursuers stand at their posts
 seen twice, the referee auctions it, and the pursuer with the lowest bid is dispatched. Pursuers score a capture, and
 intruders an escape. Then the players are reset: the intruder is put back to where it started, if its robot is a virtual
 one, and the pursuer drives back to its post. No player is told the true pose of an intruder in play, nor that of a
-pursuer, except in the call that it is dispatched.
+pursuer, except in the calls that it is dispatched and that it captures somebody.
 """
 
+import math
+from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -36,11 +38,15 @@ from vrg.games.pursuit_evasion.crossing import course_of, ends_of
 from vrg.games.pursuit_evasion.dispatching import DETECTIONS, dispatch, reset
 from vrg.games.pursuit_evasion.settings import Settings
 from vrg.games.pursuit_evasion.state import State
-from vrg.geometry import circumradius
+from vrg.geometry import circumradius, wrap
 from vrg.types import Pose
 
+HEADING_REACH = math.radians(10)
+"""The angle in rad to its course within which an intruder is lined up."""
 SIGHTING_REACH = 0.7
 """The distance in m between a sighting and the centre of the intruder that it is of, at most."""
+SIGHTINGS_AT_ONCE = 8
+"""The number of sightings that one pursuer may tell in a tick. If it tells more, none of them counts."""
 OLDEST_SIGHTING = 2.0
 """The age in s of the oldest sighting that counts."""
 
@@ -88,8 +94,17 @@ class PursuitEvasion:
         )
 
     def obstacles_to_start(self, state: State, now: Field) -> dict[str, str]:
-        """The reasons why a player does not yet stand still where it starts, by player."""
-        return not_lined_up(self.marks(state), now)
+        """The reasons why a player does not yet stand still where it starts, by player.
+
+        An intruder must also head where it is to go, because its heading is its course.
+        """
+        reasons = not_lined_up(self.marks(state), now)
+        for name in self.intruders:
+            if name in now.poses and name not in reasons:
+                off = wrap(now.poses[name].theta - self.contestants[name].start.theta)
+                if abs(off) > HEADING_REACH:
+                    reasons[name] = f"is turned {math.degrees(off):.0f} degrees away from its course"
+        return reasons
 
     def marks(self, state: State) -> dict[str, Pose]:
         """Everybody lines up where it starts. Where intruders start is told to nobody."""
@@ -104,7 +119,7 @@ class PursuitEvasion:
         state = dispatch(state, self.pursuers, now, clock, self.settings, calls)
         back = on_marks(self.posts, now) - now.moving
         state = state.with_state([n for n in state.in_state(RETURNING) if n in back], WATCHING)
-        done = {call.players[0] for call in calls if call.rule in ("capture", "escape")}
+        done = [call.players[0] for call in calls if call.rule in ("capture", "escape")]
         place = {name: self.contestants[name].start for name in done}
         left = state.in_state(WAITING, CROSSING)
         if left and clock < self.settings.time - 1e-9:
@@ -123,8 +138,10 @@ class PursuitEvasion:
     def _detected(self, state: State, before: Field, now: Field, clock: float) -> State:
         """Count the sightings that are of an intruder in play. Others, such as of a wall, are not."""
         courses = {name: course for name in state.crossing() if (course := course_of(name, before, now)) is not None}
+        told = Counter(who for who, _ in now.sightings)
         for who, sighting in now.sightings:
-            if who not in self.posts or who in state.disqualified:
+            # Who tells of too many at once is guessing: a scan shows a few robots at most.
+            if who not in self.posts or who in state.disqualified or told[who] > SIGHTINGS_AT_ONCE:
                 continue
             if not -0.2 <= now.time - sighting.time <= OLDEST_SIGHTING:
                 continue
@@ -143,6 +160,7 @@ class PursuitEvasion:
             )
             if ends.inside and name not in state.entered:
                 state = structs.replace(state, entered=sorted([*state.entered, name]))
+                calls.append(Call(rule="enter", text=f"{name} is in the area", players=(name,)))
             if ends.captured is not None:
                 by = ends.captured
                 text = f"{name} is captured by {by.pursuer}"
@@ -175,7 +193,7 @@ class PursuitEvasion:
         A pose is published only of who is out of play, so that robots can avoid it and nobody takes it for an intruder.
         """
         lining_up, playing = stage is Stage.INITIALIZE, stage is Stage.PLAY_ROUND
-        at_post = on_marks(self.posts, now)
+        misplaced = self.obstacles_to_start(state, now)
         statuses = []
         for name, contestant in self.contestants.items():
             chases, own = contestant.role == PURSUER, state.states[name]
@@ -186,11 +204,10 @@ class PursuitEvasion:
                     team=PURSUERS if chases else INTRUDERS,
                     role=contestant.role,
                     state=own,
-                    may_move=(chases and name not in at_post)
-                    if lining_up
-                    else playing and not out and own not in (WATCHING, WAITING),
+                    may_move=name in misplaced if lining_up else playing and not out and own not in (WATCHING, WAITING),
                     radius=circumradius(contestant.size),
-                    pose=now.poses.get(name) if out else None,
+                    # Where an intruder waits tells its course, also if it is disqualified for now.
+                    pose=now.poses.get(name) if out and own != WAITING else None,
                     mark=self.posts[name] if chases else None,
                 )
             )
@@ -228,6 +245,6 @@ class PursuitEvasion:
         if value not in known:
             raise ConfigError([f"{action}: expected one of {', '.join(known)}, got {value!r}"])
         state = state.with_state([subject], value)
-        if value == WAITING:
+        if value in (WAITING, CROSSING):
             state = state.unseen(subject)
         return state if value == CROSSING else reset(state, subject)

@@ -9,9 +9,11 @@ from pydantic import field_validator, model_validator
 
 from vrg.geometry import wrap
 from vrg.regions import Polygon
+from vrg.segments import cross
 from vrg.tables import Table
 from vrg.types import Vector
 
+CROSSES = "expected a convex polygon, but its border crosses itself: name the corners in order around it"
 Coordinate = Annotated[float, Setting(ge=-1e4, le=1e4)]
 """A coordinate of a corner, m."""
 
@@ -75,18 +77,30 @@ def not_convex(corners: Sequence[Vector]) -> str | None:
     turns = _turns(corners)
     left, right = [i for i in range(count) if turns[i] > 1e-9], [i for i in range(count) if turns[i] < -1e-9]
     if abs(abs(sum(turns)) - math.tau) > 1e-6:
-        return "expected a convex polygon, but its border crosses itself: name the corners in order around it"
+        return CROSSES
     if abs(_twice_the_area(corners)) <= 1e-9 * max(math.dist(a, b) for a in corners for b in corners) ** 2:
         return "expected an area, but all corners are on one line"
     if left and right:
         i = min(left, right, key=len)[0]
         x, y = corners[i]
-        return f"expected a convex polygon, but at corner {i + 1}, ({x:g}, {y:g}), the border bends inwards"
+        inwards = f"expected a convex polygon, but at corner {i + 1}, ({x:g}, {y:g}), the border bends inwards"
+        return CROSSES if _crosses(corners) else inwards
     try:
         Polygon(tuple(corners if left else reversed(corners)))
     except ValueError:
         return "expected a convex polygon, but at a corner between straight sides the border bends inwards a little"
     return None
+
+
+def _crosses(corners: Sequence[Vector]) -> bool:
+    """Whether two sides that are not neighbours cross."""
+    count = len(corners)
+    sides = [(corners[i], corners[(i + 1) % count]) for i in range(count)]
+    return any(
+        cross(*sides[i], a) * cross(*sides[i], b) < 0.0 and cross(a, b, sides[i][0]) * cross(a, b, sides[i][1]) < 0.0
+        for i in range(count)
+        for a, b in sides[i + 2 :]
+    )
 
 
 def _twice_the_area(corners: Sequence[Vector]) -> float:

@@ -65,8 +65,9 @@ class State(GameState, frozen=True, kw_only=True):
         if len(times) < 2 and all(abs(sighting.time - time) > 1e-6 for time in times):
             times = [*times, sighting.time]
         evidence = self.evidence.get(intruder, [])
-        # The first two may be near each other, because two are enough.
-        if len(evidence) < 2 or sighting.time >= evidence[-1].time + APART:
+        # The first two may be near each other in time, because two are enough.
+        early = len(evidence) < 2 and all(abs(sighting.time - each.time) > 1e-6 for each in evidence)
+        if early or (evidence and sighting.time >= evidence[-1].time + APART):
             evidence = sorted([*evidence, sighting], key=lambda s: s.time)[-EVIDENCE:]
         return structs.replace(
             self,

@@ -25,7 +25,7 @@ STEP = 0.05
 """The step in which ranges of a snapshot are said, m, so that 12.7 m fit into a byte."""
 
 
-_Step = Annotated[float, Meta(gt=0.0, le=7.0)]
+_Step = Annotated[float, Meta(ge=1e-3, le=7.0)]
 """An angle between beams, rad."""
 
 

@@ -3,6 +3,8 @@
 import math
 from collections.abc import Sequence
 
+from msgspec.structs import replace
+
 from vrg.agents.perception.background import Snapshot, returns_of, snapshot, unusual
 from vrg.agents.perception.clusters import clusters, sighting_of
 from vrg.agents.perception.scan import Scan, moved, scan_of
@@ -11,6 +13,7 @@ from vrg.agents.strategy import View
 from vrg.bus.messages import Sighting
 from vrg.bus.radio import Heard
 from vrg.games.pursuit_evasion.talk import Words, understood
+from vrg.geometry import wrap
 from vrg.hal.models import RobotModel
 from vrg.types import STILL, Pose, Twist, Vector
 
@@ -22,6 +25,10 @@ MATE_FORGOTTEN = 3.0
 """The age in s of the last words of a team mate after which nobody knows where it is, if it was driving."""
 OUT_MARGIN = 0.4
 """The same as MATE_MARGIN for a robot that is out of play, whose pose the referee tells."""
+PAUSE = 0.35
+"""The difference in s between match time and time of play from which it is a pause: the referee speaks every 0.1 s."""
+SAME_PLACE, SAME_HEADING = 0.1, 0.03
+"""The distance in m and the angle in rad between two scans that were taken from one place."""
 USUAL_SPEED = 0.5
 """How fast intruders usually are, m/s; see `Line.start`."""
 
@@ -43,6 +50,9 @@ class Watch:
         self._mount = robot.laser.x if robot.laser is not None else 0.0
         self._scans: list[Scan] = []
         self._stamp = -math.inf
+        self._offset = 0.0
+        self._pauses: list[tuple[float, float]] = []
+        """When play stopped, match time, and for how long, s."""
         self.own: Snapshot | None = None
         self._theirs: dict[str, Snapshot] = {}
         self.mates: dict[str, tuple[float, Words]] = {}
@@ -55,6 +65,7 @@ class Watch:
         Args:
             standing: its robot stands at its post, so that it may take a snapshot if it has none.
         """
+        self._note_pauses(view)
         self._hear(view.heard, view.time)
         self.fresh = []
         laser = view.readings.laser
@@ -67,6 +78,21 @@ class Watch:
             self.tracker.update(self.fresh, view.time)
         self.tracker.tidy(view.time)
 
+    def timely(self, sighting: Sighting) -> Sighting:
+        """A sighting as if there had been no pause since: courses count only the time in which robots moved."""
+        later = sum(pause for when, pause in self._pauses if sighting.time < when)
+        return replace(sighting, time=sighting.time + later) if later else sighting
+
+    def _note_pauses(self, view: View) -> None:
+        """Compare match time with the time of play. When play stops, intruders stand."""
+        offset = view.time - view.referee.total
+        pause = offset - self._offset
+        if abs(pause) > PAUSE:
+            self._offset = offset
+            if pause > 0.0:
+                self._pauses = [*self._pauses[-20:], (view.time - pause, pause)]
+                self.tracker.shift(pause)
+
     def places(self, now: float) -> dict[str, Vector]:
         """Where team mates are that said so not long ago, m."""
         return {
@@ -77,8 +103,8 @@ class Watch:
         }
 
     def _remember(self, scan: Scan) -> None:
-        """Take a scan into the snapshot. If the number of beams has changed, it begins anew."""
-        if self._scans and len(self._scans[0].ranges) != len(scan.ranges):
+        """Take a scan into the snapshot. If it is from another place or has other beams, the snapshot begins anew."""
+        if self._scans and not _alike(self._scans[0], scan):
             self._scans = []
         self._scans.append(scan)
         self.own = snapshot(self._scans)
@@ -92,7 +118,7 @@ class Watch:
                 self.mates[each.speaker] = (each.stamp, said)
             if said.snapshot is not None:
                 self._theirs[each.speaker] = said.snapshot
-            self.tracker.update(said.sightings, now)
+            self.tracker.update([self.timely(sighting) for sighting in said.sightings], now)
 
     def _seen(self, view: View, scan: Scan, stamp: float) -> list[Sighting]:
         snapshots = [*([] if self.own is None else [self.own]), *self._theirs.values()]
@@ -111,3 +137,9 @@ class Watch:
         measured = view.time if ins is None else ins.stamp
         twist = STILL if odometry is None else odometry.value.twist
         return moved(view.pose, Twist(twist.v, twist.w), stamp - measured)
+
+
+def _alike(first: Scan, second: Scan) -> bool:
+    """Whether two scans are of the same beams and from the same place."""
+    near = math.dist(first.origin, second.origin) < SAME_PLACE
+    return near and len(first.ranges) == len(second.ranges) and abs(wrap(second.heading - first.heading)) < SAME_HEADING
