@@ -4,9 +4,10 @@
     radio     by the share of messages that the radio loses, with a delay; --plot FILE draws the curve
 
 Each is tried on the courses of the thesis' Table 4.1, where a seed changes the second intruder's start and all noise;
-on random courses, of two intruders from random places around the area towards random places in its middle; and on the
-same with fast intruders, which drive FAST times as fast as the pursuers. The same seeds are played in every row. The
-interval is Wilson's, for 95 %, over all intruders that crossed.
+on random courses, of two intruders from random places around the area towards random places in its middle; on the same
+with fast intruders, which drive FAST times as fast as the pursuers; and in examples/night_watch.toml, with four fast
+intruders and a short radio. The same seeds are played in every row. The interval is Wilson's, for 95 %, over all
+intruders.
 """
 
 import json
@@ -35,11 +36,19 @@ from vrg.launch.run_folder import RunFolder
 from vrg.regions import Polygon
 
 HERE = Path(__file__).parent
+WATCH = HERE.parent / "examples" / "night_watch.toml"
 LOSSES = (0.0, 0.15, 0.3, 0.45, 0.6, 0.8, 1.0)
 FAST = 1.4
 """The speed of fast intruders, in terms of the pursuers'."""
-COURSES = ("table", "random", "fast")
-LABELS = {"table": "Table 4.1", "random": "random courses", "fast": f"random courses, intruders {FAST} x as fast"}
+COURSES = ("table", "random", "fast", "watch")
+LABELS = {
+    "table": "Table 4.1",
+    "random": "random courses",
+    "fast": f"random courses, intruders {FAST} x as fast",
+    "watch": "night watch",
+}
+INTRUDERS_IN = {"table": 2, "random": 2, "fast": 2, "watch": 4}
+
 DELAY = 0.2
 """s that messages take in the second experiment."""
 
@@ -64,13 +73,14 @@ class Trial:
 
 def match_of(trial: Trial) -> str:
     """The text of the match file."""
-    table = tomllib.loads(match_path("pursuit-evasion").read_text(encoding="utf-8"))
+    path = WATCH if trial.courses == "watch" else match_path("pursuit-evasion")
+    table = tomllib.loads(path.read_text(encoding="utf-8"))
     area = Polygon(tuple((x, y) for x, y in table["rules"]["area"]))
     rng = random.Random(trial.seed)
     for player in table["players"]:
         if player["role"] == "pursuer":
             player["strategy"] = str(HERE / BY_GAIN[trial.k])
-        elif trial.courses != "table":
+        elif trial.courses in ("random", "fast"):
             player["x"], player["y"], player["heading"] = _course(area, table["players"], player, rng)
     slow = robot_model("P2AT").v_max
     speeds = {"intruder_speed": FAST * slow, "pursuer_speed": slow} if trial.courses == "fast" else {}
@@ -78,7 +88,8 @@ def match_of(trial: Trial) -> str:
     parts = [
         _lines({**top, "noise": trial.noise}),
         "[radio]",
-        _lines({"loss": trial.loss, "delay": trial.delay}),
+        _lines({**table.get("radio", {}), "loss": trial.loss, "delay": trial.delay}),
+        *(f"[sensors.{kind}]\n{_lines(values)}" for kind, values in table.get("sensors", {}).items()),
         "[rules]",
         _lines({**table["rules"], **speeds}),
         *(f"[[players]]\n{_lines(player)}" for player in table["players"]),
@@ -122,7 +133,7 @@ def play(trial: Trial) -> tuple[int, int, float]:
 def row_of(trials: Sequence[Trial], results: Sequence[tuple[int, int, float]], **cells: Any) -> dict[str, Any]:
     """One row: how many of all intruders were captured."""
     captured, escaped = (sum(column) for column in list(zip(*results, strict=True))[:2])
-    expected = 2 * len(trials)
+    expected = INTRUDERS_IN[trials[0].courses] * len(trials)
     interval = binomtest(captured, expected).proportion_ci(method="wilson")
     return {
         **cells,
@@ -163,7 +174,7 @@ def draw(rows: Sequence[dict[str, Any]], path: Path) -> None:
 
     figure = Figure(figsize=(7, 4.2), layout="constrained")
     axes = figure.subplots()
-    for courses, marker in zip(COURSES, "os^", strict=True):
+    for courses, marker in zip(COURSES, "os^D", strict=True):
         shown = [row for row in rows if row["courses"] == courses and row["delay, s"] > 0]
         if not shown:
             continue

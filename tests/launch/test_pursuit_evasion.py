@@ -182,6 +182,14 @@ def test_nobody_is_detected_where_nobody_has_a_laser_and_the_game_still_ends(tmp
     assert any("fewer than two detections" in call.text for call in calls)
 
 
+def test_the_harder_match_of_the_examples_ends_by_its_rules(tmp_path: Path) -> None:
+    path = Path(__file__).parents[2] / "examples" / "night_watch.toml"
+    ending, calls = played(load_match(path).at_rate(0), tmp_path)
+    assert ending.state.stage is Stage.GAME_OVER
+    assert {"launch", "enter", "auction", "dispatch", "capture"} <= {call.rule for call in calls}
+    assert sum(ending.state.score.values()) == 4 or "time_up" in [call.rule for call in calls]
+
+
 def test_the_model_of_the_radio_is_that_of_the_match_file(tmp_path: Path) -> None:
     assert setup_of(tmp_path).radio.perfect
     setup = setup_of(tmp_path, "[radio]\ndelay = 0.3\n[[radio.links]]\nbetween = ['pursuer1', 'pursuer2']\nloss = 0.9")

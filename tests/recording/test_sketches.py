@@ -23,13 +23,18 @@ points = st.tuples(st.floats(-1e4, 1e4), st.floats(-1e4, 1e4))
 strokes = st.builds(m.Stroke, points=st.lists(points, min_size=1, max_size=4, unique=True))
 
 
-def recorded(folder: Path, *sketches: tuple[float, m.Sketch]) -> Path:
+def recorded(folder: Path, *sketches: tuple[float, m.Sketch | None]) -> Path:
+    """A recording of what ann sketches at each of these times; at None she sketches nothing."""
     mailbox = Mailbox()
     recorder = Recorder("recorder", mailbox, KEYS, folder / "match.mcap")
     by_type = {inlet.topic.type: inlet for inlet in mailbox.inlets}
     by_type[m.Sightings].offer(Received(KEYS.sightings("ann").key, 0.5, 0, m.Sightings(seen=[SEEN])))
     for number, (stamp, sketch) in enumerate(sketches):
-        by_type[m.Sketch].offer(Received(KEYS.sketch("ann").key, stamp, number, sketch))
+        by_type[m.Clock].offer(
+            Received(KEYS.clock.key, stamp, number, m.Clock(time=stamp, tick=number, epoch=0, rate=1.0, estop=False))
+        )
+        if sketch is not None:
+            by_type[m.Sketch].offer(Received(KEYS.sketch("ann").key, stamp, number, sketch))
         mailbox.handover(stamp)
         recorder.tick(Tick(stamp))
     recorder.stop()
@@ -57,5 +62,11 @@ def test_sightings_are_read_back_by_player(tmp_path: Path) -> None:
 def test_sketches_are_recorded_twice_a_second_and_one_that_is_empty_at_once(tmp_path: Path) -> None:
     times = [round(0.1 * n, 1) for n in range(1, 11)]
     many = [(time, m.Sketch(strokes=[m.Stroke(points=[(time, 0.0)])])) for time in times]
-    path = recorded(tmp_path, *many, (1.15, m.Sketch(strokes=[])), (1.2, m.Sketch(strokes=[])))
-    assert [(t.time, len(t.strokes)) for t in read_sketches(path)] == [(0.1, 1), (0.6, 1), (1.15, 0)]
+    path = recorded(tmp_path, *many, (1.05, m.Sketch(strokes=[])), (1.1, m.Sketch(strokes=[])))
+    assert [(t.time, len(t.strokes)) for t in read_sketches(path)] == [(0.1, 1), (0.6, 1), (1.05, 0)]
+
+
+def test_a_sketch_that_comes_too_soon_is_recorded_later(tmp_path: Path) -> None:
+    first, last = (m.Sketch(strokes=[m.Stroke(points=[(x, 0.0)])]) for x in (1.0, 2.0))
+    path = recorded(tmp_path, (0.1, first), (0.2, last), (0.9, None))
+    assert [thought.strokes[0].points for thought in read_sketches(path)] == [[(1.0, 0.0)], [(2.0, 0.0)]]

@@ -17,6 +17,12 @@ def test_a_benchmark_runs(name: str) -> None:
     run(name)
 
 
+def test_the_benchmarks_of_pursuit_run() -> None:
+    run("perception", "--only", "time")
+    run("perception", "--only", "match")
+    run("pursuit_evasion", "capture", "--courses", "table", "--engine", "planar")
+
+
 def run(name: str, *options: str) -> None:
     """Run one quickly; it succeeds and says something in JSON."""
     done = subprocess.run(

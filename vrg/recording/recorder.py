@@ -117,6 +117,8 @@ class Recorder(Node):
         self._flushed = 0.0
         self._pending = False
         self._said: dict[str, m.Report] = {}
+        self._waiting: dict[str, Received[m.Sketch]] = {}
+        """The newest sketch of each player that is still to be written."""
         self._sketched: dict[str, tuple[m.Sketch | None, float]] = {}
         self._touched: dict[str, Touch] = {}
         self._charge: dict[str, float] = {}
@@ -181,8 +183,10 @@ class Recorder(Node):
         for sightings in self._sightings.take():
             record = SightingsRecord(fg.time_of(sightings.stamp), sightings.body.seen)
             self._write(f"/player/{name_in(sightings.key)}/sightings", record, sightings)
-        for sketch in self._sketches.take():
-            self._write_sketch(sketch)
+        self._waiting |= {name_in(sketch.key): sketch for sketch in self._sketches.take()}
+        for player, sketch in list(self._waiting.items()):
+            if self._write_sketch(player, sketch):
+                del self._waiting[player]
         for poses in self._poses.take():
             self._write_poses(poses)
         for measured in self._measured.take():
@@ -237,17 +241,26 @@ class Recorder(Node):
         )
         self._write(f"/player/{player}/report", record, received)
 
-    def _write_sketch(self, received: Received[m.Sketch]) -> None:
-        player, sketch = name_in(received.key), received.body
+    def _write_sketch(self, player: str, received: Received[m.Sketch]) -> bool:
+        """Write a sketch that is due; return whether it need not be looked at again."""
+        sketch, now = received.body, self._now(received)
         before, stamp = self._sketched.get(player, (None, -math.inf))
-        # An empty one is always written: what it ends must not stay in the scene.
-        if sketch == before or (sketch.strokes and 0.0 <= received.stamp - stamp < SKETCH_EVERY):
-            return
-        self._sketched[player] = (sketch, received.stamp)
+        if sketch == before:
+            return True
+        # An empty one is written at once: what it ends must not stay in the scene.
+        if sketch.strokes and 0.0 <= now - stamp < SKETCH_EVERY:
+            return False
+        self._sketched[player] = (sketch, now)
         colour = self._game.style(*self._roles.get(player, ("robot", ""))).colour
         at = fg.time_of(received.stamp)
         update = fg.SceneUpdate([], [sketch_entity(player, sketch, colour, at)])
         self._write(f"/player/{player}/sketch", update, received)
+        return True
+
+    def _now(self, received: Received[m.Sketch]) -> float:
+        """The match time, or that of a message before the clock was heard, s."""
+        clock = self._clock.latest
+        return received.stamp if clock is None else max(clock.body.time, received.stamp)
 
     def _write_poses(self, received: Received[m.Poses]) -> None:
         at = fg.time_of(received.stamp)
