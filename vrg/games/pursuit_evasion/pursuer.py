@@ -29,6 +29,8 @@ HOPE = 1.5
 """The time in s for which a pursuer goes on after an intruder that it can no longer meet, before it gives it back."""
 SNAPSHOT_EVERY = 2.0
 """The time in s between two messages with the snapshot."""
+SURE = 0.2
+"""The standard deviation of an intruder's velocity in m/s below which a pursuer bids for it."""
 LAST_WORD = 0.3
 """The time in s before the end of an auction from which a bid is not withdrawn any more."""
 BID_STEP = 0.2
@@ -166,7 +168,9 @@ class Pursuer(Strategy):
             if auction.winner is not None or self.name not in auction.bidders:
                 continue
             track = self._tracks[auction.lot]
-            met = None if track is None else self._meet(view, track, bold=False)
+            if track is None or max(track.line.velocity_covariance.diagonal()) > SURE**2:
+                continue  # a few more sightings make it a better bid
+            met = self._meet(view, track, bold=False)
             before = auction.bids.get(self.name)
             if met is None:
                 # Just before the end it may have won already, and would give the intruder back.

@@ -29,7 +29,7 @@ PAUSE = 0.35
 """The difference in s between match time and time of play from which it is a pause: the referee speaks every 0.1 s."""
 SAME_PLACE, SAME_HEADING = 0.1, 0.03
 """The distance in m and the angle in rad between two scans that were taken from one place."""
-USUAL_SPEED = 0.5
+USUAL_SPEED = 1.0
 """How fast intruders usually are, m/s; see `Line.start`."""
 
 
