@@ -95,7 +95,6 @@ class Coordinator(Node):
         self._field = Field({})
         self._unsaved: list[Outcome] = []
         self._announced_limits = False
-        self._written: dict[str, Any] | None = None
         self._record_at = -math.inf
         self._state = self.match.state(self._field, estop=False)
 
@@ -243,7 +242,7 @@ class Coordinator(Node):
             self.match.calls = number
             stages = [stage for outcome in self._unsaved for stage in outcome.stages]
             try:
-                self._append(time, stages, calls, self.match.standing())
+                self._journal.append(time, stages, calls, self.match.standing())
             except JournalError as error:
                 self.match.calls = number - len(calls)
                 halted = self.match.halt(str(error))
@@ -257,20 +256,26 @@ class Coordinator(Node):
             for announced in calls:
                 log.info("%s: %s", announced.rule, announced.text)
                 self.mailbox.publish(self._keys.referee_event, announced)
-        elif time >= self._record_at and self._journal.last is not None and standing.game != self._written:
-            # What no call tells of must survive a crash too, but need not be exact. So a failure is only logged.
-            self._record_at = time + RECORD_PERIOD
-            try:
-                self._append(time, [], [], standing)
-            except JournalError as error:
-                log.warning("%s", error)
+        else:
+            self._record_silently(time, standing)
         self._journal.mark(standing)
         return True
 
-    def _append(self, time: float, stages: list[Stage], calls: list[Call], standing: Standing) -> None:
-        """Write a record. JournalError is raised if it cannot be written, and nothing has changed then."""
-        self._journal.append(time, stages, calls, standing)
-        self._written, self._record_at = standing.game, time + RECORD_PERIOD
+    def _record_silently(self, time: float, standing: Standing) -> None:
+        """Write what has changed without a call, once per RECORD_PERIOD: it must survive a crash, but not exactly.
+
+        So a failure is only logged.
+        """
+        last = self._journal.last
+        if last is None or standing.game == last.standing.game:
+            return
+        if time < max(last.time + RECORD_PERIOD, self._record_at):
+            return
+        self._record_at = time + RECORD_PERIOD
+        try:
+            self._journal.append(time, [], [], standing)
+        except JournalError as error:
+            log.warning("%s", error)
 
     def _act(self, outcome: Outcome) -> None:
         """Send the world and the robots the requests that follow from an outcome."""

@@ -243,9 +243,9 @@ def test_a_halt_is_no_time_for_a_course() -> None:
     (track,) = watch.tracker.tracks
     assert track.line.at(32.1) == pytest.approx(before, abs=0.1)
     assert track.line.velocity == pytest.approx((0.7, 0.0), abs=0.15)
-    told = watch.timely(sighting(3.0, 5.0, 1.1))
+    [told] = watch.timely([sighting(3.0, 5.0, 1.1)])
     assert told.time == pytest.approx(31.1, abs=0.2), "what the referee published before counts the same way"
-    assert watch.timely(sighting(3.0, 5.0, 32.1)).time == 32.1
+    assert [s.time for s in watch.timely([sighting(3.0, 5.0, 32.1)])] == [32.1]
 
 
 def test_a_snapshot_is_of_one_place() -> None:

@@ -10,6 +10,8 @@ WATCHING, DISPATCHED, RETURNING = "watching", "dispatched", "returning"
 """The states of a pursuer."""
 WAITING, CROSSING, CAPTURED, ESCAPED = "waiting", "crossing", "captured", "escaped"
 """The states of an intruder."""
+SIGHTINGS_AT_ONCE = 8
+"""The number of sightings that one pursuer may tell the referee in a tick. If it tells more, none of them counts."""
 AREA = "area"
 """The kind of the zone that the pursuers guard."""
 

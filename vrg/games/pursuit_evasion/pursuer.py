@@ -10,9 +10,9 @@ from vrg.agents.motion import TopSpeed
 from vrg.agents.perception.tracking import Track
 from vrg.agents.strategy import Action, Strategy, View
 from vrg.bus.messages import SKETCH_LIMIT, Auction, Sighting, Stroke
-from vrg.games.pursuit_evasion import AREA, DISPATCHED, RETURNING, WATCHING
-from vrg.games.pursuit_evasion.talk import SIGHTINGS_AT_ONCE, words
-from vrg.games.pursuit_evasion.watch import Watch
+from vrg.games.pursuit_evasion import AREA, DISPATCHED, RETURNING, SIGHTINGS_AT_ONCE, WATCHING
+from vrg.games.pursuit_evasion.talk import words
+from vrg.games.pursuit_evasion.watch import Watch, out_of_play
 from vrg.hal.models import RobotModel
 from vrg.regions import Rectangle, Region
 from vrg.types import STILL, Twist, Vector
@@ -186,7 +186,7 @@ class Pursuer(Strategy):
         lots = {auction.lot: auction for auction in view.referee.auctions}
         for lot, auction in self._lots.items():
             if lot not in lots:
-                self._watch.tracker.forget([self._watch.timely(sighting) for sighting in auction.evidence])
+                self._watch.tracker.forget(self._watch.timely(auction.evidence))
         self._lots = lots
 
     def _track_of(self, auction: Auction) -> Track | None:
@@ -194,7 +194,7 @@ class Pursuer(Strategy):
         evidence, number = self._known.get(auction.lot, ([], 0))
         track = self._watch.tracker.numbered(number) if evidence == auction.evidence else None
         if track is None:
-            track = self._watch.tracker.track_of([self._watch.timely(sighting) for sighting in auction.evidence])
+            track = self._watch.tracker.track_of(self._watch.timely(auction.evidence))
             self._known[auction.lot] = (auction.evidence, 0 if track is None else track.number)
         return track
 
@@ -240,13 +240,8 @@ class Pursuer(Strategy):
 
     def _steer(self, view: View, wanted: Vector) -> Twist:
         """The twist for a wanted velocity, which leads around the robots that it knows."""
-        radii = {player.name: player.radius for player in view.referee.players}
-        places = {**self._watch.places(view.time)}
-        places |= {p.name: (p.pose.x, p.pose.y) for p in view.others() if p.pose is not None}
-        bodies = [
-            Obstacle(place, (0.0, 0.0), view.me.radius + radii.get(name, view.me.radius) + GAP)
-            for name, place in places.items()
-        ]
+        known = {**self._watch.team(view, view.time), **out_of_play(view)}
+        bodies = [Obstacle(place, (0.0, 0.0), view.me.radius + radius + GAP) for place, radius in known.values()]
         u = steer(view.position, wanted, bodies, _bounds(view), HORIZON)
         return linearise(u, view.pose.theta, OFFSET)
 

@@ -30,6 +30,7 @@ from vrg.games.pursuit_evasion import (
     PURSUER,
     PURSUERS,
     RETURNING,
+    SIGHTINGS_AT_ONCE,
     WAITING,
     WATCHING,
 )
@@ -45,8 +46,6 @@ HEADING_REACH = math.radians(10)
 """The angle in rad to its course within which an intruder is lined up."""
 SIGHTING_REACH = 0.7
 """The distance in m between a sighting and the centre of the intruder that it is of, at most."""
-SIGHTINGS_AT_ONCE = 8
-"""The number of sightings that one pursuer may tell in a tick. If it tells more, none of them counts."""
 OLDEST_SIGHTING = 2.0
 """The age in s of the oldest sighting that counts."""
 
@@ -193,7 +192,7 @@ class PursuitEvasion:
         A pose is published only of who is out of play, so that robots can avoid it and nobody takes it for an intruder.
         """
         lining_up, playing = stage is Stage.INITIALIZE, stage is Stage.PLAY_ROUND
-        misplaced = self.obstacles_to_start(state, now)
+        misplaced = self.obstacles_to_start(state, now) if lining_up else {}
         statuses = []
         for name, contestant in self.contestants.items():
             chases, own = contestant.role == PURSUER, state.states[name]

@@ -1,7 +1,8 @@
 """What pursuers say to one another over the radio, and how it is read.
 
 Everything fits into one message of the radio (1024 bytes): the speaker's pose and motion, its new sightings, and from
-time to time the free space that it has seen while the scene was empty.
+time to time the free space that it has seen while the scene was empty. No more sightings are said than the referee may
+be told; the others are left out, because there will be newer ones.
 """
 
 from collections.abc import Sequence
@@ -15,10 +16,9 @@ from msgspec import Meta, Struct
 from vrg.agents.perception.background import Snapshot
 from vrg.bus.codec import plain
 from vrg.bus.messages import Covariance, Sighting, Variance
+from vrg.games.pursuit_evasion import SIGHTINGS_AT_ONCE
 from vrg.types import AngularSpeed, Metres, Pose, Radians, Seconds, Speed, Twist
 
-SIGHTINGS_AT_ONCE = 8
-"""The number of sightings in one message; the others wait for nothing, because there will be newer ones."""
 BEAMS = 361
 """The number of beams of a snapshot that is said."""
 STEP = 0.05

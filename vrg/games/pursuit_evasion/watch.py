@@ -78,10 +78,12 @@ class Watch:
             self.tracker.update(self.fresh, view.time)
         self.tracker.tidy(view.time)
 
-    def timely(self, sighting: Sighting) -> Sighting:
-        """A sighting as if there had been no pause since: courses count only the time in which robots moved."""
-        later = sum(pause for when, pause in self._pauses if sighting.time < when)
-        return replace(sighting, time=sighting.time + later) if later else sighting
+    def timely(self, sightings: Sequence[Sighting]) -> list[Sighting]:
+        """Sightings as if there had been no pause since: courses count only the time in which robots moved."""
+        return [
+            replace(each, time=each.time + sum(pause for when, pause in self._pauses if each.time < when))
+            for each in sightings
+        ]
 
     def _note_pauses(self, view: View) -> None:
         """Compare match time with the time of play. When play stops, intruders stand."""
@@ -102,6 +104,11 @@ class Watch:
             for pose in [moved(said.pose, said.twist, min(max(now - stamp, 0.0), MATE_FORGOTTEN))]
         }
 
+    def team(self, view: View, now: float) -> dict[str, tuple[Vector, float]]:
+        """Where team mates are, as `places` says, and the radii of the circles around them, m."""
+        radii = {player.name: player.radius for player in view.referee.players}
+        return {name: (place, radii.get(name, view.me.radius)) for name, place in self.places(now).items()}
+
     def _remember(self, scan: Scan) -> None:
         """Take a scan into the snapshot. If it is from another place or has other beams, the snapshot begins anew."""
         if self._scans and not _alike(self._scans[0], scan):
@@ -118,13 +125,12 @@ class Watch:
                 self.mates[each.speaker] = (each.stamp, said)
             if said.snapshot is not None:
                 self._theirs[each.speaker] = said.snapshot
-            self.tracker.update([self.timely(sighting) for sighting in said.sightings], now)
+            self.tracker.update(self.timely(said.sightings), now)
 
     def _seen(self, view: View, scan: Scan, stamp: float) -> list[Sighting]:
         snapshots = [*([] if self.own is None else [self.own]), *self._theirs.values()]
-        radii = {player.name: player.radius for player in view.referee.players}
-        known = [(place, radii.get(name, view.me.radius) + MATE_MARGIN) for name, place in self.places(stamp).items()]
-        known += [((p.pose.x, p.pose.y), p.radius + OUT_MARGIN) for p in view.others() if p.pose is not None]
+        known = [(place, radius + MATE_MARGIN) for place, radius in self.team(view, stamp).values()]
+        known += [(place, radius + OUT_MARGIN) for place, radius in out_of_play(view).values()]
         radius = max((p.radius for p in view.referee.players if p.team != view.me.team), default=view.me.radius)
         explained = returns_of(scan, known)
         strange = unusual(scan, snapshots, explained)
@@ -137,6 +143,11 @@ class Watch:
         measured = view.time if ins is None else ins.stamp
         twist = STILL if odometry is None else odometry.value.twist
         return moved(view.pose, Twist(twist.v, twist.w), stamp - measured)
+
+
+def out_of_play(view: View) -> dict[str, tuple[Vector, float]]:
+    """Where robots are that the referee tells of, and the radii of the circles around them, m."""
+    return {p.name: ((p.pose.x, p.pose.y), p.radius) for p in view.others() if p.pose is not None}
 
 
 def _alike(first: Scan, second: Scan) -> bool:
