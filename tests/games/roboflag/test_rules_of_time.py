@@ -1,0 +1,328 @@
+"""The rules of RoboFlag about time and the end: rounds, captures, sudden death, and what a halt does not change."""
+
+import pytest
+
+from tests.games.roboflag.making import AWAY, DT, FLAGS, HOMES, Play, book, field, starts
+from vrg.bus.messages import Stage
+from vrg.coordinator.match import DRAW
+from vrg.coordinator.rulebook import Field
+from vrg.games.roboflag import FLAGGED, NORMAL, TAGGED
+from vrg.games.roboflag.rules import RoboFlag
+
+QUIET, NEAR = (2.0, 0.0), (2.3, 0.0)
+
+
+def short(round_time: float = 5.0, sudden_death: float = 3.0, **settings: object) -> RoboFlag:
+    """The rule book of a match with short rounds."""
+    return book(round_time=round_time, sudden_death=sudden_death, **settings)
+
+
+def test_there_are_two_rounds_of_ten_minutes_and_a_sudden_death_of_five() -> None:
+    rules = book()
+    assert rules.rounds == 2
+    assert rules.settings.round_time == 600.0
+    assert rules.settings.sudden_death == 300.0
+    assert rules.settings.captures == 3
+
+
+@pytest.mark.parametrize("dt", [0.1, 0.05, 0.25, 1 / 3])
+def test_a_round_of_ten_minutes_ends_with_the_first_tick_at_ten_minutes(dt: float) -> None:
+    play = Play(book())
+    ticks = 0
+    while play.match.stage is Stage.PLAY_ROUND:
+        play.tick(dt=dt)
+        ticks += 1
+    assert ticks == round(600 / dt)
+    assert play.calls[-1] == ("time",)
+
+
+def test_a_round_goes_on_until_its_time_is_up() -> None:
+    play = Play(short())
+    play.ticks(4.9)
+    assert play.match.stage is Stage.PLAY_ROUND
+    play.tick()
+    assert play.match.stage is Stage.ROUND_OVER
+    assert play.rulings == ["begin", "time"]
+
+
+def test_what_happens_in_the_last_tick_still_counts() -> None:
+    play = Play(short())
+    play.ticks(4.8)
+    play.tick({"red1": FLAGS["blue"]})
+    play.tick({"red1": HOMES["red"]})
+    assert play.calls[-2:] == [("capture", "red1"), ("time",)]
+
+
+def test_scores_carry_over_but_positions_and_flags_do_not() -> None:
+    play = Play(short())
+    play.capture("red1")
+    play.tick({"red1": FLAGS["blue"], "red2": QUIET, "blue2": NEAR})
+    assert play.state.states["red2"] == TAGGED
+    play.ticks(4.7, {"red1": AWAY["red"]})
+    assert play.match.stage is Stage.ROUND_OVER
+    assert play.state.flag("blue").carrier == "red1"
+    play.pause()
+    assert play.match.game.round == 2
+    assert play.state.captures == {"red": 1, "blue": 0}
+    assert set(play.state.states.values()) == {NORMAL}
+    assert [thing.carrier for thing in play.state.objects] == [None, None]
+    assert play.state.driven == {}
+    assert play.match.clock == 0.0
+
+
+def test_players_line_up_at_their_starts_before_each_round() -> None:
+    play = Play(short())
+    play.ticks(5.0)
+    while play.match.stage is Stage.ROUND_OVER:
+        play.tick(dt=1.0)
+    assert play.match.stage is Stage.INITIALIZE
+    assert {name: play.match.mark(name, field(play.rules)) for name in play.match.names} == starts()
+    play.tick({"red1": QUIET})
+    assert play.match.stage is Stage.INITIALIZE, "one of them is not at its start"
+    assert play.match.waiting == ["red1 is 5.7 m from its mark"] or "red1" in play.match.waiting[0]
+    play.tick()
+    assert play.match.stage is Stage.PLAY_ROUND
+
+
+def test_a_round_waits_for_players_that_still_move() -> None:
+    rules = book()
+    now = Field(field(rules).poses, frozenset({"blue3"}))
+    assert set(rules.obstacles_to_start(rules.initial(), now)) == {"blue3"}
+
+
+@pytest.mark.parametrize("team", ["red", "blue"])
+def test_three_captures_end_the_game_at_once(team: str) -> None:
+    play = Play(short(round_time=600.0))
+    play.capture(f"{team}1")
+    play.capture(f"{team}2")
+    assert play.match.stage is Stage.PLAY_ROUND
+    play.capture(f"{team}1")
+    assert play.match.stage is Stage.ROUND_OVER
+    play.pause()
+    assert play.match.over
+    assert play.match.winner == team
+    assert "time" not in play.rulings
+
+
+def test_captures_of_both_rounds_count_together() -> None:
+    play = Play(short())
+    play.capture("red1")
+    play.capture("red1")
+    play.ticks(5.0 - 4 * DT)
+    play.pause()
+    play.capture("red1")
+    play.pause()
+    assert (play.match.over, play.match.winner) == (True, "red")
+
+
+def test_three_captures_of_both_teams_together_end_nothing() -> None:
+    play = Play(short())
+    play.capture("red1")
+    play.capture("blue1")
+    play.capture("red1")
+    assert play.match.stage is Stage.PLAY_ROUND
+
+
+def test_after_two_rounds_the_team_with_more_captures_wins() -> None:
+    play = Play(short())
+    play.capture("blue1")
+    play.ticks(5.0 - 2 * DT)
+    play.pause()
+    play.ticks(5.0)
+    play.pause()
+    assert (play.match.over, play.match.winner) == (True, "blue")
+    assert play.match.game.round == 2
+
+
+def both_capture(play: Play) -> None:
+    """Both teams bring a flag home in the same tick."""
+    play.tick({"red1": FLAGS["blue"], "blue1": FLAGS["red"]})
+    play.tick({"red1": HOMES["red"], "blue1": HOMES["blue"]})
+
+
+def test_the_third_capture_of_both_teams_in_one_tick_is_a_tie_and_goes_to_sudden_death() -> None:
+    play = Play(short())
+    for _ in range(3):
+        both_capture(play)
+    assert play.match.stage is Stage.ROUND_OVER
+    play.pause()
+    assert not play.match.over
+    assert play.match.game.round == 3
+    play.capture("blue2")
+    play.pause()
+    assert play.match.winner == "blue"
+
+
+def suddenly(**settings: object) -> Play:
+    """A match whose two rounds have ended in a tie."""
+    play = Play(short(**settings))
+    for _ in range(2):
+        play.ticks(5.0)
+        play.pause()
+    assert play.match.stage is Stage.PLAY_ROUND
+    return play
+
+
+def test_a_tie_after_two_rounds_goes_to_sudden_death() -> None:
+    play = suddenly()
+    assert play.match.game.round == 3
+    assert play.rulings == ["begin", "time", "begin", "time", "sudden_death", "begin"]
+    assert play.match.clock == 0.0
+
+
+def test_in_sudden_death_the_first_capture_wins() -> None:
+    play = suddenly()
+    play.capture("blue3")
+    assert play.match.stage is Stage.ROUND_OVER
+    assert play.calls[-1] == ("capture", "blue3")
+    play.pause()
+    assert (play.match.over, play.match.winner) == (True, "blue")
+
+
+def test_sudden_death_without_a_capture_is_a_draw() -> None:
+    play = suddenly()
+    play.ticks(2.9)
+    assert play.match.stage is Stage.PLAY_ROUND
+    play.tick()
+    play.pause()
+    assert (play.match.over, play.match.winner) == (True, DRAW)
+
+
+def test_in_sudden_death_a_capture_of_both_in_one_tick_is_a_draw() -> None:
+    play = suddenly()
+    both_capture(play)
+    assert play.match.stage is Stage.ROUND_OVER
+    play.pause()
+    assert (play.match.over, play.match.winner) == (True, DRAW)
+
+
+def test_a_tie_with_captures_goes_to_sudden_death_too() -> None:
+    play = Play(short())
+    play.capture("red1")
+    play.ticks(5.0 - 2 * DT)
+    play.pause()
+    play.capture("blue1")
+    play.ticks(5.0 - 2 * DT)
+    play.pause()
+    assert play.match.game.round == 3
+    play.capture("red1")
+    play.pause()
+    assert play.match.winner == "red"
+
+
+def test_nothing_but_a_capture_ends_sudden_death_early() -> None:
+    play = suddenly()
+    play.tick({"red1": FLAGS["blue"], "blue1": QUIET})
+    play.tick({"red1": QUIET, "blue1": NEAR})
+    assert play.calls[-1] == ("tag", "red1", "blue1")
+    assert play.match.stage is Stage.PLAY_ROUND
+
+
+# The clock stops in HALT.
+
+
+def test_in_a_halt_the_clock_stops_and_nothing_is_judged() -> None:
+    play = Play(short())
+    play.ticks(2.0)
+    play.match.halt("somebody is on the field")
+    before = play.match.standing()
+    for places in ({"red1": QUIET, "blue1": NEAR}, {"red1": FLAGS["blue"]}, {"red1": HOMES["red"]}):
+        assert not play.tick(places)
+    play.ticks(60.0)
+    assert play.match.standing() == before
+    play.match.resume()
+    play.ticks(2.9)
+    assert play.match.stage is Stage.PLAY_ROUND
+    play.tick()
+    assert play.match.stage is Stage.ROUND_OVER
+
+
+def test_in_a_halt_nobody_is_driven_and_nobody_may_move() -> None:
+    play = Play(book())
+    play.tick({"red1": QUIET, "blue1": NEAR})
+    assert set(play.match.driven) == {"red1"}
+    play.match.halt("somebody is on the field")
+    assert play.match.driven == {}
+    told = play.match.state(field(play.rules), estop=False)
+    assert not any(player.may_move for player in told.players)
+    play.match.resume()
+    assert set(play.match.driven) == {"red1"}, "it is still tagged"
+
+
+def test_after_a_halt_the_states_and_the_flags_are_as_before() -> None:
+    play = Play(book())
+    play.tick({"red1": FLAGS["blue"], "blue1": (-2.0, 0.0), "red2": (-2.3, 0.0)})
+    play.match.halt("somebody is on the field")
+    play.match.resume()
+    play.tick({"red1": AWAY["red"]})
+    assert (play.state.states["red1"], play.state.states["blue1"]) == (FLAGGED, TAGGED)
+    assert play.state.flag("blue").carrier == "red1"
+
+
+# What everybody is told.
+
+
+def test_everybody_is_told_states_flags_scores_and_the_tag_distance() -> None:
+    play = Play(book())
+    play.capture("red1")
+    play.tick({"red1": FLAGS["blue"], "red2": QUIET, "blue1": NEAR})
+    told = play.match.state(field(play.rules), estop=False)
+    assert told.score == {"red": 1, "blue": 0}
+    assert {p.name: p.state for p in told.players if p.state != NORMAL} == {"red1": FLAGGED, "red2": TAGGED}
+    assert {thing.name: thing.carrier for thing in told.objects} == {"red flag": None, "blue flag": "red1"}
+    assert told.numbers == {"tag distance": 0.6}
+    assert (told.round, told.rounds) == (1, 2)
+
+
+def test_a_match_that_goes_on_after_a_crash_is_as_it_was() -> None:
+    play = Play(book())
+    play.capture("red1")
+    play.tick({"red1": FLAGS["blue"], "red2": QUIET, "blue1": NEAR})
+    again = type(play.match)(play.rules, play.match.standing())
+    assert again.halted
+    again.resume()
+    assert again.game == play.state
+    assert again.driven == play.match.driven
+
+
+# Disqualifications through the match.
+
+
+def test_a_tagged_player_that_fails_is_driven_no_longer() -> None:
+    play = Play(book())
+    play.tick({"red1": QUIET, "blue1": NEAR})
+    play.match.disqualify("red1", "it has failed", field(play.rules))
+    assert play.match.driven == {}
+    play.tick({"red1": HOMES["red"]})
+    told = play.match.state(field(play.rules), estop=False)
+    assert next(p for p in told.players if p.name == "red1").state == "disqualified"
+
+
+def test_a_player_that_was_disqualified_plays_again_from_the_next_round() -> None:
+    play = Play(short())
+    play.match.disqualify("red1", "it has failed", field(play.rules))
+    play.match.reinstate("red1", field(play.rules))
+    play.tick({"red1": FLAGS["blue"]})
+    assert play.state.flag("blue").carrier is None, "not in this round"
+    play.ticks(4.9)
+    play.pause()
+    play.tick({"red1": FLAGS["blue"]})
+    assert play.state.flag("blue").carrier == "red1"
+
+
+def test_no_round_waits_for_a_disqualified_player() -> None:
+    play = Play(short())
+    play.match.disqualify("red1", "it has failed", field(play.rules))
+    play.ticks(5.0)
+    while play.match.stage is Stage.ROUND_OVER:
+        play.tick(dt=1.0)
+    play.tick({"red1": QUIET})
+    assert play.match.stage is Stage.PLAY_ROUND
+
+
+def test_a_match_whose_players_are_all_disqualified_is_a_draw() -> None:
+    play = Play(book(red=1, blue=1))
+    for name in ("red1", "blue1"):
+        play.match.disqualify(name, "it has failed", field(play.rules))
+    play.tick()
+    assert (play.match.over, play.match.winner) == (True, DRAW)

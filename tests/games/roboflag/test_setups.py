@@ -1,0 +1,163 @@
+"""Which matches of RoboFlag can be played, and the reason why another one is refused."""
+
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pydantic import ValidationError
+
+from tests.games.roboflag.making import Play, book, calls, contestants, judge
+from vrg.config.loading import load_match, match_path
+from vrg.coordinator.rulebook import Contestant
+from vrg.errors import ConfigError
+from vrg.games.roboflag.rules import RoboFlag
+from vrg.games.roboflag.settings import Settings
+
+CORNERS = [(centre, home) for centre in ((-6, -4), (6, 4), (-6, 4), (6, -4)) for home in ("low", "high")]
+
+
+def refused(told: str, players: list[Contestant] | None = None, **settings: Any) -> None:
+    """A set-up is refused, and the reason contains these words."""
+    with pytest.raises(ConfigError, match=told):
+        RoboFlag(Settings.model_validate(settings), contestants() if players is None else players)
+
+
+def test_the_default_match_can_be_played_on_a_field_twice_that_of_cornell() -> None:
+    setup = load_match(match_path("roboflag"))
+    settings = Settings.model_validate(dict(setup.rules))
+    assert settings.scale == 2.0
+    assert [sum(player.role == team for player in setup.players) for team in ("red", "blue")] == [4, 4]
+
+
+def test_at_scale_one_pioneers_touch_before_they_can_tag() -> None:
+    refused(r"two robots touch when their centres are 0.50 m apart.*tag distance of 0.30 m", scale=1.0)
+
+
+@pytest.mark.parametrize("tag_distance", [0.3, 0.31, 0.28, 0.19, 0.45])
+def test_that_reason_says_which_scale_would_do(tag_distance: float) -> None:
+    with pytest.raises(ConfigError, match="two robots touch") as error:
+        RoboFlag(Settings(scale=1.0, tag_distance=tag_distance), contestants())
+    told = re.search(r"a scale of at least ([0-9.]+)", str(error.value))
+    assert told is not None
+    places = {"red1": (-2.0, 0.0), "blue1": (2.0, 0.0)}
+    enough = Settings(scale=float(told[1]), tag_distance=tag_distance)
+    assert RoboFlag(enough, contestants(1, 1, moved=places))
+
+
+def test_at_scale_one_small_robots_can_play() -> None:
+    places = {f"{team}{i}": (x, 0.4 * i) for team, x in (("red", -1.0), ("blue", 1.0)) for i in range(1, 5)}
+    assert RoboFlag(Settings(scale=1.0), contestants(size=(0.2, 0.2), moved=places))
+
+
+def test_a_match_file_of_scale_one_is_refused_with_the_reason(tmp_path: Path) -> None:
+    file = tmp_path / "match.toml"
+    file.write_text(match_path("roboflag").read_text().replace("scale = 2.0", "scale = 1.0"))
+    with pytest.raises(ConfigError, match="two robots touch"):
+        load_match(file)
+
+
+def test_teams_may_be_of_different_sizes() -> None:
+    rules = book(red=1, blue=5)
+    play = Play(rules)
+    assert len(play.match.names) == 6
+    assert calls(judge(rules, {"red1": (2.0, 0.0), "blue5": (2.3, 0.0)})) == [("tag", "red1", "blue5")]
+
+
+@pytest.mark.parametrize(("red", "blue", "empty"), [(4, 0, "blue"), (0, 4, "red")])
+def test_an_empty_team_is_refused(red: int, blue: int, empty: str) -> None:
+    refused(f"at least one player of the team {empty}", contestants(red, blue))
+
+
+@pytest.mark.parametrize(
+    ("team", "flag"),
+    [
+        ("red", (2.0, 0.0)),
+        ("red", (-0.4, 0.0)),
+        ("red", (-2.6, 0.0)),
+        ("red", (-2.0, 1.6)),
+        ("red", (-2.0, 5.0)),
+        ("blue", (-2.0, 0.0)),
+        ("blue", (0.4, 0.0)),
+        ("blue", (2.0, -1.6)),
+    ],
+)
+def test_a_flag_zone_that_is_not_inside_its_teams_half_is_refused(team: str, flag: tuple[float, float]) -> None:
+    side = {"home": "low" if team == "red" else "high", "flag": flag}
+    refused(f"the flag zone of the team {team} in its half", **{team: side})
+
+
+def test_flag_zones_may_touch_the_borders_of_their_half() -> None:
+    for x in (-2.5, -0.5):
+        side = {"home": "low", "flag": (x, 1.5)}
+        assert RoboFlag(Settings.model_validate({"red": side}), contestants())
+
+
+@pytest.mark.parametrize(
+    ("team", "home", "flag"),
+    [("red", "low", (-2.4, -1.4)), ("red", "high", (-2.4, 1.4)), ("blue", "high", (2.4, 1.4))],
+)
+def test_a_flag_zone_that_overlaps_the_home_of_its_team_is_refused(
+    team: str, home: str, flag: tuple[float, float]
+) -> None:
+    refused(f"the flag zone of the team {team} away from its home", **{team: {"home": home, "flag": flag}})
+
+
+def test_a_home_larger_than_its_half_is_refused() -> None:
+    refused("home", home_reach=3.5)
+    refused("home", length=2.0, width=8.0, home_reach=1.2, red={"home": "low", "flag": (-0.5, 2.0)})
+
+
+def test_a_flag_must_be_taken_inside_its_zone() -> None:
+    refused("flag_zone of at least the flag_reach", flag_reach=0.6, flag_zone=0.5)
+
+
+@pytest.mark.parametrize(
+    ("name", "place"),
+    [("red1", (1.0, 0.0)), ("blue2", (-1.0, 0.0)), ("red1", (0.0, 0.0)), ("blue1", (0.0, 0.0)), ("red1", (-6.5, 0.0))],
+)
+def test_a_start_that_is_not_in_the_half_of_its_team_is_refused(name: str, place: tuple[float, float]) -> None:
+    refused(f"the start of {name} in the half of its team", contestants(moved={name: place}))
+
+
+def test_every_reason_is_given_at_once() -> None:
+    with pytest.raises(ConfigError) as error:
+        RoboFlag(
+            Settings.model_validate({"scale": 1.0, "red": {"home": "low", "flag": (2.0, 0.0)}, "flag_reach": 0.8}),
+            contestants(4, 1, moved={"red1": (1.0, 0.0)}),
+        )
+    told = str(error.value)
+    for reason in ("two robots touch", "flag zone of the team red", "flag_reach", "the start of red1"):
+        assert reason in told
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"scale": 0},
+        {"scale": -1},
+        {"scale": math.nan},
+        {"scale": math.inf},
+        {"tag_distance": 0},
+        {"round_time": 0},
+        {"sudden_death": -1},
+        {"captures": 0},
+        {"red": {"home": "left", "flag": (-2, 0)}},
+        {"red": {"home": "low"}},
+        {"red": {"home": "low", "flag": (-2, math.nan)}},
+        {"lineup": "fly"},
+        {"green": {"home": "low", "flag": (-2, 0)}},
+    ],
+)
+def test_settings_that_make_no_sense_are_refused(changed: dict[str, Any]) -> None:
+    with pytest.raises(ValidationError):
+        Settings.model_validate(changed)
+
+
+@pytest.mark.parametrize(("centre", "home"), CORNERS)
+def test_a_field_with_a_corner_at_the_origin_can_be_played(centre: tuple[int, int], home: str) -> None:
+    x, y = centre
+    moved = {"red1": (x - 1.5, y), "blue1": (x + 1.5, y)}
+    sides = {"red": {"home": home, "flag": (-2, 0)}, "blue": {"home": home, "flag": (2, 0)}}
+    assert RoboFlag(Settings.model_validate({"centre": centre, **sides}), contestants(1, 1, moved=moved))

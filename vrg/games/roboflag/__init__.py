@@ -1,0 +1,79 @@
+"""The description of RoboFlag (thesis 4.4). Only processes that need the rules or a player import them."""
+
+from vrg.colours import BLUE, VERMILLION
+from vrg.games.game import Game, Marker, Moment, Priority, Role, RuleText
+
+RED, BLUES = "red", "blue"
+"""The names of the teams, which are also those of the roles: a player never changes its team."""
+TEAMS = (RED, BLUES)
+NORMAL, TAGGED, FLAGGED = "normal", "tagged", "flagged"
+"""The states of a player. A flagged player carries the flag of the other team."""
+FLAG = "flag"
+"""The kind of a flag among the objects of the field."""
+HALF, HOME, FLAG_ZONE = "half", "home", "flag_zone"
+"""The kinds of the zones that each team has."""
+TAG_DISTANCE = "tag distance"
+"""The published number that says how near an opponent tags, m."""
+TEAM_FLAG, TAG_DEFENSE, FLAGGED_SAFETY, HAIL_MARY = "team-flag", "tag-defense", "flagged-safety", "hail-mary"
+"""The priorities that the person who commands a team may set (thesis 4.4.4)."""
+
+
+def other(team: str) -> str:
+    """The team that a team plays against."""
+    return BLUES if team == RED else RED
+
+
+def flag_of(team: str) -> str:
+    """The name of a team's flag."""
+    return f"{team} flag"
+
+
+def attack_of(team: str) -> str:
+    """The lot of the auction in which a team finds out who goes for the other team's flag."""
+    return f"{team} attack"
+
+
+_FOLDER = "vrg.games.roboflag"
+
+GAME = Game(
+    name="roboflag",
+    label="RoboFlag",
+    settings=f"{_FOLDER}.settings:Settings",
+    rules=f"{_FOLDER}.rules:RoboFlag",
+    strategy=f"{_FOLDER}.strategies:Balanced",
+    match=f"{_FOLDER}/match.toml",
+    roles=(
+        Role(RED, RED, VERMILLION, Marker.TRIANGLE),
+        Role(BLUES, BLUES, BLUE, Marker.CIRCLE),
+    ),
+    score_words={RED: "flags captured", BLUES: "flags captured"},
+    out_of_play=frozenset({TAGGED}),
+    moments={
+        "tag": Moment("X", "tag", others="by"),
+        "flag": Moment("^", "takes the flag"),
+        "capture": Moment("*", "flag captured"),
+    },
+    priorities=(
+        Priority(TEAM_FLAG, "Team Flag", "guard the team's own flag, and tag whoever carries it"),
+        Priority(TAG_DEFENSE, "Tag Defense", "tag every opponent on the team's own half"),
+        Priority(FLAGGED_SAFETY, "Flagged Safety", "shield the player that carries the flag"),
+        Priority(HAIL_MARY, "Hail Mary", "everybody goes for the opponents' flag"),
+    ),
+    rule_texts={
+        "tag": RuleText(
+            "A normal player within the tag distance of an opponent is tagged on the opponents' half, and a carrier of "
+            "a flag anywhere; nobody is tagged inside a flag zone. The flag of a tagged carrier returns.",
+            "thesis 4.4",
+        ),
+        "home": RuleText("A tagged player in reach of its own home becomes normal.", "thesis 4.4"),
+        "flag": RuleText(
+            "A normal player in reach of the opponents' flag takes it; a flag has one carrier.", "thesis 4.4"
+        ),
+        "capture": RuleText("A carrier in reach of its own home scores, and the flag returns.", "thesis 4.4"),
+        "flag_returns": RuleText("The flag of a carrier that is disqualified returns to its place."),
+        "time": RuleText("A round lasts ten minutes of play, and sudden death five.", "thesis 4.4"),
+        "sudden_death": RuleText("A tie after two rounds is decided by the first capture of a third.", "thesis 4.4"),
+        "game_over": RuleText("Three captures, or more captures after two rounds, win the game.", "thesis 4.4"),
+    },
+    prover="vrg.games.roboflag.proof:prove",
+)

@@ -1,0 +1,109 @@
+"""Where to drive so that nobody tags one: the safest of many directions, looked at together as arrays.
+
+A point is safe by as many seconds as its player is there before every opponent could be, if each drove straight to it.
+This is the dominance region of pursuit and evasion: inside it the player is first, whatever the opponents do.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vrg.regions import Bounds, Circle
+from vrg.types import Vector
+
+Floats = npt.NDArray[np.float64]
+Flags = npt.NDArray[np.bool_]
+Safe = Callable[[Floats], Flags]
+"""Tells of points, shape (..., 2), in m, which cannot be harmful: shape (...)."""
+
+DIRECTIONS = 24
+"""The number of directions that are looked at, besides the one that leads straight to the goal."""
+DISTANCES: Floats = np.array([0.4, 0.8, 1.4, 2.2, 3.2, 4.5])
+"""The distances in m ahead at which each direction is looked at."""
+LEVEL = 3.0
+"""The number of seconds by which a point is safe at most: more is no better."""
+_ANGLES = np.arange(DIRECTIONS) * (math.tau / DIRECTIONS)
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """The best direction.
+
+    Args:
+        heading: the unit vector that leads there. progress: how much nearer to the goal its safe part ends, m.
+        margin: the number of seconds by which its first points are safe; negative where an opponent can be first.
+    """
+
+    heading: Vector
+    progress: float
+    margin: float
+
+
+def best_course(
+    place: Vector,
+    goal: Vector,
+    hunters: Floats,
+    *,
+    speed: float,
+    reach: float,
+    margin: float,
+    inside: Safe,
+    harmless: Safe,
+) -> Course:
+    """The direction that leads nearest to the goal over points that are safe by at least `margin` s.
+
+    If not even the first points of any direction are so safe, it is the direction whose first points are safest.
+
+    Args:
+        place, goal: where the player is and wants to be, m.
+        hunters: where those are that can tag it: shape (n, 2), m.
+        speed: the top speed of all, m/s. reach: the distance at which somebody is tagged, m.
+        inside: which points one may drive to. harmless: where one cannot be tagged.
+    """
+    here, there = np.array(place), np.array(goal)
+    straight = math.atan2(goal[1] - place[1], goal[0] - place[0])
+    angles = np.append(_ANGLES + straight, straight)
+    units = np.stack((np.cos(angles), np.sin(angles)), axis=-1)
+    distances = np.minimum(DISTANCES, max(math.dist(place, goal), DISTANCES[0]))
+    points = here + units[:, None, :] * distances[None, :, None]
+    spare = _spare(points, distances, hunters, speed, reach)
+    spare[harmless(points)] = LEVEL
+    spare[~inside(points)] = -LEVEL
+    # A way is as safe as its least safe point so far.
+    level = np.minimum.accumulate(spare, axis=1)
+    progress = math.dist(place, goal) - np.hypot(*np.moveaxis(points - there, -1, 0))
+    good = level >= margin
+    if good[:, 0].any():
+        value = np.where(good, progress + 0.05 * level, -np.inf).max(axis=1)
+        # Of ways that are about as good, the one that turns least.
+        best = int(np.argmax(value - 0.02 * np.abs(np.remainder(angles - straight + math.pi, math.tau) - math.pi)))
+        return Course((float(units[best, 0]), float(units[best, 1])), float(value[best]), float(level[best, 0]))
+    best = int(np.argmax(level[:, 1] + 0.1 * progress[:, 1]))
+    return Course((float(units[best, 0]), float(units[best, 1])), 0.0, float(level[best, 0]))
+
+
+def in_disc(points: Floats, disc: Circle) -> Flags:
+    """Which points, shape (..., 2), are inside a disc."""
+    dx, dy = points[..., 0] - disc.x, points[..., 1] - disc.y
+    inside: Flags = dx * dx + dy * dy < disc.radius * disc.radius
+    return inside
+
+
+def in_bounds(points: Floats, bounds: Bounds) -> Flags:
+    """Which points, shape (..., 2), are inside a rectangle (x_min, y_min, x_max, y_max)."""
+    x, y = points[..., 0], points[..., 1]
+    inside: Flags = (x >= bounds[0]) & (y >= bounds[1]) & (x <= bounds[2]) & (y <= bounds[3])
+    return inside
+
+
+def _spare(points: Floats, distances: Floats, hunters: Floats, speed: float, reach: float) -> Floats:
+    """The time in s by which a player is at each point before the first hunter, at most LEVEL."""
+    if not len(hunters):
+        return np.full(points.shape[:2], LEVEL)
+    away = points[:, :, None, :] - hunters
+    nearest = np.sqrt((away * away).sum(axis=-1).min(axis=-1))
+    spare: Floats = np.minimum((np.maximum(nearest - reach, 0.0) - distances) / speed, LEVEL)
+    return spare

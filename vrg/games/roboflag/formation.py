@@ -1,0 +1,45 @@
+"""How attackers form up before they cross the midline together, as one group or as two (thesis 4.4.3)."""
+
+import math
+from collections.abc import Mapping, Sequence
+
+from vrg.games.roboflag.situation import Ground, Known
+from vrg.types import Vector
+
+BEHIND = 0.8
+"""The distance in m behind the midline at which attackers form up."""
+APART = 1.1
+"""The distance in m between two attackers that stand side by side, where there is room."""
+IN_PLACE = 0.5
+"""The distance in m from its place within which an attacker is in formation."""
+FLANK = 1.0
+"""The distance in m from the border of the field at which the outer attackers of two groups are."""
+
+
+def groups(attackers: Sequence[str], flanks: int) -> list[list[str]]:
+    """The attackers by group, each sorted by name: every second one is in the other group if there are two."""
+    order = sorted(attackers)
+    return [order[first::flanks] for first in range(flanks)]
+
+
+def places(ground: Ground, attackers: Sequence[str], flanks: int) -> dict[str, Vector]:
+    """Where each attacker stands in formation: side by side, opposite the flag, or along both borders of the field."""
+    _, low, _, high = ground.inner.bounds
+    x = ground.midline - ground.ahead * BEHIND
+    found = {}
+    for number, group in enumerate(groups(attackers, flanks)):
+        # On a narrow field, or if they are many, they stand closer.
+        apart = min(APART, (high - low) / max(1, len(group) - 1))
+        width = apart * (len(group) - 1)
+        # Both teams count from their own right, so that neither has the better field.
+        side = number if ground.ahead > 0 else 1 - number
+        middle = ground.their_flag[1] if flanks == 1 else (low + FLANK, high - FLANK)[side % 2]
+        middle = min(max(middle, low + width / 2), high - width / 2)
+        for place, name in enumerate(group):
+            found[name] = (x, middle + ground.ahead * (apart * place - width / 2))
+    return found
+
+
+def formed_up(team: Sequence[Known], formation: Mapping[str, Vector]) -> bool:
+    """Whether all attackers are in their places."""
+    return all(math.dist(known.place, formation[known.name]) <= IN_PLACE for known in team if known.name in formation)

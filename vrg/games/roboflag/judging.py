@@ -1,0 +1,187 @@
+"""What a referee of RoboFlag judges at one look (thesis, Algorithm 4.3): first home, then the flag, then tags.
+
+Each part judges the whole ways of the players since the look before, so that nobody jumps over anything. Each function
+takes the state and these ways, and returns the new state and the calls. Distances are between centres, and a player at
+exactly the distance is near enough.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from vrg.coordinator.rulebook import Call
+from vrg.games.roboflag import FLAGGED, NORMAL, TAGGED, TEAMS, other
+from vrg.games.roboflag.layout import Layout
+from vrg.games.roboflag.state import State
+from vrg.geometry import interpolate
+from vrg.regions import Circle
+from vrg.segments import in_disc
+from vrg.types import Pose, Vector
+
+Judged = tuple[State, list[Call]]
+"""The new state, and the calls in order."""
+Stretch = tuple[float, float]
+"""A part of the time between two looks, as two fractions of it."""
+ROUNDING = 1e-9
+"""The distance in m by which a player may be farther away than a limit, because numbers are rounded."""
+PLACED = 1.5
+"""The distance in m between two looks beyond which a player did not drive but was put there: its way does not count."""
+
+
+@dataclass(frozen=True)
+class Ways:
+    """The ways of the players in play between two looks.
+
+    Args:
+        before, now: the pose of each at the two looks. Who is not in `before` stood where it is.
+        teams: the team of each.
+    """
+
+    before: Mapping[str, Pose]
+    now: Mapping[str, Pose]
+    teams: Mapping[str, str]
+
+    def of(self, name: str) -> tuple[Vector, Vector]:
+        """Where a player was and is, m."""
+        now, before = self.now[name], self.before.get(name)
+        end = (now.x, now.y)
+        if before is None or math.hypot(now.x - before.x, now.y - before.y) > PLACED:
+            return end, end
+        return (before.x, before.y), end
+
+    def pose(self, name: str, at: float) -> Pose:
+        """The pose of a player at a fraction of the time between the looks."""
+        (x, y), _ = self.of(name)
+        before = self.before.get(name)
+        if before is None or (before.x, before.y) != (x, y):
+            return self.now[name]
+        return interpolate(before, self.now[name], at)
+
+    def within(self, name: str, place: Vector, reach: float) -> Stretch | None:
+        """When a player was within `reach` m of a place; None if it never was."""
+        return in_disc(*self.of(name), place, reach + ROUNDING)
+
+    def near(self, one: str, two: str, reach: float) -> Stretch | None:
+        """When two players were within `reach` m of each other; None if they never were."""
+        (a0, a1), (b0, b1) = self.of(one), self.of(two)
+        start, end = (a0[0] - b0[0], a0[1] - b0[1]), (a1[0] - b1[0], a1[1] - b1[1])
+        return in_disc(start, end, (0.0, 0.0), reach + ROUNDING)
+
+    def call(self, rule: str, text: str, at: float, *names: str) -> Call:
+        """A call about these players, with their poses at a fraction of the time between the looks."""
+        return Call(rule=rule, text=text, players=names, poses=tuple(self.pose(name, at) for name in names))
+
+
+def judge_homes(state: State, layout: Layout, ways: Ways) -> Judged:
+    """Whoever came in reach of its own home becomes normal; a carrier scores there, and the flag returns."""
+    calls = []
+    for name in sorted(ways.now):
+        team, before = ways.teams[name], state.states[name]
+        if before == NORMAL:
+            continue
+        home = layout.home(team)
+        stretch = ways.within(name, (home.x, home.y), layout.home_reach)
+        if stretch is None:
+            continue
+        state = state.with_state([name], NORMAL)
+        if before == TAGGED:
+            calls.append(ways.call("home", f"{name} is at home and plays again", stretch[0], name))
+            continue
+        state = state.with_carrier(other(team), None).with_captures(team, state.captures[team] + 1)
+        score = " to ".join(str(state.captures[t]) for t in (team, other(team)))
+        text = f"{name} captures the flag of {other(team)}: {score} for {team}"
+        calls.append(ways.call("capture", text, stretch[0], name))
+    return state, calls
+
+
+def judge_flags(state: State, layout: Layout, ways: Ways) -> Judged:
+    """A normal player that came in reach of the opponents' flag takes it.
+
+    Of several it is the first one, of those that came at the same instant the nearest, and then the first by name. A
+    flag has one carrier, and a team has one flag to take, so nobody carries two.
+    """
+    calls = []
+    for team in TEAMS:
+        place = layout.flag(team)
+        takers = []
+        for name in ways.now:
+            if ways.teams[name] == other(team) and state.states[name] == NORMAL:
+                stretch = ways.within(name, place, layout.flag_reach)
+                if stretch is not None:
+                    pose = ways.pose(name, stretch[0])
+                    takers.append((stretch[0], math.dist((pose.x, pose.y), place), name))
+        if takers and state.flag(team).carrier is None:
+            at, _, taker = min(takers)
+            state = state.with_state([taker], FLAGGED).with_carrier(team, taker)
+            calls.append(ways.call("flag", f"{taker} takes the flag of {team}", at, taker))
+    return state, calls
+
+
+def judge_tags(state: State, layout: Layout, ways: Ways) -> Judged:
+    """Judge all tags by the state before any of them, so that two players can tag each other.
+
+    Opponents that are not tagged themselves tag. A normal player can be tagged on the opponents' half, and a carrier
+    anywhere; nobody can be inside a flag zone. The flag of a tagged carrier returns to its place.
+    """
+    tags = [(name, by) for name in sorted(ways.now) if (by := _tags_of(state, layout, ways, name))]
+    calls = []
+    for name, by in tags:
+        back = ""
+        if state.states[name] == FLAGGED:
+            opponents = other(ways.teams[name])
+            state = state.with_carrier(opponents, None)
+            back = f", and the flag of {opponents} returns"
+        state = state.with_state([name], TAGGED)
+        text = f"{name} is tagged by {' and '.join(by)}{back}"
+        calls.append(ways.call("tag", text, min(by.values()), name, *by))
+    return state, calls
+
+
+def _tags_of(state: State, layout: Layout, ways: Ways, name: str) -> dict[str, float]:
+    """The players that tag this one, sorted by name, and when each first does."""
+    team, status = ways.teams[name], state.states[name]
+    if status == TAGGED:
+        return {}
+    exposed = (0.0, 1.0) if status == FLAGGED else _invasion(layout, team, *ways.of(name))
+    if exposed is None:
+        return {}
+    refuges = [stretch for zone in layout.flag_zones() if (stretch := _inside(zone, *ways.of(name))) is not None]
+    found = {}
+    for by in sorted(ways.now):
+        if ways.teams[by] != team and state.states[by] != TAGGED:
+            reach = ways.near(name, by, layout.tag_distance)
+            at = None if reach is None else first_exposed(reach, exposed, refuges)
+            if at is not None:
+                found[by] = at
+    return found
+
+
+def first_exposed(reach: Stretch, exposed: Stretch, refuges: Sequence[Stretch]) -> float | None:
+    """The first instant in both stretches that is in no refuge; None if there is none.
+
+    A refuge holds its ends: a player is out of it only after its end.
+    """
+    at, last = max(reach[0], exposed[0]), min(reach[1], exposed[1])
+    if at > last:
+        return None
+    for start, end in sorted(refuges):
+        if start <= at <= end:
+            if end >= last:
+                return None
+            at = end
+    return at
+
+
+def _inside(zone: Circle, start: Vector, end: Vector) -> Stretch | None:
+    return in_disc(start, end, (zone.x, zone.y), zone.radius + ROUNDING)
+
+
+def _invasion(layout: Layout, team: str, start: Vector, end: Vector) -> Stretch | None:
+    """When a player of a team was on the opponents' side of the midline, or on the midline; None if it never was."""
+    was, is_ = layout.invades(team, start), layout.invades(team, end)
+    if was and is_:
+        return 0.0, 1.0
+    if not (was or is_):
+        return None
+    crossing = (layout.midline - start[0]) / (end[0] - start[0])
+    return (crossing, 1.0) if is_ else (0.0, crossing)

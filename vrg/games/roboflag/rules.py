@@ -1,0 +1,215 @@
+"""The rules of RoboFlag (thesis 4.4, Algorithm 4.3): capture the flag, with two halves, two homes and two flags."""
+
+from collections.abc import Sequence
+
+from msgspec import structs
+
+from vrg.bus.messages import Auction, FieldObject, OfficialAction, PlayerStatus, Stage, Zone
+from vrg.coordinator.auctions import closed, opened
+from vrg.coordinator.marks import not_lined_up, on_marks
+from vrg.coordinator.match import DRAW
+from vrg.coordinator.rulebook import Call, Contestant, Field, Verdict, points
+from vrg.errors import ConfigError
+from vrg.games.roboflag import FLAG, FLAGGED, GAME, NORMAL, TAG_DISTANCE, TAGGED, TEAMS, attack_of, flag_of, other
+from vrg.games.roboflag.checks import problems_of
+from vrg.games.roboflag.judging import Ways, judge_flags, judge_homes, judge_tags
+from vrg.games.roboflag.layout import Layout
+from vrg.games.roboflag.settings import Settings
+from vrg.games.roboflag.state import State
+from vrg.geometry import circumradius
+from vrg.types import Pose
+
+ROUNDS = 2
+SUDDEN_DEATH = 3
+"""The number of the round that decides a tie."""
+
+
+class RoboFlag:
+    """The rule book of RoboFlag.
+
+    Args:
+        settings: the [rules] table of the match file.
+        contestants: the players. Teams may be of different sizes.
+        seed: the seed of the match; nothing in these rules is drawn.
+
+    Raises:
+        ConfigError: the match cannot be played; see `problems_of`. The error lists all reasons.
+    """
+
+    name = GAME.name
+    round_word = GAME.round_word
+    rounds = ROUNDS
+    state_type = State
+
+    def __init__(self, settings: Settings, contestants: Sequence[Contestant], seed: int = 0) -> None:
+        if problems := problems_of(settings, contestants):
+            raise ConfigError(problems)
+        self.settings = settings
+        self.layout = Layout(settings)
+        self.contestants = {c.name: c for c in contestants}
+        self.teams = {c.name: c.role for c in contestants}
+        self.lineup_limit = 0.0 if settings.lineup == "place" else settings.lineup_limit
+
+    def initial(self) -> State:
+        """The state in which every player is normal, both flags are in their places, and nobody has scored."""
+        flags = [
+            FieldObject(name=flag_of(team), kind=FLAG, x=place[0], y=place[1], team=team)
+            for team in TEAMS
+            for place in [self.layout.flag(team)]
+        ]
+        return State(
+            states=dict.fromkeys(self.contestants, NORMAL),
+            captures=dict.fromkeys(TEAMS, 0),
+            objects=flags,
+            numbers={TAG_DISTANCE: self.layout.tag_distance},
+        )
+
+    def obstacles_to_start(self, state: State, now: Field) -> dict[str, str]:
+        """The reasons why a player does not yet stand still on its start, by player."""
+        return not_lined_up(self.marks(state), now)
+
+    def marks(self, state: State) -> dict[str, Pose]:
+        """Where players line up before each round: their starts in the match file."""
+        return {c.name: c.start for c in self.contestants.values()}
+
+    def judge(self, state: State, before: Field, now: Field, clock: float) -> Verdict[State]:
+        """Judge the ways between two instants: homes, flags, tags, then who bids, and the end of the round."""
+        state, calls = self._returned(state)
+        here = {name: pose for name, pose in now.poses.items() if name in self.teams and name not in state.disqualified}
+        ways = Ways(before.poses, here, self.teams)
+        for part in (judge_homes, judge_flags, judge_tags):
+            state, found = part(state, self.layout, ways)
+            calls += found
+        state = self._led_home(self._auctions(state, clock))
+        return self._end_of_round(state, clock, calls)
+
+    def obstacles_to_resume(self, state: State, now: Field) -> list[str]:
+        """Always empty, because this game has no fouls."""
+        return []
+
+    def next_round(self, state: State, now: Field) -> Verdict[State]:
+        """End the game, or begin the next round: scores carry over, positions and flags do not."""
+        first, second = (state.captures[team] for team in TEAMS)
+        leader = TEAMS[0] if first > second else TEAMS[1]
+        last = self._decided(state) or state.round >= ROUNDS
+        if last and first != second:
+            return Verdict(state, winner=leader)
+        if state.round >= SUDDEN_DEATH:
+            return Verdict(state, winner=DRAW)
+        fresh = structs.replace(
+            self.initial(),
+            round=SUDDEN_DEATH if last else state.round + 1,
+            captures=state.captures,
+            disqualified=state.disqualified,
+        )
+        if not last:
+            return Verdict(fresh)
+        text = f"a tie, {first} to {second}: sudden death, in which the first capture wins"
+        return Verdict(fresh, [Call(rule="sudden_death", text=text)])
+
+    def statuses(self, state: State, stage: Stage, now: Field) -> list[PlayerStatus]:
+        """The status of each player. A tagged player may move, because the coordinator drives it home."""
+        lining_up = stage is Stage.INITIALIZE
+        lined_up = on_marks(self.marks(state), now)
+        return [
+            PlayerStatus(
+                name=name,
+                team=c.role,
+                role=c.role,
+                state=state.states[name],
+                may_move=name not in lined_up if lining_up else stage is Stage.PLAY_ROUND,
+                radius=circumradius(c.size),
+                pose=now.poses.get(name),
+                mark=c.start if lining_up else None,
+            )
+            for name, c in self.contestants.items()
+        ]
+
+    def zones(self, state: State) -> list[Zone]:
+        """The field, and the half, the home zone and the flag zone of each team."""
+        return self.layout.zones()
+
+    def score(self, state: State) -> dict[str, int]:
+        """The number of flags that each team has captured."""
+        return state.captures
+
+    def speed_limits(self) -> dict[str, float]:
+        """Every robot may be as fast as it can."""
+        return {}
+
+    def overrule(self, state: State, action: OfficialAction, subject: str, value: str) -> State:
+        """Set a team's score or a player's state.
+
+        Raises:
+            ConfigError: there is no such player, team, state or score, or the flag has another carrier.
+        """
+        if action is OfficialAction.SET_SCORE:
+            if subject not in TEAMS:
+                raise ConfigError([f"{action}: expected {' or '.join(TEAMS)}, got {subject!r}"])
+            return state.with_captures(subject, points(action, value))
+        if subject not in self.teams:
+            raise ConfigError([f"{action}: expected one of {', '.join(sorted(self.teams))}, got {subject!r}"])
+        if action is OfficialAction.SET_ROLE:
+            raise ConfigError([f"{action}: a player of this game never changes its team"])
+        if value not in (NORMAL, TAGGED, FLAGGED):
+            raise ConfigError([f"{action}: expected {NORMAL}, {TAGGED} or {FLAGGED}, got {value!r}"])
+        opponents = other(self.teams[subject])
+        carrier = state.flag(opponents).carrier
+        if value == FLAGGED and carrier not in (None, subject):
+            raise ConfigError([f"{action}: {carrier} has the flag of {opponents} already"])
+        if value == FLAGGED or carrier == subject:
+            state = state.with_carrier(opponents, subject if value == FLAGGED else None)
+        return self._led_home(state.with_state([subject], value))
+
+    def _returned(self, state: State) -> tuple[State, list[Call]]:
+        """Put back the flag of a carrier that is disqualified."""
+        calls = []
+        for team in TEAMS:
+            carrier = state.flag(team).carrier
+            if carrier in state.disqualified:
+                state = state.with_carrier(team, None).with_state([carrier], NORMAL)
+                text = f"{carrier} is disqualified, and the flag of {team} returns"
+                calls.append(Call(rule="flag_returns", text=text, players=(carrier,)))
+        return state, calls
+
+    def _led_home(self, state: State) -> State:
+        """Let the coordinator drive exactly the tagged players home."""
+        tagged = {n: self.layout.home(self.teams[n]) for n, status in state.states.items() if status == TAGGED}
+        return state if tagged == state.driven else structs.replace(state, driven=tagged)
+
+    def _auctions(self, state: State, clock: float) -> State:
+        """Let each team whose players are all without a flag bid, once an epoch, for who goes for the flag.
+
+        An epoch ends early if the one that goes is tagged or fails.
+        """
+        for team in TEAMS:
+            lot = attack_of(team)
+            auction = state.auctions.get(lot)
+            bidders = [
+                name
+                for name in sorted(self.teams)
+                if self.teams[name] == team and state.states[name] == NORMAL and name not in state.disqualified
+            ]
+            if state.flag(other(team)).carrier is not None or not bidders:
+                state = state if auction is None else closed(state, lot)
+                continue
+            over = auction is None or clock >= auction.opened + self.settings.epoch - 1e-9
+            if auction is None or over or auction.winner not in (None, *bidders):
+                state = opened(state, Auction(lot=lot, bidders=bidders, opened=clock, lasts=self.settings.bidding))
+            elif auction.bidders != bidders:
+                state = opened(state, structs.replace(auction, bidders=bidders))
+        return state
+
+    def _decided(self, state: State) -> bool:
+        """Whether a team has captured enough flags to end the game."""
+        return any(captured >= self.settings.captures for captured in state.captures.values())
+
+    def _end_of_round(self, state: State, clock: float, calls: list[Call]) -> Verdict[State]:
+        sudden = state.round == SUDDEN_DEATH
+        limit = self.settings.sudden_death if sudden else self.settings.round_time
+        decided = any(call.rule == "capture" for call in calls) if sudden else self._decided(state)
+        if not decided and clock < limit - 1e-9:
+            return Verdict(state, calls)
+        if not decided:
+            calls.append(Call(rule="time", text=f"the time of round {state.round} is up"))
+        return Verdict(structs.replace(state, auctions={}, driven={}), calls, round_over=True)

@@ -1,0 +1,102 @@
+"""The strategies of RoboFlag, by the names that a match file may give a team (thesis 4.4.3 and 4.4.4)."""
+
+import random
+from collections.abc import Mapping
+
+from vrg.agents.strategy import View
+from vrg.games.roboflag import FLAGGED_SAFETY, HAIL_MARY, TAG_DEFENSE, TEAM_FLAG
+from vrg.games.roboflag.player import RoboFlagPlayer
+from vrg.games.roboflag.situation import Situation
+from vrg.games.roboflag.tactics import ByNumbers, Everybody, GuardFlag, OneAttacker, Purge, ShieldCarrier, Tactic
+from vrg.hal.models import RobotModel
+
+ORDERS: Mapping[str, Tactic] = {
+    TEAM_FLAG: GuardFlag(),
+    TAG_DEFENSE: Purge(),
+    FLAGGED_SAFETY: ShieldCarrier(),
+    HAIL_MARY: Everybody(),
+}
+"""What a team does for each priority of the person who commands it."""
+
+
+class TeamPlayer(RoboFlagPlayer):
+    """A player that also follows the priorities of the person who commands its team."""
+
+    orders = ORDERS
+    priorities = tuple(ORDERS)
+
+
+class Conservative(TeamPlayer):
+    """One goes for the flag, the rest guard their own."""
+
+    tactic = OneAttacker()
+
+
+class Aggressive(TeamPlayer):
+    """All go for the flag as one group, then shield the carrier."""
+
+    tactic = Everybody()
+
+
+class TwoGroups(TeamPlayer):
+    """All go for the flag in two groups, one along each side of the field, then shield the carrier."""
+
+    tactic = Everybody(flanks=2)
+
+
+class Balanced(TeamPlayer):
+    """One goes, and one more for each opponent that is tagged; the rest guard."""
+
+    tactic = ByNumbers()
+
+
+class TeamFlag(TeamPlayer):
+    """All guard their flag, and tag only the one that carries it."""
+
+    tactic = ORDERS[TEAM_FLAG]
+
+
+class TagDefense(TeamPlayer):
+    """All tag the opponents on their own half."""
+
+    tactic = ORDERS[TAG_DEFENSE]
+
+
+class FlaggedSafety(TeamPlayer):
+    """As balanced, but all shield the carrier."""
+
+    tactic = ORDERS[FLAGGED_SAFETY]
+
+
+class HailMary(TeamPlayer):
+    """All go for the flag: the same as aggressive, under the name of the priority."""
+
+    tactic = ORDERS[HAIL_MARY]
+
+
+class Mixed(TeamPlayer):
+    """Draws one of several tactics anew for each epoch of the auction, with the chances of `chances`.
+
+    A subclass with other chances is a new strategy. All players of a team draw the same, from the seed of the match.
+
+    Attributes:
+        chances: the tactics and the weight of each.
+    """
+
+    tactic = OneAttacker()
+    chances: tuple[tuple[Tactic, float], ...] = ((OneAttacker(), 0.5), (ByNumbers(), 0.25), (Everybody(2), 0.25))
+
+    def __init__(self, name: str, robot: RobotModel) -> None:
+        super().__init__(name, robot)
+        self._epoch: tuple[int, float] | None = None
+        self._drawn = self.tactic
+
+    def choose(self, view: View, s: Situation) -> Tactic:
+        """The tactic that was drawn for this epoch, if nobody commands the team."""
+        epoch = None if s.auction is None else (s.round, s.auction.opened)
+        if epoch is not None and epoch != self._epoch:
+            self._epoch = epoch
+            source = random.Random(f"{self.seed} {epoch}")
+            tactics, weights = zip(*self.chances, strict=True)
+            self._drawn = source.choices(tactics, weights)[0]
+        return self.orders.get(view.priority or "", self._drawn)

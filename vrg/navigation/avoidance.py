@@ -1,0 +1,129 @@
+"""Avoidance of bodies and borders: the free direction that is nearest to the wanted one."""
+
+import math
+from bisect import bisect_left, bisect_right
+from collections.abc import Container, Iterable, Sequence
+from typing import Final, Protocol
+
+from msgspec import Struct
+
+from vrg.types import Vector
+
+TURNS = (0.0, 0.3, -0.3, 0.6, -0.6, 0.9, -0.9, 1.25, -1.25, 1.6, -1.6, 2.1, -2.1, 2.6, -2.6, math.pi)
+"""The directions that are tried, in this order, as turns from the wanted direction in rad."""
+_SLACK: Final = 1e-6
+"""A distance in m that no rounding exceeds."""
+_TURNS: Final = tuple((math.cos(turn), math.sin(turn)) for turn in TURNS)
+
+
+class Bounds(Protocol):
+    """Where a body's centre may be. Every region of `vrg.regions` is one."""
+
+    def contains(self, x: float, y: float) -> bool:
+        """Whether it may be at (x, y), m."""
+
+    def nearest(self, x: float, y: float) -> Vector:
+        """The nearest place to (x, y) where it may be, m."""
+
+
+class Obstacle(Struct, frozen=True, gc=False):
+    """A body that must be avoided.
+
+    Args:
+        position: the body's centre, m. velocity: its velocity, m/s.
+        clearance: the distance to keep between the two centres, m.
+    """
+
+    position: Vector
+    velocity: Vector
+    clearance: float
+
+
+class Body(Struct, frozen=True, gc=False):
+    """One of the bodies of a crowd.
+
+    Args:
+        position: the body's centre, m. velocity: its velocity, m/s. radius: the radius of the circle around it, m.
+    """
+
+    name: str
+    position: Vector
+    velocity: Vector
+    radius: float
+
+
+class Crowd:
+    """Many bodies, put in order once, so that each of them finds those in its way without looking at all of them."""
+
+    def __init__(self, bodies: Iterable[Body]) -> None:
+        ordered = sorted(bodies, key=lambda body: body.position)
+        self._bodies = [(b.name, b.position, b.velocity, math.hypot(*b.velocity), b.radius) for b in ordered]
+        self._xs = [body.position[0] for body in ordered]
+        self._radius = max((body.radius for body in ordered), default=0.0)
+        self._fastest = max((speed for _, _, _, speed, _ in self._bodies), default=0.0)
+
+    def around(
+        self, position: Vector, radius: float, speed: float, horizon: float, *, gap: float, without: Container[str]
+    ) -> list[Obstacle]:
+        """The bodies that one of them could meet within `horizon` s, as obstacles for `steer`.
+
+        Args:
+            position: the centre of the body that moves, m. radius: its radius, m. speed: how fast it moves, m/s.
+            gap: the distance to keep between the circles around two bodies, m.
+            without: the names of bodies that are no obstacles, such as its own.
+        """
+        reach = radius + self._radius + gap + (speed + self._fastest) * horizon + _SLACK
+        first, last = bisect_left(self._xs, position[0] - reach), bisect_right(self._xs, position[0] + reach)
+        return [
+            Obstacle(place, velocity, clearance)
+            for name, place, velocity, other_speed, other_radius in self._bodies[first:last]
+            if math.dist(position, place) < (clearance := radius + other_radius + gap) + (speed + other_speed) * horizon
+            and name not in without
+        ]
+
+
+def steer(position: Vector, wanted: Vector, obstacles: Sequence[Obstacle], bounds: Bounds, horizon: float) -> Vector:
+    """Return the velocity nearest to the wanted direction that stays clear of the obstacles for `horizon` s.
+
+    It is as fast as the wanted velocity. It also stays within the bounds for one second. From an obstacle that is
+    already too near, it may only lead away. If no direction of TURNS is clear, the result is the zero vector.
+
+    Args:
+        position: the centre of the body that moves, m.
+        wanted: the wanted velocity, m/s.
+        bounds: where the body's centre may be. If it is outside, only directions that lead back are clear.
+    """
+    speed = math.hypot(*wanted)
+    if speed < 1e-6:
+        return 0.0, 0.0
+    near = [
+        o
+        for o in obstacles
+        if math.dist(position, o.position) < o.clearance + (speed + math.hypot(*o.velocity)) * horizon
+    ]
+    for c, s in _TURNS:
+        u = wanted[0] * c - wanted[1] * s, wanted[0] * s + wanted[1] * c
+        if _in_bounds(position, u, bounds) and all(_clear(position, u, o, horizon) for o in near):
+            return u
+    return 0.0, 0.0
+
+
+def _in_bounds(position: Vector, u: Vector, bounds: Bounds) -> bool:
+    """Whether the body is inside after one second, or nearer to the inside than now."""
+    ahead = position[0] + u[0], position[1] + u[1]
+    if bounds.contains(*ahead):
+        return True
+    return math.dist(ahead, bounds.nearest(*ahead)) < math.dist(position, bounds.nearest(*position))
+
+
+def _clear(position: Vector, u: Vector, obstacle: Obstacle, horizon: float) -> bool:
+    """Whether the distance at the closest approach within the horizon is at least the clearance."""
+    px, py = obstacle.position[0] - position[0], obstacle.position[1] - position[1]
+    vx, vy = obstacle.velocity[0] - u[0], obstacle.velocity[1] - u[1]
+    closing = -(px * vx + py * vy)
+    if closing <= 0:
+        return True
+    if px * px + py * py < obstacle.clearance**2:
+        return False
+    time = min(closing / (vx * vx + vy * vy), horizon)
+    return math.hypot(px + vx * time, py + vy * time) >= obstacle.clearance

@@ -1,0 +1,165 @@
+"""How a robot is driven to a place: around what stands, past what moves, and out again where it is stuck.
+
+Players drive by it, and so does the coordinator where it drives a robot itself. It uses no bus and no clock.
+"""
+
+import math
+from collections.abc import Sequence
+
+from msgspec import Struct
+
+from vrg.navigation.avoidance import Bounds, Obstacle, steer
+from vrg.navigation.control import linearise, scaled
+from vrg.navigation.route import ROOM, grown, route
+from vrg.regions import Circle, Region
+from vrg.types import STILL, Pose, Twist, Vector
+
+OFFSET = 0.25
+"""The distance in m from the body's centre to the point that feedback linearisation steers."""
+GAP = 0.1
+"""The distance in m to keep between the circles around two bodies, where there is room for it."""
+TIGHT = 0.87
+"""The part of the distance of two touching circles that is kept where there is no room: bodies are no circles."""
+HORIZON = 1.2
+"""The time in s ahead for which bodies in the way are avoided."""
+STANDING = 0.1
+"""The speed in m/s below which a way leads around a body."""
+PATIENCE = 2.0
+"""The match time in s without getting anywhere after which a robot drives out of the crowd."""
+PAUSE = 0.5
+"""The match time in s between two decisions beyond which the robot was not driven meanwhile."""
+OUT = 1.0
+"""The match time in s for which it does."""
+PROGRESS = 0.15
+"""The distance in m that counts as getting somewhere."""
+SIDEWAYS = 0.7
+"""How much a robot that drives out of a crowd also drives to the left, relative to away from the nearest body."""
+
+
+class Neighbour(Struct, frozen=True):
+    """Another body.
+
+    Args:
+        place: its centre, m. velocity: its velocity, m/s.
+        reach: the sum of the radii of the circles around it and around the robot that is driven, m.
+    """
+
+    place: Vector
+    velocity: Vector
+    reach: float
+
+
+class Pilot:
+    """Drives one robot. It remembers since when the robot gets nowhere."""
+
+    def __init__(self) -> None:
+        self._from: Vector | None = None
+        self._since = 0.0
+        self._last = 0.0
+        self._out_until = -math.inf
+
+    def go(
+        self,
+        now: float,
+        pose: Pose,
+        places: Sequence[Vector],
+        neighbours: Sequence[Neighbour],
+        bounds: Bounds,
+        speed: float,
+        walls: Sequence[tuple[Region, float]] = (),
+    ) -> Twist:
+        """The twist that drives to the first of some places to which there is a way, or else towards the first one.
+
+        Args:
+            now: the match time, s. pose: where the robot is.
+            bounds: where the body's centre should be. speed: m/s.
+            walls: what nobody can drive through, each with the distance to keep from it, m.
+        """
+        here = (pose.x, pose.y)
+        standing = [n for n in neighbours if n.velocity[0] ** 2 + n.velocity[1] ** 2 < STANDING**2]
+        target = places[0]
+        if standing or walls:
+            # Whoever is nearer to a wall than it should be must be able to leave it, but not to drive into it.
+            margins = [(wall, min(margin, wall.distance(*here) - ROOM)) for wall, margin in walls]
+            solid = [grown(wall, margin) for wall, margin in margins if margin > 0.0]
+            ways = (
+                way
+                for factor, gap in ((1.0, GAP), (TIGHT, 0.0))
+                for barring in [[Circle(*n.place, n.reach * factor + gap) for n in standing] + solid]
+                for place in places
+                if (way := route(here, place, barring, bounds.contains)) is not None
+            )
+            target = next(ways, [target])[0]
+            bounds = _Free(bounds, solid)
+        wanted = scaled((target[0] - here[0], target[1] - here[1]), speed)
+        return self.head(now, pose, wanted, neighbours, bounds)
+
+    def head(self, now: float, pose: Pose, wanted: Vector, neighbours: Sequence[Neighbour], bounds: Bounds) -> Twist:
+        """The twist that drives with a wanted velocity (m/s in the map's frame), past the bodies that are near."""
+        here = (pose.x, pose.y)
+        if self._stuck(now, here, wanted):
+            wanted = _away(pose, neighbours, math.hypot(*wanted))
+        u = (0.0, 0.0)
+        for factor, gap in ((1.0, GAP / 2), (TIGHT, 0.0)):
+            obstacles = [Obstacle(n.place, n.velocity, n.reach * factor + gap) for n in neighbours]
+            u = steer(here, wanted, obstacles, bounds, HORIZON)
+            if u != (0.0, 0.0):
+                break
+        return linearise(u, pose.theta, OFFSET)
+
+    def stay(self, now: float, pose: Pose, towards: Vector | None = None) -> Twist:
+        """The twist of a robot that stands where it is, turned towards a place if one is given."""
+        self._begin(now, (pose.x, pose.y))
+        if towards is None or math.dist(towards, (pose.x, pose.y)) < OFFSET:
+            return STILL
+        error = math.remainder(math.atan2(towards[1] - pose.y, towards[0] - pose.x) - pose.theta, math.tau)
+        return STILL if abs(error) < 0.2 else Twist(0.0, max(-1.0, min(1.0, 2.0 * error)))
+
+    def _begin(self, now: float, here: Vector) -> None:
+        """Count from now on for how long the robot gets nowhere."""
+        self._from, self._since, self._last = here, now, now
+
+    def _stuck(self, now: float, here: Vector, wanted: Vector) -> bool:
+        """Whether the robot has got nowhere for long although it should, so that it must first get out."""
+        pause = not 0.0 <= now - self._last <= PAUSE
+        self._last = now
+        if self._from is None or pause:
+            # In a halt, or before the world was restarted, nobody wanted it to move.
+            self._out_until = -math.inf
+            self._begin(now, here)
+            return False
+        if now < self._out_until:
+            return True
+        if math.dist(self._from, here) > PROGRESS or math.hypot(*wanted) < PROGRESS:
+            self._begin(now, here)
+            return False
+        if now - self._since <= PATIENCE:
+            return False
+        self._out_until, self._since = now + OUT, now + OUT
+        return True
+
+
+class _Free:
+    """What of a region walls leave free, as far as `steer` needs to know it."""
+
+    def __init__(self, region: Bounds, walls: Sequence[Region]) -> None:
+        self._region = region
+        self._walls = walls
+
+    def contains(self, x: float, y: float) -> bool:
+        """Whether the point is in the region and in no wall."""
+        return self._region.contains(x, y) and not any(wall.contains(x, y) for wall in self._walls)
+
+    def nearest(self, x: float, y: float) -> Vector:
+        """The nearest point of the region. What is in a wall counts as being there, so no way leads farther in."""
+        return self._region.nearest(x, y)
+
+
+def _away(pose: Pose, neighbours: Sequence[Neighbour], speed: float) -> Vector:
+    """The velocity that leads away from the nearest body, and past it on the left; backwards if there is none."""
+    here = (pose.x, pose.y)
+    nearest = min(neighbours, key=lambda n: math.dist(n.place, here), default=None)
+    if nearest is None:
+        return scaled((-math.cos(pose.theta), -math.sin(pose.theta)), speed)
+    dx, dy = here[0] - nearest.place[0], here[1] - nearest.place[1]
+    return scaled((dx - SIDEWAYS * dy, dy + SIDEWAYS * dx), speed)
