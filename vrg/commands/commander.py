@@ -1,0 +1,85 @@
+"""The command `vrg commander`, which lets a person command a team of a running match with a gamepad."""
+
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import RefereeState
+from vrg.bus.process import run_node
+from vrg.bus.seats import Seat, SeatKind
+from vrg.bus.session import Session, open_session
+from vrg.bus.stopping import Stop
+from vrg.bus.topics import Keys
+from vrg.commands.options import EndpointOption, KeysOption, NameOption, credentials_for, need_display, which_match
+from vrg.errors import ConfigError, DuplicateNodeError, LaunchError
+from vrg.regions import Region
+
+POLL = 0.05
+"""The real time in s between two looks at whether the referee has spoken."""
+
+
+def commander(
+    team: Annotated[str, typer.Option(help="Name of the team to command, such as red.")],
+    match: Annotated[
+        str | None,
+        typer.Argument(metavar="[GAME|match.toml]", help="The match file, for the map's walls and the robots' sizes."),
+    ] = None,
+    name: NameOption = None,
+    router: EndpointOption = None,
+    seats: KeysOption = None,
+) -> None:
+    """Command a team with a gamepad or the keyboard: set its priority, or drive one of its players by hand."""
+    from vrg.launch.serving import WINDOW_PERIOD, child_process
+    from vrg.ui.commander.node import Commander  # pygame takes half a second to load
+
+    need_display()
+    sizes: dict[str, tuple[float, float]] = {}
+    obstacles: list[Region] = []
+    if match is not None:
+        from vrg.config.loading import load_match, match_path
+
+        setup = load_match(match_path(match))
+        name = name or setup.name
+        sizes, obstacles = {p.name: p.robot.size for p in setup.players}, setup.obstacles
+    found, endpoint = which_match(name, router)
+    keys = Keys(found)
+    credentials = credentials_for(endpoint, seats, Seat(SeatKind.COMMANDER, team))
+    with child_process(leash=False) as stop, open_session(endpoint, stop=stop, credentials=credentials) as session:
+        state = _first_state(session, keys, stop)
+        if state is not None:
+            _check_team(state, team)
+            node = Commander(team, Mailbox(), keys, sizes=sizes, obstacles=obstacles, seated=credentials is not None)
+            try:
+                run_node(node, session, keys, stop, finished=lambda: node.closed, idle=WINDOW_PERIOD)
+            except DuplicateNodeError:
+                raise LaunchError(f"the team {team} has a commander already, and a team has only one") from None
+    if stop.interrupted:
+        raise typer.Exit(130)
+
+
+def _first_state(session: Session, keys: Keys, stop: Stop) -> RefereeState | None:
+    """The referee's state, as soon as it speaks; None if that was interrupted."""
+    mailbox = Mailbox()
+    states = mailbox.subscribe(keys.referee_state)
+    session.attach(mailbox)
+    with Console(stderr=True).status("waiting for the referee"):
+        while not stop.is_set():
+            session.receive()
+            mailbox.handover(0.0)
+            if states.latest is not None:
+                return states.latest.body
+            stop.wait(POLL)
+    return None
+
+
+def _check_team(state: RefereeState, team: str) -> None:
+    """Raise if there is no such team.
+
+    Raises:
+        ConfigError: no player of the match is in it.
+    """
+    teams = list(dict.fromkeys(player.team for player in state.players))
+    if team not in teams:
+        raise ConfigError([f"expected a team of this match ({', '.join(teams)}), got {team!r}"])
