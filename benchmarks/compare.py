@@ -1,0 +1,121 @@
+"""How many games a second `vrg compare` plays, with one game at a time and with several, beside games in one process.
+
+Two of the same strategy play Sharks and Minnows on the planar engine without lasers. The last row plays the same games
+one after the other in this process, without the pool of processes, so the first row beside it is what the pool costs.
+"""
+
+import contextlib
+import tempfile
+import threading
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from common import arguments, median, show
+from msgspec import structs
+
+from vrg.config.loading import load_match, match_path
+from vrg.config.setup import MatchSetup
+from vrg.evaluation.cluster import Cluster
+from vrg.evaluation.contenders import contenders
+from vrg.evaluation.experiment import Definition, define
+from vrg.evaluation.folder import ExperimentFolder
+from vrg.evaluation.games import Pairing
+from vrg.evaluation.playing import played
+from vrg.evaluation.ray_cluster import LOCAL, RayCluster
+from vrg.evaluation.remote import Answer, Task
+from vrg.evaluation.running import Experiment
+from vrg.evaluation.series import Series
+from vrg.launch.run_folder import RunFolder
+
+STRATEGY = "sharks-and-minnows"
+
+
+def compared(setup: MatchSetup, definition: Definition, games: int, jobs: int, cluster: Cluster | None = None) -> float:
+    """Play games as `vrg compare` does; return how many a second. A cluster is closed."""
+    pairing = Pairing(*(contender.label for contender in definition.contenders))
+    series = {pairing: Series(games // 2, 0.95, play_all=True)}
+    with tempfile.TemporaryDirectory() as name, ExperimentFolder(Path(name, "out"), definition) as folder:
+        experiment = Experiment(folder, setup, series)
+        began = time.perf_counter()
+        experiment.run(jobs, threading.Event(), lambda _: None, cluster)
+        return games / (time.perf_counter() - began)
+
+
+def on_ray(setup: MatchSetup, definition: Definition, games: int, jobs: int) -> float:
+    """The same on a cluster of Ray on this computer, whose workers have loaded what they need."""
+    cluster = RayCluster(LOCAL, jobs)
+    with contextlib.closing(cluster):
+        shared = _Open(cluster)
+        compared(setup, definition, 2 * jobs, jobs, shared)
+        return compared(setup, definition, games, jobs, shared)
+
+
+class _Open(Cluster):
+    """A cluster that stays open for the next measurement."""
+
+    def __init__(self, cluster: Cluster) -> None:
+        self._cluster = cluster
+
+    def share(self, content: bytes) -> Any:
+        return self._cluster.share(content)
+
+    def submit(self, task: Task, match: Any) -> Any:
+        return self._cluster.submit(task, match)
+
+    def ready(self, games: Sequence[Any], timeout: float) -> list[Any]:
+        return self._cluster.ready(games, timeout)
+
+    def answer(self, game: Any) -> Answer:
+        return self._cluster.answer(game)
+
+    def cancel(self, game: Any) -> None:
+        self._cluster.cancel(game)
+
+    def close(self) -> None:
+        """Nothing."""
+
+
+def alone(setup: MatchSetup, games: int) -> float:
+    """Play games in this process; return how many a second."""
+    began = time.perf_counter()
+    for number in range(games):
+        with tempfile.TemporaryDirectory() as name:
+            played(structs.replace(setup, seed=number // 2), RunFolder(Path(name, "run")), 3600.0)
+    return games / (time.perf_counter() - began)
+
+
+def rows_of(speeds: dict[str, Sequence[float]]) -> list[dict[str, Any]]:
+    """A row for each way to play, beside one game at a time."""
+    one = median(speeds["1 at a time"])
+    return [
+        {"games": way, "games/s": round(median(found), 3), "ratio to 1 at a time": round(median(found) / one, 2)}
+        for way, found in speeds.items()
+    ]
+
+
+def main() -> None:
+    """Run the benchmark and print its table."""
+    parser = arguments(__doc__)
+    parser.add_argument("--games", type=int, default=12, help="games in each measurement, an even number")
+    parser.add_argument("--repeat", type=int, default=3, help="measurements, in turns")
+    parser.add_argument("--jobs", type=int, nargs="*", default=[1, 2])
+    parser.add_argument("--ray", action="store_true", help="the same on a local cluster of Ray, too")
+    options = parser.parse_args()
+    games, repeat = (2, 1) if options.quick else (options.games, options.repeat)
+    setup = load_match(match_path("sharks-and-minnows"), engine="planar", lasers=False)
+    definition = define(setup, contenders([STRATEGY, STRATEGY]), seed=0, limit=3600.0)
+    compared(setup, definition, 2, 1)  # the server of processes loads
+    speeds: dict[str, list[float]] = {}
+    for _ in range(repeat):
+        for jobs in sorted({1, *options.jobs}):
+            speeds.setdefault(f"{jobs} at a time", []).append(compared(setup, definition, games, jobs))
+            if options.ray:
+                speeds.setdefault(f"{jobs} at a time, Ray", []).append(on_ray(setup, definition, games, jobs))
+        speeds.setdefault("in this process", []).append(alone(setup, games))
+    show("vrg compare", rows_of(speeds), [], as_json=options.json)
+
+
+if __name__ == "__main__":
+    main()

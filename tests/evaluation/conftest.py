@@ -1,0 +1,148 @@
+"""A match that is over in a moment, and strategies that play it in all kinds of ways."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from vrg.bus.stopping import StopSignal
+from vrg.config.loading import load_match
+from vrg.evaluation.contenders import contenders
+from vrg.evaluation.experiment import define
+from vrg.evaluation.folder import ExperimentFolder
+from vrg.evaluation.games import Pairing, Row
+from vrg.evaluation.running import Experiment
+from vrg.evaluation.series import Series
+
+MATCH = """\
+name = "tiny"
+game = "sharks-and-minnows"
+map = "open"
+engine = "planar"
+lasers = false
+
+[rules]
+x = [-3.0, 3.0]
+y = [-5.0, 5.0]
+zone_depth = 2.0
+passes = 1
+pass_limit = 40.0
+lineup = "place"
+slowest = 0.9
+
+[[players]]
+name = "shark"
+role = "shark"
+x = 0.0
+y = -4.0
+heading = 90.0
+
+[[players]]
+name = "ann"
+role = "minnow"
+x = -1.5
+y = 4.0
+heading = -90.0
+
+[[players]]
+name = "bob"  # it has one of its own, which is replaced
+role = "minnow"
+strategy = "sharks-and-minnows"
+x = 1.5
+y = 4.0
+heading = -90.0
+"""
+PLAYERS = """
+import os
+
+from vrg.agents import STILL, Strategy, Twist
+from vrg.games.sharks_and_minnows.player import SharksAndMinnowsPlayer
+
+played = []
+
+
+class Lazy(Strategy):
+    def act(self, view):
+        return STILL
+
+
+class Ahead(Strategy):
+    def act(self, view):
+        print("ahead")
+        return Twist(v=0.7, w=0.0)
+
+
+class Raises(Strategy):
+    def act(self, view):
+        raise ValueError("no idea")
+
+
+class Dies(Strategy):
+    def act(self, view):
+        os._exit(0)
+
+
+class Remembers(SharksAndMinnowsPlayer):
+    def __init__(self, name, robot):
+        super().__init__(name, robot)
+        played.append(name)
+
+    def act(self, view):
+        return STILL if len(played) > 4 else super().act(view)
+"""
+
+
+@pytest.fixture
+def match(tmp_path: Path) -> Path:
+    """The match file, with `players.py` beside it."""
+    file = tmp_path / "tiny.toml"
+    file.write_text(MATCH, encoding="utf-8")
+    (tmp_path / "players.py").write_text(PLAYERS, encoding="utf-8")
+    return file
+
+
+class Never:
+    """A stop signal that is not set."""
+
+    def is_set(self) -> bool:
+        return False
+
+    def wait(self, timeout: float) -> bool:
+        return False
+
+
+Play = Callable[..., list[Row]]
+
+
+@pytest.fixture
+def play(match: Path) -> Play:
+    """Plays a comparison of two strategies of `players.py` or of registered ones, and returns the games that count."""
+
+    def run(
+        first: str,
+        second: str,
+        out: str = "out",
+        *,
+        pairs: int = 2,
+        jobs: int = 2,
+        seed: int = 0,
+        limit: float = 3600.0,
+        play_all: bool = True,
+        stop: StopSignal | None = None,
+        told: Callable[[Row], None] = lambda _: None,
+    ) -> list[Row]:
+        setup = load_match(match)
+        found = contenders([target(match, name) for name in (first, second)])
+        definition = define(setup, found, seed=seed, limit=limit)
+        series = {Pairing(found[0].label, found[1].label): Series(pairs, 0.95, play_all=play_all)}
+        with ExperimentFolder(match.parent / out, definition) as folder:
+            running = Experiment(folder, setup, series)
+            running.run(jobs, stop or Never(), told)
+            return running.rows()
+
+    return run
+
+
+def target(match: Path, name: str) -> str:
+    """A strategy of `players.py` with its whole path; a registered one as it is."""
+    return name if name == "sharks-and-minnows" else f"{match.parent / 'players.py'}:{name}"

@@ -1,0 +1,370 @@
+"""What plays games keeps one contract, whether it is processes of this computer, some cluster, or one of Ray."""
+
+import contextlib
+import importlib.util
+import io
+import os
+import subprocess
+import sys
+import tarfile
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import psutil
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from msgspec import structs
+
+from tests.evaluation.conftest import target
+from tests.evaluation.test_commands import alive
+from tests.evaluation.thread_cluster import ThreadCluster
+from vrg.config.loading import load_match
+from vrg.config.setup import MatchSetup
+from vrg.errors import LaunchError
+from vrg.evaluation import ray_cluster
+from vrg.evaluation.backend import Backend
+from vrg.evaluation.cluster import DEATHS, Cluster, ClusterWorkers
+from vrg.evaluation.contenders import contenders
+from vrg.evaluation.experiment import code_of_vrg, define
+from vrg.evaluation.folder import ExperimentFolder
+from vrg.evaluation.games import FAILED, OVER, Game, Pairing, Played, Row
+from vrg.evaluation.parcel import packed, unpack
+from vrg.evaluation.remote import Task, play
+from vrg.evaluation.running import Experiment
+from vrg.evaluation.series import Series
+from vrg.evaluation.workers import Workers
+
+PATIENCE = 120.0
+"""The real time in s that something may take to happen."""
+MORE_PLAYERS = """
+
+import time
+
+
+class Sleeps(Strategy):
+    def act(self, view):
+        from pathlib import Path
+
+        Path("{marker}").touch()
+        signal.pthread_sigmask(signal.SIG_BLOCK, set(signal.Signals) - {{signal.SIGKILL}})
+        time.sleep(1000.0)
+        return STILL
+
+
+class KillsParent(Strategy):
+    def act(self, view):
+        os.kill(os.getppid(), signal.SIGKILL)
+        return STILL
+"""
+HAS_RAY = importlib.util.find_spec("ray") is not None
+WITH_RAY = pytest.mark.skipif(not HAS_RAY, reason="ray is not installed: pip install 'vrg[cluster]'")
+KINDS = ["processes", "threads", pytest.param("ray", marks=WITH_RAY)]
+CLUSTERS = KINDS[1:]
+
+
+def timeless(played: Played) -> Played:
+    return structs.replace(played, wall_time=0.0)
+
+
+def wait_until(condition: Callable[[], object], what: str) -> None:
+    deadline = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < deadline, f"waited {PATIENCE:g} s for {what}"
+        time.sleep(0.02)
+
+
+class Bench:
+    """A folder of an experiment of two strategies, and a backend that plays its games."""
+
+    def __init__(self, match: Path, stack: ExitStack) -> None:
+        self.match = match
+        self.marker = match.with_name("asleep")
+        players = match.parent / "players.py"
+        players.write_text(players.read_text() + MORE_PLAYERS.format(marker=self.marker), encoding="utf-8")
+        self._stack = stack
+        self.cluster: Cluster | None = None
+        self.setup: MatchSetup | None = None
+
+    def experiment(self, first: str, second: str, out: str = "out", pairs: int = 1) -> Experiment:
+        """An experiment in a folder of its own."""
+        setup = load_match(self.match)
+        found = contenders([target(self.match, name) for name in (first, second)])
+        definition = define(setup, found, seed=3, limit=3600.0)
+        folder = self._stack.enter_context(ExperimentFolder(self.match.parent / out, definition))
+        series = {Pairing(found[0].label, found[1].label): Series(pairs, 0.95, play_all=True)}
+        return Experiment(folder, setup, series)
+
+    def new_cluster(self, kind: str, jobs: int = 2) -> Cluster:
+        """A cluster that ends with the test."""
+        self.cluster = ThreadCluster() if kind == "threads" else ray_cluster.RayCluster(ray_cluster.LOCAL, jobs)
+        self._stack.callback(self.cluster.close)
+        return self.cluster
+
+    def backend(self, kind: str, experiment: Experiment, jobs: int = 2) -> Backend:
+        """What plays the games of an experiment."""
+        if kind == "processes":
+            backend: Backend = Workers(jobs, experiment.folder, load_match(self.match))
+        else:
+            backend = ClusterWorkers(jobs, experiment.folder, self.new_cluster(kind, jobs))
+        return self._stack.enter_context(backend)
+
+
+@pytest.fixture
+def bench(match: Path) -> Iterator[Bench]:
+    with ExitStack() as stack:
+        yield Bench(match, stack)
+
+
+def game_of(experiment: Experiment, number: int) -> tuple[Game, MatchSetup]:
+    [pairing] = experiment.series
+    game = experiment.folder.definition.game_of(pairing, number)
+    return game, load_match(experiment.folder.match_file(game))
+
+
+def play_one(backend: Backend, experiment: Experiment, number: int) -> Played:
+    """Play one game to its end."""
+    game, setup = game_of(experiment, number)
+    backend.start(game, setup, 3600.0)
+    return ended(backend)[0][1]
+
+
+def ended(backend: Backend) -> list[tuple[Game, Played]]:
+    """Wait for games to end."""
+    found: list[tuple[Game, Played]] = []
+    deadline = time.monotonic() + PATIENCE
+    while not found:
+        assert time.monotonic() < deadline, "no game has ended"
+        found += backend.finished(0.1)
+    return found
+
+
+@pytest.mark.parametrize("kind", CLUSTERS)
+def test_a_cluster_gives_the_same_results_as_this_computer(bench: Bench, kind: str) -> None:
+    rows: dict[str, list[Row]] = {}
+    for name in ("here", kind):
+        experiment = bench.experiment("sharks-and-minnows", "Remembers", name, pairs=2)
+        cluster = None if name == "here" else bench.new_cluster(kind)
+        experiment.run(2, threading.Event(), lambda _: None, cluster)
+        rows[name] = [structs.replace(row, played=timeless(row.played)) for row in experiment.rows()]
+    assert len(rows["here"]) == 4
+    assert rows["here"] == rows[kind]
+    assert {row.played.ended for row in rows[kind]} == {OVER}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_game_is_counted_while_it_is_played_and_never_more_than_there_are_jobs(bench: Bench, kind: str) -> None:
+    experiment = bench.experiment("sharks-and-minnows", "Ahead")
+    backend = bench.backend(kind, experiment, jobs=2)
+    assert (backend.free, backend.busy, backend.games()) == (2, False, [])
+    games = [game_of(experiment, number) for number in (0, 1)]
+    for game, setup in games:
+        backend.start(game, setup, 3600.0)
+    assert (backend.free, backend.busy, backend.games()) == (0, True, [game for game, _ in games])
+    found = ended(backend)
+    while len(found) < 2:
+        found += ended(backend)
+    assert sorted(game.number for game, _ in found) == [0, 1]
+    assert (backend.free, backend.busy) == (2, False)
+    assert list(backend.finished(0.0)) == []
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("deadly", ["Dies", "KillsParent"])
+def test_a_strategy_that_kills_takes_only_its_own_game_with_it(bench: Bench, kind: str, deadly: str) -> None:
+    broken, good = bench.experiment(deadly, "Ahead", "broken"), bench.experiment("sharks-and-minnows", "Ahead", "good")
+    backend = bench.backend(kind, broken, jobs=1)
+    for number in (0, 1):
+        found = play_one(backend, broken, number)
+        if deadly == "Dies":
+            assert (found.ended, "has ended with status 0" in found.problem) == (FAILED, True)
+    if isinstance(backend, ClusterWorkers):
+        assert bench.cluster is not None
+        again = ClusterWorkers(1, good.folder, bench.cluster)
+    else:
+        again = bench.backend(kind, good, jobs=1)
+    assert play_one(again, good, 0).ended == OVER
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_game_that_hangs_can_be_ended_and_the_next_one_is_played(bench: Bench, kind: str) -> None:
+    hanging = bench.experiment("Sleeps", "Ahead", "hanging")
+    backend = bench.backend(kind, hanging, jobs=1)
+    game, setup = game_of(hanging, 0)
+    backend.start(game, setup, 3600.0)
+    wait_until(bench.marker.exists, "the strategy to sleep")
+    stuck = [p for p in psutil.process_iter() if plays(p)]
+    backend.cancel(game)
+    backend.cancel(game)  # it is gone already
+    assert not backend.busy
+    good = bench.experiment("sharks-and-minnows", "Ahead", "good")
+    if isinstance(backend, ClusterWorkers):
+        assert bench.cluster is not None
+        backend = ClusterWorkers(1, good.folder, bench.cluster)
+    else:
+        backend = bench.backend(kind, good, jobs=1)
+    assert play_one(backend, good, 0).ended == OVER
+    wait_until(lambda: not alive(stuck), "its end")
+
+
+def plays(process: psutil.Process) -> bool:
+    """Whether a process plays a game: its output goes into the log of one."""
+    try:
+        return os.readlink(f"/proc/{process.pid}/fd/1").endswith("process.log")
+    except OSError:
+        return False
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_has_failed_is_kept_with_its_traceback(bench: Bench, kind: str) -> None:
+    experiment = bench.experiment("Raises", "Ahead")
+    found = play_one(bench.backend(kind, experiment), experiment, 0)
+    assert any("ValueError: no idea" in failure for failure in found.failures)
+    log = experiment.folder.failures / "Raises-vs-Ahead-0" / "logs" / "shark.log"
+    assert 'raise ValueError("no idea")' in log.read_text()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_nothing_is_left_of_a_backend_that_was_closed(bench: Bench, kind: str) -> None:
+    temporary = set(Path(tempfile.gettempdir()).glob("vrg-*"))
+    experiment = bench.experiment("Sleeps", "Ahead")
+    backend = bench.backend(kind, experiment, jobs=1)
+    backend.start(*game_of(experiment, 0), 3600.0)
+    wait_until(bench.marker.exists, "the strategy to sleep")
+    stuck = [p for p in psutil.process_iter() if plays(p)]
+    assert stuck
+    backend.close()
+    backend.close()
+    wait_until(lambda: not alive(stuck), "the game's end")
+    assert not experiment.folder.playing.exists()
+    if kind == "threads":
+        assert set(Path(tempfile.gettempdir()).glob("vrg-*")) <= temporary
+
+
+class Killer:
+    """Kills the worker of a game that is being played; a worker of Ray's is found by its process.
+
+    It is a stop signal that is never set, as an experiment asks one between two looks at its games. A worker may just
+    have ended its game when it is killed, so others are killed until a game had to be played again.
+    """
+
+    def __init__(self, cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.submitted: list[Task] = []
+        self._cluster = cluster
+        submit = cluster.submit
+
+        def counted(task: Task, match: object) -> object:
+            self.submitted.append(task)
+            return submit(task, match)
+
+        monkeypatch.setattr(cluster, "submit", counted)
+
+    @property
+    def again(self) -> list[str]:
+        """The games that were submitted more than once."""
+        names = [task.name for task in self.submitted]
+        return sorted({name for name in names if names.count(name) > 1})
+
+    def is_set(self) -> bool:
+        if self.again:
+            return False
+        if isinstance(self._cluster, ThreadCluster):
+            self._cluster.kill_worker()
+            return False
+        for process in psutil.Process().children(recursive=True):
+            with contextlib.suppress(psutil.NoSuchProcess):
+                if " ".join(process.cmdline()).startswith("ray::play"):
+                    process.kill()
+                    return False
+        return False
+
+    def wait(self, timeout: float) -> bool:
+        return False
+
+
+@pytest.mark.parametrize("kind", CLUSTERS)
+def test_a_game_whose_worker_has_died_is_played_again(bench: Bench, kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    here = bench.experiment("sharks-and-minnows", "Ahead", "here", pairs=3)
+    here.run(2, threading.Event(), lambda _: None)
+    experiment = bench.experiment("sharks-and-minnows", "Ahead", kind, pairs=3)
+    killer = Killer(bench.new_cluster(kind), monkeypatch)
+    experiment.run(1, killer, lambda _: None, bench.cluster)
+    assert killer.again
+    assert [timeless(row.played) for row in experiment.rows()] == [timeless(row.played) for row in here.rows()]
+    assert len(experiment.rows()) == 6
+
+
+def test_a_game_of_which_too_many_workers_die_has_failed_and_the_next_one_is_played(bench: Bench) -> None:
+    experiment = bench.experiment("sharks-and-minnows", "Ahead")
+    cluster = ThreadCluster(deadly=DEATHS)
+    with ClusterWorkers(1, experiment.folder, cluster) as backend:
+        found = play_one(backend, experiment, 0)
+        assert (found.ended, found.problem) == (
+            FAILED,
+            "3 workers of the cluster have died of it: the worker was killed",
+        )
+        assert play_one(backend, experiment, 1).ended == OVER
+    assert [job.task.name[-1] for job in cluster.jobs] == ["0", "0", "0", "1"]
+
+
+def test_a_worker_with_another_release_is_told_and_nothing_is_counted(bench: Bench, monkeypatch) -> None:
+    experiment = bench.experiment("sharks-and-minnows", "Ahead")
+    monkeypatch.setattr("vrg.evaluation.cluster.code_of_vrg", lambda: "other")
+    with pytest.raises(LaunchError, match="another release of VRG: install this one"):
+        experiment.run(1, threading.Event(), lambda _: None, bench.new_cluster("threads"))
+    assert experiment.rows() == []
+
+
+def test_a_match_that_cannot_be_read_there_is_told(tmp_path: Path) -> None:
+    task = Task(name="x", seed=0, limit=1.0, code=code_of_vrg())
+    with pytest.raises(LaunchError, match="expected packed files"):
+        play(task, b"nonsense")
+
+
+@given(st.dictionaries(st.from_regex(r"[a-z]{1,8}(/[a-z]{1,8}){0,2}\.py", fullmatch=True), st.binary(max_size=200)))
+def test_folders_travel_unchanged(files: dict[str, bytes]) -> None:
+    with tempfile.TemporaryDirectory() as place:
+        source, copy = Path(place, "source"), Path(place, "copy")
+        source.mkdir()
+        for name, content in files.items():
+            (source / name).parent.mkdir(parents=True, exist_ok=True)
+            (source / name).write_bytes(content)
+        unpack(packed(source), copy)
+        found = {p.relative_to(copy).as_posix(): p.read_bytes() for p in copy.rglob("*") if p.is_file()}
+        assert found == files
+
+
+def test_files_that_would_lie_outside_the_folder_are_refused(tmp_path: Path) -> None:
+    content = io.BytesIO()
+    with tarfile.open(fileobj=content, mode="w:gz") as tar:
+        tar.addfile(tarfile.TarInfo("../outside.py"), io.BytesIO(b""))
+    with pytest.raises(LaunchError, match="expected packed files"):
+        unpack(content.getvalue(), tmp_path / "inside")
+    assert not (tmp_path / "outside.py").exists()
+
+
+def test_without_ray_the_message_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(importlib.util, "find_spec", lambda _: None)
+    with pytest.raises(LaunchError, match=r"pip install 'vrg\[cluster\]'"):
+        ray_cluster.RayCluster(ray_cluster.LOCAL, 1)
+
+
+def test_ray_is_not_loaded_without_the_option() -> None:
+    code = (
+        "import sys, vrg.commands.compare, vrg.commands.tournament, vrg.evaluation.running, vrg.evaluation.ray_cluster"
+    )
+    out = subprocess.run(
+        [sys.executable, "-P", "-c", f"{code}\nprint('ray' in sys.modules)"], capture_output=True, text=True, check=True
+    )
+    assert out.stdout.strip() == "False"
+
+
+@WITH_RAY
+def test_a_cluster_that_is_not_there_is_told() -> None:
+    for address in ("127.0.0.1:1", "ray://127.0.0.1:1", "nonsense"):
+        with pytest.raises(LaunchError, match=f"--ray {address}: expected local, auto, or the host and port"):
+            ray_cluster.RayCluster(address, 1)

@@ -1,0 +1,180 @@
+"""The commands `vrg compare` and `vrg tournament`: what they print, write and refuse."""
+
+import importlib.util
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import psutil
+import pytest
+from pyarrow import csv, parquet
+
+from tests.evaluation.conftest import target
+from vrg.cli import main
+
+LONG = ("--no-lasers", "--games", "40", "--all", "--jobs", "2", "--out", "long")
+PATIENCE = 180.0
+"""The real time in s that something may take to happen."""
+
+
+@dataclass(frozen=True)
+class Done:
+    status: object
+    out: str
+    err: str
+
+
+@pytest.fixture
+def vrg(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], match: Path) -> Callable[..., Done]:
+    """Run the command line in this process, in the folder of the match."""
+    monkeypatch.chdir(match.parent)
+    monkeypatch.setenv("COLUMNS", "200")
+
+    def run(*arguments: str) -> Done:
+        monkeypatch.setattr(sys, "argv", ["vrg", *arguments])
+        with pytest.raises(SystemExit) as end:
+            main()
+        return Done(end.value.code, *capsys.readouterr())
+
+    return run
+
+
+def test_a_comparison_prints_and_writes_what_it_has_found(vrg: Callable[..., Done], tmp_path: Path) -> None:
+    command = ("compare", "sharks-and-minnows", "players.py:Lazy", "--match", "tiny.toml", "--confidence", "0.5")
+    done = vrg(*command, "--out", "here")
+    assert done.status == 0
+    assert "sharks-and-minnows beats Lazy: 100 % of 8 games, 50 % interval 58 to 100 %" in done.out
+    assert "on Lazy" in done.out
+    out = tmp_path / "here"
+    written = {path.name for path in out.iterdir() if path.is_file()}
+    assert written == {
+        "experiment.json", "games.jsonl", "games.csv", "games.parquet", "report.md", "comparison.png",
+    }  # fmt: skip
+    assert not (out / "playing").exists()
+    table = parquet.read_table(out / "games.parquet")
+    assert table.num_rows == csv.read_csv(out / "games.csv").num_rows == 8
+    row = table.to_pylist()[1]
+    assert (row["seed"], row["first_team"], row["winner"], row["first_points"]) == (
+        0, "minnows", "sharks-and-minnows", 1.0,
+    )  # fmt: skip
+    assert row["calls_begin"] == 1
+    assert row["play_again"] == "vrg play here/matches/Lazy-vs-sharks-and-minnows/match.toml --in-process --seed 0"
+    assert "beats Lazy" in (out / "report.md").read_text()
+    again = vrg(*command, "--out", "here")
+    assert "games are in here already" in again.out
+    assert "games played" not in again.out
+    assert again.out.splitlines()[-1] == done.out.splitlines()[-1]
+
+
+def test_a_tournament_prints_and_writes_a_cross_table_and_ratings(vrg: Callable[..., Done], tmp_path: Path) -> None:
+    strategies = ("players.py:Lazy", "sharks-and-minnows", "players.py:Ahead")
+    done = vrg("tournament", *strategies, "--match", "tiny.toml", "--games", "2", "--mirror", "--out", "here")
+    assert done.status == 0
+    assert "1. sharks-and-minnows" in done.out
+    pairings = parquet.read_table(tmp_path / "here" / "pairings.parquet").to_pylist()
+    assert len(pairings) == 6
+    assert next(p for p in pairings if p["first"] == p["second"] == "Lazy")["share_of_first"] == 0.5
+    ratings = parquet.read_table(tmp_path / "here" / "ratings.parquet").to_pylist()
+    assert ratings[0]["strategy"] == "sharks-and-minnows"
+    assert ratings[0]["mu"] > 25.0 > ratings[-1]["mu"]
+    assert parquet.read_table(tmp_path / "here" / "games.parquet").num_rows == 12
+    assert (tmp_path / "here" / "tournament.png").stat().st_size > 10_000
+    assert "| sharks-and-minnows |" in (tmp_path / "here" / "report.md").read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("compare", "nobody", "players.py:Lazy"), "strategy: expected one of"),
+        (("compare", "sharks-and-minnows", "players.py:Nobody"), "expected the name of a class"),
+        (("compare", "sharks-and-minnows", "nowhere.py:Mine"), "nowhere.py:Mine: no such file"),
+        (("tournament", "sharks-and-minnows"), "expected two or more different strategies"),
+    ],
+)
+def test_a_strategy_that_is_not_there_is_told_before_a_game_is_played(
+    vrg: Callable[..., Done], tmp_path: Path, arguments: Sequence[str], said: str
+) -> None:
+    done = vrg(*arguments, "--match", "tiny.toml", "--out", "here")
+    assert done.status == 1
+    assert done.err.count(said) == 1
+    assert not (tmp_path / "here").exists()
+
+
+def command_of(match: Path, *more: str) -> list[str]:
+    """A comparison that takes long."""
+    strategies = ("sharks-and-minnows", target(match, "Ahead"))
+    words = ["compare", *strategies, "--match", "sharks-and-minnows", *LONG, *more]
+    return [sys.executable, "-P", "-m", "vrg", *words]
+
+
+def started(match: Path, *more: str) -> subprocess.Popen[str]:
+    """The same, once a game has been played."""
+    process = subprocess.Popen(
+        command_of(match, *more), cwd=match.parent, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    )
+    record = match.parent / "long" / "games.jsonl"
+    before = record.stat().st_size if record.exists() else 0
+    wait_until(lambda: process.poll() is not None or (record.exists() and record.stat().st_size > before))
+    assert process.poll() is None, f"it ended with status {process.returncode}: {process.communicate()[0]}"
+    return process
+
+
+def wait_until(condition: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+
+
+def alive(processes: Sequence[psutil.Process]) -> bool:
+    return any(lives(process) for process in processes)
+
+
+def lives(process: psutil.Process) -> bool:
+    try:
+        return process.is_running() and process.status() != psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return False
+
+
+RAY = pytest.param(
+    ("--ray", "local"),
+    marks=pytest.mark.skipif(
+        importlib.util.find_spec("ray") is None, reason="ray is not installed: pip install 'vrg[cluster]'"
+    ),
+    id="ray",
+)
+WHERE = pytest.mark.parametrize("where", [pytest.param((), id="processes"), RAY])
+
+
+@pytest.mark.system
+@WHERE
+def test_ctrl_c_ends_a_comparison_with_what_is_there(match: Path, where: Sequence[str]) -> None:
+    process = started(match, *where)
+    began = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    out, _ = process.communicate(timeout=PATIENCE)
+    assert time.monotonic() - began < 10.0
+    assert process.returncode == 130
+    assert "Traceback" not in out
+    assert "Written to long" in out
+
+
+@pytest.mark.system
+@WHERE
+def test_a_comparison_that_is_killed_leaves_no_process_behind_and_goes_on(match: Path, where: Sequence[str]) -> None:
+    process = started(match, *where)
+    children = psutil.Process(process.pid).children(recursive=True)
+    assert len(children) >= 3
+    process.kill()
+    process.communicate(timeout=PATIENCE)
+    wait_until(lambda: not alive(children))
+    played = len((match.parent / "long" / "games.jsonl").read_text().splitlines())
+    process = started(match, *where)
+    process.send_signal(signal.SIGTERM)
+    out, _ = process.communicate(timeout=PATIENCE)
+    assert f"{played} games are in long already" in out

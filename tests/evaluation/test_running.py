@@ -1,0 +1,178 @@
+"""Comparisons that are played: what they record, how they go on, and that every game can be played again."""
+
+import json
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+from msgspec import structs
+
+from tests.evaluation.conftest import Play, target
+from vrg.cli import main
+from vrg.config.loading import load_match
+from vrg.errors import ConfigError, LaunchError
+from vrg.evaluation.contenders import check, contenders
+from vrg.evaluation.experiment import Definition, define
+from vrg.evaluation.folder import ExperimentFolder
+from vrg.evaluation.games import BROKEN_OFF, FAILED, OVER, Row
+from vrg.evaluation.playing import counted
+
+
+def timeless(rows: list[Row]) -> list[Row]:
+    """The same without the real time that each game took."""
+    return [structs.replace(row, played=structs.replace(row.played, wall_time=0.0)) for row in rows]
+
+
+def test_each_seed_is_played_twice_with_the_sides_swapped(play: Play) -> None:
+    rows = play("sharks-and-minnows", "Lazy", seed=7)
+    assert [(row.game.seed, row.game.first_team, row.game.second_team) for row in rows] == [
+        (7, "sharks", "minnows"),
+        (7, "minnows", "sharks"),
+        (8, "sharks", "minnows"),
+        (8, "minnows", "sharks"),
+    ]
+    assert {row.played.ended for row in rows} == {OVER}
+    # Minnows that stand still are caught, and a shark that stands still lets a minnow get away.
+    assert [row.points for row in rows] == [1.0] * 4
+    assert {row.winner for row in rows} == {"sharks-and-minnows"}
+
+
+def test_games_at_the_same_time_change_no_result(play: Play) -> None:
+    """Not even of a strategy whose module remembers what was played before."""
+    one = play("Remembers", "Ahead", "one", jobs=1)
+    assert timeless(one) == timeless(play("Remembers", "Ahead", "two", jobs=2))
+    assert {row.played.ended for row in one} == {OVER}
+
+
+def test_an_interrupted_comparison_goes_on_where_it_stopped(play: Play, tmp_path: Path) -> None:
+    whole = timeless(play("sharks-and-minnows", "Ahead", "whole"))
+    stop = threading.Event()
+    interrupted = play("sharks-and-minnows", "Ahead", jobs=1, stop=stop, told=lambda _: stop.set())
+    assert len(interrupted) == 0  # one game is no pair
+    record = tmp_path / "out" / "games.jsonl"
+    with record.open("a") as file:
+        file.write('{"game": {"pai')  # a line that was torn
+    told: list[Row] = []
+    assert timeless(play("sharks-and-minnows", "Ahead", told=told.append)) == whole
+    assert len(told) == 3
+    again: list[Row] = []
+    assert timeless(play("sharks-and-minnows", "Ahead", told=again.append)) == whole
+    assert again == []
+    assert len(record.read_text().splitlines()) == 4
+
+
+def test_what_fails_is_visible_and_counts(play: Play, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    rows = play("Raises", "Ahead", pairs=1)
+    assert {row.played.ended for row in rows} == {OVER}
+    assert {name for row in rows for name in row.played.disqualified} == {"shark", "ann", "bob"}
+    assert all("ValueError: no idea (players.py" in row.played.failures[0] for row in rows)
+    log = tmp_path / "out" / "failures" / "Raises-vs-Ahead-0" / "logs" / "shark.log"
+    assert 'raise ValueError("no idea")' in log.read_text()
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_process_that_dies_takes_only_its_own_game_with_it(play: Play) -> None:
+    rows = play("Dies", "Ahead", pairs=1)
+    assert [row.played.ended for row in rows] == [FAILED, FAILED]
+    assert [row.points for row in rows] == [0.5, 0.5]
+    assert "has ended with status 0" in rows[0].played.problem
+
+
+def test_a_game_that_takes_too_long_is_a_draw(play: Play) -> None:
+    rows = play("sharks-and-minnows", "Lazy", pairs=1, limit=2.0)
+    assert [row.played.ended for row in rows] == [BROKEN_OFF, BROKEN_OFF]
+    assert [row.points for row in rows] == [0.5, 0.5]
+
+
+def test_every_game_can_be_played_again(play: Play, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    row = play("Ahead", "sharks-and-minnows", pairs=1, seed=5)[1]
+    with ExperimentFolder(
+        tmp_path / "out", definition(tmp_path / "tiny.toml", 5, "Ahead", "sharks-and-minnows")
+    ) as folder:
+        command = folder.again(row.game)
+    assert command.endswith("sharks-and-minnows-vs-Ahead/match.toml --in-process --seed 5")
+    (tmp_path / "players.py").unlink()  # what was played is in the folder
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", [*command.split(), "--headless", "--no-record"])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 0
+    [result] = (tmp_path / "runs").glob("*/result.json")
+    found = json.loads(result.read_text())
+    assert (found["winner"], found["score"]) == (row.played.winner, row.played.score)
+    assert found["play_time"] == row.played.play_time
+    rules = [call["rule"] for call in found["calls"]]
+    assert {rule: rules.count(rule) for rule in rules} == {rule: row.total(rule) for rule in row.played.calls}
+
+
+def definition(match: Path, seed: int, *names: str) -> Definition:
+    found = contenders([target(match, name) for name in names])
+    return define(load_match(match), found, seed=seed, limit=3600.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ("seed", "the seed is 1 now and was 0"),
+        ("names", "the strategies are "),
+        ("match", "the match file or an option"),
+        ("code", "players.py of Ahead has changed"),
+    ],
+)
+def test_a_folder_is_not_shared_by_two_experiments(match: Path, change: str, said: str) -> None:
+    ExperimentFolder(match.parent / "out", definition(match, 0, "Lazy", "Ahead")).close()
+    if change == "match":
+        match.write_text(match.read_text() + "camera = true\n")
+    if change == "code":
+        (match.parent / "players.py").write_text("class Lazy: ...\nclass Ahead: ...\n")
+    names = ("Lazy", "Raises") if change == "names" else ("Lazy", "Ahead")
+    other = definition(match, 1 if change == "seed" else 0, *names)
+    with pytest.raises(ConfigError, match=said):
+        ExperimentFolder(match.parent / "out", other)
+
+
+def test_a_folder_with_other_files_is_refused(match: Path) -> None:
+    with pytest.raises(ConfigError, match="found other files: choose another --out"):
+        ExperimentFolder(match.parent, definition(match, 0, "Lazy", "Ahead"))
+
+
+def test_two_processes_cannot_use_one_folder(match: Path) -> None:
+    some = definition(match, 0, "Lazy", "Ahead")
+    with (
+        ExperimentFolder(match.parent / "out", some),
+        pytest.raises(LaunchError, match="another process plays these games"),
+    ):
+        ExperimentFolder(match.parent / "out", some)
+
+
+def test_a_strategy_that_cannot_be_imported_is_told_once(match: Path) -> None:
+    (match.parent / "broken.py").write_text("import no_such_module\n")
+    found = contenders([f"{match.parent / 'broken.py'}:Mine", target(match, "Lazy")])
+    with pytest.raises(ConfigError) as caught:
+        check(load_match(match), found)
+    assert str(caught.value).count("no_such_module") == 1
+
+
+def test_a_match_of_other_than_two_teams_is_refused(match: Path) -> None:
+    with pytest.raises(ConfigError, match="expected a match of two teams, found 1: "):
+        define(load_match(one_team(match)), contenders(["a", "b"]), seed=0, limit=1.0)
+
+
+def one_team(match: Path) -> Path:
+    file = match.with_name("practice.toml")
+    player = '[[players]]\nname = "ann"\nrole = "player"\nx = 0.0\ny = 0.0\n'
+    file.write_text(f'name = "alone"\ngame = "practice"\nmap = "open"\n[rules]\n{player}')
+    return file
+
+
+def test_strategies_with_one_name_get_numbers() -> None:
+    labels = [c.label for c in contenders(["a.py:Mine", "b.py:Mine", "other", "my.module:Odd name"])]
+    assert labels == ["Mine-1", "Mine-2", "other", "Odd-name"]
+
+
+def test_calls_are_counted_by_rule_and_team() -> None:
+    assert counted([("tag", "red"), ("tag", "blue"), ("tag", "red"), ("begin", "")]) == {
+        "tag": {"red": 2, "blue": 1},
+        "begin": {"": 1},
+    }

@@ -1,0 +1,221 @@
+"""What `vrg compare` and `vrg tournament` share: their options, and how an experiment is prepared, played and shown."""
+
+import os
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from vrg.bus.stopping import Stop, stop_on_signals
+from vrg.commands.options import whole_target
+
+if TYPE_CHECKING:
+    from vrg.evaluation.folder import ExperimentFolder
+    from vrg.evaluation.games import Row
+    from vrg.evaluation.running import Experiment
+
+StrategyArgument = Annotated[
+    str, typer.Argument(metavar="STRATEGY", help="A strategy's name, or file.py:Class, or module:Class.")
+]
+MatchOption = Annotated[
+    str, typer.Option("--match", metavar="GAME|match.toml", help="A match of two teams, or a game's name.")
+]
+GamesOption = Annotated[int, typer.Option(min=2, help="The most games of two strategies; an odd number is rounded up.")]
+FirstSeedOption = Annotated[
+    int, typer.Option(min=0, help="Seed of the first pair of games; each next pair has the next.")
+]
+JobsOption = Annotated[int | None, typer.Option(min=1, help="Games at a time; without it, one for each core.")]
+LasersOption = Annotated[
+    bool | None, typer.Option("--lasers/--no-lasers", help="In place of what the match file says of lasers.")
+]
+OutOption = Annotated[Path | None, typer.Option(help="Folder for the games and what is made of them.")]
+ConfidenceOption = Annotated[float, typer.Option(min=0.5, max=0.9999, help="Confidence of the intervals.")]
+AllOption = Annotated[bool, typer.Option("--all", help="Play all games, even if a difference was found before.")]
+LimitOption = Annotated[float, typer.Option(min=1.0, help="Match time in s after which a game is broken off.")]
+RayOption = Annotated[
+    str | None,
+    typer.Option(
+        "--ray",
+        metavar="ADDRESS",
+        help="Play on the cluster of Ray at this address, such as auto or 192.168.1.5:6379; local starts one here.",
+    ),
+]
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What the user has asked for; see the options above."""
+
+    match: str
+    games: int
+    seed: int
+    jobs: int | None
+    engine: str | None
+    lasers: bool | None
+    out: Path | None
+    confidence: float
+    play_all: bool
+    limit: float
+    ray: str | None = None
+
+
+@contextmanager
+def experiment(targets: Sequence[str], wish: Wish, name: str, *, mirror: bool = False) -> "Iterator[Experiment]":
+    """Play an experiment of all pairings of some strategies, and let the caller conclude it.
+
+    Args:
+        targets: the strategies as they were typed. name: the beginning of the name of its folder.
+        mirror: True lets each strategy play against itself, too.
+
+    Raises:
+        ConfigError: the match or a strategy cannot be used, or the folder is that of another experiment.
+        LaunchError: the folder cannot be used.
+        typer.Exit: at the end of the context, with status 130, if the experiment was interrupted.
+    """
+    from vrg.config.loading import load_match, match_path
+    from vrg.evaluation import contenders
+    from vrg.evaluation.experiment import define
+    from vrg.evaluation.folder import ExperimentFolder
+    from vrg.evaluation.games import Pairing
+    from vrg.evaluation.running import Experiment
+    from vrg.evaluation.series import Series
+
+    console = make_console()
+    if wish.ray is not None:
+        from vrg.evaluation.ray_cluster import require_ray
+
+        require_ray()
+    setup = load_match(match_path(wish.match), engine=wish.engine, lasers=wish.lasers)
+    contenders.teams_of(setup)
+    found = contenders.contenders([whole_target(target) for target in targets])
+    contenders.check(setup, found)
+    definition = define(setup, found, seed=wish.seed, limit=wish.limit)
+    labels = [contender.label for contender in found]
+    pairs = [Pairing(a, b) for i, a in enumerate(labels) for b in labels[i if mirror else i + 1 :]]
+    series = {p: Series((wish.games + 1) // 2, wish.confidence, play_all=wish.play_all) for p in pairs}
+    out = wish.out or Path("runs") / f"{name}-{definition.digest}"
+    with stop_on_signals() as stop, ExperimentFolder(out, definition) as folder:
+        before = len(folder.rows)
+        running = Experiment(folder, setup, series)
+        console.print(
+            f"{setup.name}: {setup.game}, {setup.engine}, from seed {wish.seed}; games in {out}", soft_wrap=True
+        )
+        if before:
+            console.print(f"{before} games are in {out} already")
+        _play(running, wish, stop, console)
+        yield running
+        if stop.is_set():
+            raise typer.Exit(130)
+
+
+def make_console() -> Console:
+    """The console of these commands. Where nobody has set a width, a file or a pipe takes long lines."""
+    return Console(highlight=False, width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else 160)
+
+
+def cores() -> int:
+    """The number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _play(running: "Experiment", wish: Wish, stop: Stop, console: Console) -> None:
+    """Play what is missing, and show how it goes."""
+    if running.over:
+        return
+    jobs, cluster = wish.jobs or cores(), None
+    if wish.ray is not None:
+        from vrg.evaluation.ray_cluster import RayCluster
+
+        cluster = RayCluster(wish.ray, jobs)
+        jobs = wish.jobs or cluster.size
+    columns = (
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("games{task.fields[speed]}{task.fields[now]}"),
+        TimeRemainingColumn(),
+    )
+    began, played = time.monotonic(), 0
+    with Progress(*columns, console=console, transient=True) as progress:
+        bar = progress.add_task("games", total=_total(running), speed="", now=_now(running))
+        progress.update(bar, completed=_completed(running))
+
+        def told(_row: "Row") -> None:
+            nonlocal played
+            played += 1
+            speed = f", {played / (time.monotonic() - began):.2f} a second"
+            completed, total = _completed(running), _total(running)
+            progress.update(bar, completed=completed, total=total, speed=speed, now=_now(running))
+
+        running.run(jobs, stop, told, cluster)
+    if played:
+        took = time.monotonic() - began
+        on = "" if wish.ray is None else f" on the cluster {wish.ray}"
+        console.print(f"{played} games played in {took:.0f} s ({played / took:.2f} a second, {jobs} at a time{on})")
+
+
+def _completed(running: "Experiment") -> int:
+    return sum(series.counted for series in running.series.values())
+
+
+def _total(running: "Experiment") -> int:
+    """The most games that may still count."""
+    return sum(s.counted if s.over else 2 * s.pairs for s in running.series.values())
+
+
+def _now(running: "Experiment") -> str:
+    """What is known so far, in a few words."""
+    from vrg.evaluation.report import between, percent
+
+    [*all_series] = running.series.items()
+    if len(all_series) > 1:
+        return f", {sum(series.over for _, series in all_series)} of {len(all_series)} pairings done"
+    [(pairing, series)] = all_series
+    if not series.standings:
+        return ""
+    standing = series.standings[-1]
+    return f", {pairing.first} has {percent(standing.share)} ({between(standing.low, standing.high)})"
+
+
+def show(console: Console, table: Sequence[Sequence[str]]) -> None:
+    """Print a table of texts, whose first row is the head."""
+    if len(table) < 2:
+        return
+    shown = Table()
+    for number, head in enumerate(table[0]):
+        shown.add_column(escape(head), justify="left" if number == 0 else "right", overflow="fold")
+    for line in table[1:]:
+        shown.add_row(*map(escape, line))
+    console.print(shown)
+
+
+def finish(
+    console: Console, folder: "ExperimentFolder", parts: Sequence[str], rows: "Sequence[Row]", remarks: Sequence[str]
+) -> None:
+    """Write the report, and tell what was irregular, how to watch a game, and which files there are.
+
+    Args:
+        parts: the parts of the report, as Markdown. rows: the games that count. remarks: what was irregular.
+
+    Raises:
+        LaunchError: the report cannot be written.
+    """
+    from vrg.evaluation.folder import write_report
+
+    write_report(folder.path, parts)
+    for remark in remarks:
+        console.print(f"[yellow]{escape(remark)}[/yellow]", soft_wrap=True)
+    if folder.failures.is_dir():
+        console.print(f"Logs of games in which something failed: {folder.failures}", soft_wrap=True, markup=False)
+    names = ", ".join(sorted(path.name for path in folder.path.iterdir() if path.is_file()))
+    console.print(f"Written to {folder.path}: {names}", soft_wrap=True, markup=False)
+    if rows:
+        console.print(f"To watch a game: {folder.again(rows[-1].game)} --rate 1", soft_wrap=True, markup=False)

@@ -1,0 +1,1 @@
+"""The comparison of strategies: many games in pairs with the sides swapped, and what they prove."""

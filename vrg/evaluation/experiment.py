@@ -1,0 +1,153 @@
+"""The definition of an experiment: all that the outcome of its games depends on.
+
+The folder of an experiment keeps its definition, so that an experiment that was interrupted goes on only with the same
+one. How many games are played, how many at a time and with which confidence is no part of it.
+"""
+
+import hashlib
+import inspect
+import sys
+import tomllib
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from msgspec import Struct, structs
+
+import vrg
+from vrg import __version__
+from vrg.config.setup import MatchSetup
+from vrg.errors import ConfigError
+from vrg.errors import Path as Place
+from vrg.evaluation.contenders import Contender, teams_of, with_strategies
+from vrg.evaluation.games import Game, Pairing
+from vrg.launch.keeping import files_of
+from vrg.launch.nodes import strategy_class
+from vrg.toml_text import with_value_in
+
+FORMAT = 1
+
+
+class Definition(Struct, frozen=True, kw_only=True):
+    """See the module.
+
+    Args:
+        experiment: the version of the format. vrg: the release of VRG.
+        match: the text of the match file, with the overrides. game: the name of the game.
+        teams: the two teams. The first strategy of a pairing plays the first of them in games with even numbers.
+        seed: the seed of the first pair; each next pair has the next seed.
+        limit: the match time in s after which a game is broken off.
+        contenders: the strategies.
+        code: the SHA-256 of each file that the games depend on, by its name.
+    """
+
+    experiment: int = FORMAT
+    vrg: str = __version__
+    match: str
+    game: str
+    teams: tuple[str, str]
+    seed: int
+    limit: float
+    contenders: list[Contender]
+    code: dict[str, str]
+
+    @property
+    def digest(self) -> str:
+        """Eight signs that differ between definitions."""
+        return hashlib.sha256(repr(structs.astuple(self)).encode()).hexdigest()[:8]
+
+    def game_of(self, pairing: Pairing, number: int) -> Game:
+        """A game of a pairing."""
+        teams = self.teams if number % 2 == 0 else self.teams[::-1]
+        return Game(
+            pairing=pairing, number=number, seed=self.seed + number // 2, first_team=teams[0], second_team=teams[1]
+        )
+
+    def differences(self, other: "Definition") -> list[str]:
+        """What is different in another definition, in words."""
+        found = []
+        for name, what in (
+            ("experiment", "the version of the format"),
+            ("vrg", "the release of VRG"),
+            ("game", "the game"),
+            ("seed", "the seed"),
+            ("limit", "the limit of match time"),
+        ):
+            ours, theirs = getattr(self, name), getattr(other, name)
+            if ours != theirs:
+                found.append(f"{what} is {ours} now and was {theirs}")
+        names, before = ([c.target for c in d.contenders] for d in (self, other))
+        if names != before:
+            found.append(f"the strategies are {', '.join(names)} now and were {', '.join(before)}")
+        if self.match != other.match:
+            found.append("the match file or an option that changes it (--engine, --lasers) is another")
+        if names == before:
+            changed = sorted(n for n in {*self.code, *other.code} if self.code.get(n) != other.code.get(n))
+            found += [f"{name} has changed" for name in changed]
+        return found
+
+
+def define(setup: MatchSetup, found: Sequence[Contender], *, seed: int, limit: float) -> Definition:
+    """Define an experiment.
+
+    Raises:
+        ConfigError: the match has not two teams, or a strategy cannot be imported.
+    """
+    return Definition(
+        match=setup.text,
+        game=setup.game,
+        teams=teams_of(setup),
+        seed=seed,
+        limit=limit,
+        contenders=list(found),
+        code=dict(sorted(hash_ for contender in found for hash_ in _hashes(setup, contender))),
+    )
+
+
+def written(setup: MatchSetup, strategies: dict[str, str]) -> MatchSetup:
+    """Return the match in which each team plays by its strategy, with a text that says so.
+
+    Args:
+        strategies: the strategy of each team, with the whole path if it is that of a file.
+
+    Raises:
+        ConfigError: the match file has players without a table of their own.
+    """
+    playing = with_strategies(setup, strategies)
+    text = setup.text
+    chosen: dict[Place, str] = {("players", player.number): player.strategy for player in playing.players}
+    # What the file says of a team may be a file that is not where the written match is.
+    teams = tomllib.loads(text).get("teams", {})
+    chosen |= {("teams", player.team): player.strategy for player in playing.players if player.team in teams}
+    for table, strategy in chosen.items():
+        try:
+            text = with_value_in(text, table, "strategy", strategy)
+        except ValueError as error:
+            raise ConfigError([f"{setup.origin}: {error}"]) from None
+    return structs.replace(playing, text=text)
+
+
+def _hashes(setup: MatchSetup, contender: Contender) -> Iterator[tuple[str, str]]:
+    """The hashes of VRG, of the package or the file of a strategy, of the files beside it, and of the map."""
+    yield "the code of VRG", code_of_vrg()
+    if not contender.target.rpartition(":")[0].endswith(".py"):
+        module = strategy_class(contender.target, Path(setup.base)).__module__
+        source = inspect.getsourcefile(sys.modules[module.partition(".")[0]])
+        if source is not None:
+            path = Path(source)
+            yield f"the code of {contender.label}", _hash(path.parent if path.name == "__init__.py" else path)
+    playing = written(setup, dict.fromkeys(teams_of(setup), contender.target))
+    for source_path in files_of(playing).copies.values():
+        yield f"{source_path.name} of {contender.label}", _hash(source_path)
+
+
+def code_of_vrg() -> str:
+    """The SHA-256 of the code of VRG that runs here."""
+    return _hash(Path(vrg.__file__).parent)
+
+
+def _hash(path: Path) -> str:
+    """The SHA-256 of a file, or of the names and the content of all files of Python in a folder."""
+    digest = hashlib.sha256()
+    for file in [path] if path.is_file() else sorted(path.rglob("*.py")):
+        digest.update(f"{file.relative_to(path)}\0".encode() + file.read_bytes())
+    return digest.hexdigest()

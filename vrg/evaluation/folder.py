@@ -1,0 +1,198 @@
+"""The folder of an experiment: its definition, its matches, the record of its games, and what is made of them."""
+
+import fcntl
+import logging
+import os
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Self
+
+import msgspec
+
+from vrg.config.loading import load_match
+from vrg.config.setup import MatchSetup
+from vrg.errors import ConfigError, LaunchError
+from vrg.evaluation.contenders import members
+from vrg.evaluation.experiment import Definition, written
+from vrg.evaluation.games import Game, Pairing, Row
+from vrg.launch.keeping import keep
+from vrg.launch.run_folder import RunFolder, write_whole
+
+log = logging.getLogger(__name__)
+
+_json = msgspec.json.Encoder()
+
+
+class ExperimentFolder:
+    """See the module. A context manager; while it is open, no other process can use it.
+
+    Args:
+        path: the folder. If it is missing, it is made.
+        definition: the experiment. If the folder has games already, they must be of the same one.
+
+    Attributes:
+        rows: all games that are in the record.
+
+    Raises:
+        ConfigError: the folder is that of another experiment, or has other files.
+        LaunchError: it cannot be used, or another process uses it.
+    """
+
+    def __init__(self, path: Path, definition: Definition) -> None:
+        self.path = path
+        self.definition = definition
+        self._file: IO[bytes] | None = None
+        self.rows: list[Row] = []
+        try:
+            self._check()
+            path.mkdir(parents=True, exist_ok=True)
+            self._file = (path / "games.jsonl").open("ab")
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            write_whole(self._definition, msgspec.json.format(_json.encode(definition)) + b"\n")
+            self.rows = self._load()
+            shutil.rmtree(self.playing, ignore_errors=True)
+        except BlockingIOError:
+            self.close()
+            raise LaunchError(
+                f"{path}: another process plays these games: wait for it, or choose another --out"
+            ) from None
+        except OSError as error:
+            self.close()
+            raise LaunchError(f"{path}: cannot be used: {error.strerror}: choose another --out") from None
+
+    @property
+    def _definition(self) -> Path:
+        return self.path / "experiment.json"
+
+    @property
+    def playing(self) -> Path:
+        """The folder for what games that are being played write."""
+        return self.path / "playing"
+
+    @property
+    def failures(self) -> Path:
+        """The folder for the logs of games in which something has failed."""
+        return self.path / "failures"
+
+    def match_file(self, game: Game) -> Path:
+        """The match file of a game."""
+        pairing = game.pairing
+        first_plays_first_team = game.first_team == self.definition.teams[0]
+        names = (pairing.first, pairing.second) if first_plays_first_team else (pairing.second, pairing.first)
+        return RunFolder(self.path / "matches" / "-vs-".join(names)).match_file
+
+    def name_of(self, game: Game) -> str:
+        """The name of the folder for what a game writes."""
+        return f"{self.match_file(game).parent.name}-{game.number}"
+
+    def again(self, game: Game) -> str:
+        """The command that plays a game again."""
+        return f"vrg play {self.match_file(game)} --in-process --seed {game.seed}"
+
+    def write_match(self, setup: MatchSetup, game: Game) -> MatchSetup:
+        """Write the match file of a game, with all files that it names, and return the match as this file says it.
+
+        Args:
+            setup: the match as its user has written it.
+
+        Raises:
+            ConfigError: the strategies cannot be put into the match file.
+            LaunchError: the files cannot be written.
+        """
+        targets = {contender.label: contender.target for contender in self.definition.contenders}
+        strategies = {
+            game.first_team: targets[game.pairing.first],
+            game.second_team: targets[game.pairing.second],
+        }
+        folder = RunFolder(self.match_file(game).parent)
+        try:
+            folder.path.mkdir(parents=True, exist_ok=True)
+            keep(written(setup, strategies), folder)
+        except OSError as error:
+            raise LaunchError(f"{folder.path}: cannot be written: {error.strerror}") from None
+        found = load_match(folder.match_file)
+        for team, target in strategies.items():
+            for player in members(found, team):
+                if player.strategy.rpartition(":")[2] != target.rpartition(":")[2]:
+                    text = f"expected {player.name} to play by {target}, found {player.strategy}"
+                    raise ConfigError([f"{folder.match_file}: {text}: write its strategy in one line"])
+        return found
+
+    def append(self, row: Row) -> None:
+        """Write a game to the record, and wait until it is on disk.
+
+        Raises:
+            LaunchError: it cannot be written.
+        """
+        if self._file is None:
+            raise LaunchError(f"{self.path}: the folder is closed")
+        try:
+            self._file.write(_json.encode(row) + b"\n")
+            self._file.flush()
+            os.fsync(self._file.fileno())
+        except OSError as error:
+            raise LaunchError(f"{self.path}: a game cannot be recorded: {error.strerror}: free some space") from None
+        self.rows.append(row)
+
+    def close(self) -> None:
+        """Let others use the folder. Idempotent."""
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _check(self) -> None:
+        """Check that what is in the folder are games of the same experiment."""
+        if not self._definition.is_file():
+            if self.path.is_dir() and any(self.path.iterdir()):
+                text = "expected an empty folder or that of an experiment, found other files: choose another --out"
+                raise ConfigError([f"{self.path}: {text}"])
+            return
+        try:
+            before = msgspec.json.decode(self._definition.read_bytes(), type=Definition)
+        except msgspec.DecodeError as error:
+            text = f"expected the definition of an experiment of this release: {error}: choose another --out"
+            raise ConfigError([f"{self._definition}: {text}"]) from None
+        differences = self.definition.differences(before)
+        if differences:
+            text = f"the games in it are of another experiment: {'; '.join(differences)}: choose another --out"
+            raise ConfigError([f"{self.path}: {text}"])
+
+    def _load(self) -> list[Row]:
+        """Read the record. A torn last line is removed."""
+        path = self.path / "games.jsonl"
+        content = path.read_bytes()
+        whole = content[: content.rfind(b"\n") + 1]
+        if len(whole) < len(content):
+            log.warning("%s: dropped a torn last line of %d bytes", path, len(content) - len(whole))
+            os.truncate(path, len(whole))
+        rows: dict[tuple[Pairing, int], Row] = {}
+        for number, line in enumerate(whole.splitlines(), 1):
+            try:
+                row = msgspec.json.decode(line, type=Row)
+            except msgspec.DecodeError as error:
+                raise LaunchError(f"{path}:{number}: expected a game: {error}: remove this line") from None
+            rows.setdefault((row.game.pairing, row.game.number), row)
+        return list(rows.values())
+
+
+def write_report(folder: Path, parts: Sequence[str]) -> None:
+    """Write the parts of a report, which are Markdown, with empty lines between them.
+
+    Raises:
+        LaunchError: it cannot be written.
+    """
+    text = "\n\n".join(part.strip() for part in parts if part.strip()) + "\n"
+    try:
+        (folder / "report.md").write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise LaunchError(f"{folder}: the report cannot be written: {error.strerror}") from None

@@ -1,0 +1,127 @@
+"""One game in a process of its own.
+
+Each game has a fresh process, so that nothing that a strategy leaves behind in its modules can reach the next game, and
+the result of a game does not depend on which games its process has played before. A process that dies takes only its
+own game with it. The processes are forked from a server that has loaded VRG, and that has never loaded a strategy.
+"""
+
+import multiprocessing
+import os
+import sys
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from multiprocessing.connection import Connection, wait
+from multiprocessing.context import ForkServerContext
+from pathlib import Path
+
+import msgspec
+from msgspec import structs
+
+from vrg.config.setup import MatchSetup
+from vrg.evaluation import playing
+from vrg.evaluation.games import FAILED, Played
+from vrg.games import GAMES
+from vrg.hal.sim.engines import ENGINES
+
+_NODES = (
+    "vrg.hal.sim.node",
+    "vrg.coordinator.coordinator",
+    "vrg.agents.player",
+    "vrg.agents.importing",
+    "vrg.bus.links",
+)
+"""The modules that every game needs, and that are imported only when its nodes are made."""
+_LONGEST = 10_000_000
+"""The number of bytes that a result may have."""
+_main_lock = threading.Lock()
+PATIENCE = 2.0
+"""The real time in s that a process may need to end when its game has ended."""
+
+
+def server_for(setup: MatchSetup) -> ForkServerContext:
+    """The server that forks the processes of games.
+
+    Args:
+        setup: a match; what its game and its engine need is loaded in advance.
+    """
+    # With a thread for each core in each process, the linear algebra of one game would slow the others.
+    for library in ("OPENBLAS", "OMP", "MKL"):
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+    context = multiprocessing.get_context("forkserver")
+    rules = GAMES.get(setup.game).rules.partition(":")[0]
+    engine = ENGINES.get(setup.engine).__module__
+    context.set_forkserver_preload([playing.__name__, rules, engine, *_NODES])
+    return context
+
+
+class GameProcess:
+    """A game that is being played.
+
+    Args:
+        server: what forks its process. setup: its match. seed: the seed in place of that of the match.
+        folder: for its journal and its logs. limit: the match time in s after which it is broken off.
+
+    Attributes:
+        answer: it can be read when the game has ended.
+    """
+
+    def __init__(self, server: ForkServerContext, setup: MatchSetup, seed: int, folder: Path, limit: float) -> None:
+        self.answer, theirs = server.Pipe(duplex=False)
+        content = msgspec.json.encode(structs.replace(setup, seed=seed))
+        self._process = server.Process(target=playing.main, args=(theirs, content, folder, limit), daemon=True)
+        with _main_hidden():
+            self._process.start()
+        theirs.close()
+
+    def result(self) -> Played:
+        """What came out of the game, once `answer` can be read. Its process is then gone."""
+        problem = ""
+        try:
+            # A strategy may have written to this pipe, too: what comes is checked, and nothing in it is run.
+            result = msgspec.json.decode(self.answer.recv_bytes(_LONGEST), type=Played)
+            # A thread that a strategy has left behind may keep the process from ending.
+            self._process.join(PATIENCE)
+        except EOFError:
+            self._process.join()
+            problem = f"the process of the game has ended with status {self._process.exitcode}"
+        except (OSError, msgspec.DecodeError) as error:
+            problem = f"the process of the game has not answered as a game does: {error}"
+        self._process.kill()
+        self._process.join()
+        self._close()
+        return Played(ended=FAILED, problem=problem) if problem else result
+
+    def kill(self) -> None:
+        """End the game now."""
+        self._process.kill()
+        self._process.join()
+        self._close()
+
+    def _close(self) -> None:
+        self.answer.close()
+        self._process.close()
+
+
+def ended(games: Sequence[GameProcess], timeout: float) -> list[GameProcess]:
+    """Wait at most `timeout` seconds for one of these games to end, and return those that have."""
+    ready: set[object] = set(wait([_connection(game) for game in games], timeout))
+    return [game for game in games if game.answer in ready]
+
+
+def _connection(game: GameProcess) -> Connection:
+    return game.answer
+
+
+@contextmanager
+def _main_hidden() -> Iterator[None]:
+    """Keep the process of a game from loading this process' main program, such as that of a worker of a cluster."""
+    main = vars(sys.modules["__main__"])
+    with _main_lock:
+        hidden: dict[str, object] = {name: main[name] for name in ("__file__", "__spec__") if name in main}
+        main.pop("__file__", None)
+        main["__spec__"] = None
+        try:
+            yield
+        finally:
+            main.update(hidden)

@@ -1,0 +1,108 @@
+"""A game of an evaluation, and what came out of it."""
+
+from collections.abc import Mapping
+
+from msgspec import Struct
+
+OVER = "game over"
+"""The game came to its end by its rules."""
+BROKEN_OFF = "broken off"
+"""The game reached the limit of match time. It counts as a draw."""
+FAILED = "failed"
+"""The game was given up, or its process died. It counts as a draw."""
+
+
+class Pairing(Struct, frozen=True, order=True):
+    """Two strategies that play against each other, by their labels. A strategy may play against itself."""
+
+    first: str
+    second: str
+
+    def __str__(self) -> str:
+        return f"{self.first} and {self.second}"
+
+
+class Game(Struct, frozen=True, kw_only=True):
+    """A game that is to be played.
+
+    Args:
+        pairing: the strategies.
+        number: the number of the game in this pairing, from 0. Games 2 n and 2 n + 1 are pair number n: they have the
+            same seed, and swapped sides.
+        seed: the seed of the match.
+        first_team, second_team: the teams that play by the first and by the second strategy.
+    """
+
+    pairing: Pairing
+    number: int
+    seed: int
+    first_team: str
+    second_team: str
+
+    @property
+    def pair(self) -> int:
+        """The number of the pair, from 0."""
+        return self.number // 2
+
+
+class Played(Struct, frozen=True, kw_only=True):
+    """What came out of a game.
+
+    Args:
+        ended: OVER, BROKEN_OFF or FAILED. problem: why it failed, in words; empty if it did not.
+        winner: the winning team, `draw` or `nobody`; None if the game did not come to its end.
+        score: the points of each team in the game's own count.
+        calls: how often each rule was called, by the team of the player that the call names first; the team is empty
+            for calls that name nobody.
+        match_time: the match time at the end, s. play_time: the time of play, s. None if the game failed.
+        disqualified: the players that were disqualified.
+        failures: what has failed in the code of players, in words.
+        wall_time: the real time that the game took, s.
+    """
+
+    ended: str
+    problem: str = ""
+    winner: str | None = None
+    score: dict[str, int] = {}
+    calls: dict[str, dict[str, int]] = {}
+    match_time: float | None = None
+    play_time: float | None = None
+    disqualified: list[str] = []
+    failures: list[str] = []
+    wall_time: float = 0.0
+
+
+class Row(Struct, frozen=True, kw_only=True):
+    """One line of the record: a game with what came out of it.
+
+    Args:
+        teams: the team of each player.
+    """
+
+    game: Game
+    played: Played
+    teams: dict[str, str]
+
+    @property
+    def points(self) -> float:
+        """The points of the first strategy: 1 for a win, 0 for a loss, and 0.5 for everything else."""
+        return {self.game.first_team: 1.0, self.game.second_team: 0.0}.get(self.played.winner or "", 0.5)
+
+    @property
+    def winner(self) -> str | None:
+        """The label of the strategy that has won; None if none has."""
+        return self.label(self.played.winner or "")
+
+    def label(self, team: str) -> str | None:
+        """The label of the strategy that a team played by; None if there is no such team."""
+        game = self.game
+        return {game.first_team: game.pairing.first, game.second_team: game.pairing.second}.get(team)
+
+    def calls(self, rule: str, team: str) -> int:
+        """How often a rule was called on players of a team."""
+        counts: Mapping[str, int] = self.played.calls.get(rule, {})
+        return counts.get(team, 0)
+
+    def total(self, rule: str) -> int:
+        """How often a rule was called."""
+        return sum(self.played.calls.get(rule, {}).values())

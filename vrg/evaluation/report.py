@@ -1,0 +1,175 @@
+"""What the games of one pairing have shown, in words and as tables of texts."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from vrg.evaluation.games import BROKEN_OFF, FAILED, Pairing, Row
+from vrg.evaluation.series import Series, Standing
+
+Table = list[list[str]]
+"""Rows of cells; the first row is the head."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What the games of one pairing have shown.
+
+    Args:
+        pairing: the strategies.
+        standing: the share of the first one after the last pair that counts; None if there is no such pair.
+        most: the number of games after which the series ends in every case.
+        over: whether the series is over.
+    """
+
+    pairing: Pairing
+    standing: Standing | None
+    most: int
+    over: bool
+
+    @classmethod
+    def of(cls, pairing: Pairing, series: Series) -> "Finding":
+        """The finding of a series."""
+        return cls(pairing, series.standings[-1] if series.standings else None, 2 * series.pairs, series.over)
+
+    def sentence(self, confidence: float) -> str:
+        """What was found, in one sentence."""
+        first, second = self.pairing.first, self.pairing.second
+        now = self.standing
+        if now is None:
+            return f"nothing is known about {self.pairing}: no pair of games was finished"
+        low, high = now.low, now.high
+        share, better, worse = now.share, first, second
+        if now.decided and now.high < 0.5:
+            share, better, worse, low, high = 1.0 - share, second, first, 1.0 - high, 1.0 - low
+        numbers = f"{percent(share)} of {now.games} games, {100 * confidence:g} % interval {between(low, high)}"
+        if now.decided:
+            return f"{better} beats {worse}: {numbers}"
+        yet = "" if self.over else f" yet (the comparison was to have up to {self.most} games)"
+        return f"no difference was found between {self.pairing}{yet}: {first} has {numbers}"
+
+
+def percent(share: float) -> str:
+    """A share as people read it, such as `64 %`."""
+    return f"{100 * share:.0f} %"
+
+
+def between(low: float, high: float) -> str:
+    """An interval of shares, such as `57 to 70 %`. An end that is not one half is not written as if it were."""
+    ends = [f"{100 * end:.0f}" for end in (low, high)]
+    if ends[0] == "50" and low > 0.5:
+        ends[0] = "over 50"
+    if ends[1] == "50" and high < 0.5:
+        ends[1] = "under 50"
+    return f"{' to '.join(ends)} %"
+
+
+def sides(rows: Sequence[Row], teams: tuple[str, str]) -> Table:
+    """Who has won in which role: a row for each way to give the teams to the strategies.
+
+    The columns with the names of the teams tell who played them.
+    """
+    if not rows:
+        return []
+    pairing = rows[0].game.pairing
+    table = [[*teams, "games", f"{pairing.first} wins", "draws", f"{pairing.second} wins", "mean score"]]
+    for team in teams:
+        of_side = [row for row in rows if row.game.first_team == team]
+        if of_side:
+            players = [of_side[0].label(team) or "" for team in teams]
+            wins = [str(sum(row.points == points for row in of_side)) for points in (1.0, 0.5, 0.0)]
+            scores = [mean([row.played.score[t] for row in of_side if t in row.played.score]) for t in teams]
+            table.append([*players, str(len(of_side)), *wins, " : ".join(scores)])
+    return table
+
+
+def calls(rows: Sequence[Row]) -> Table:
+    """How often each rule was called in a game, and how often on a player of which strategy."""
+    if not rows:
+        return []
+    pairing = rows[0].game.pairing
+    table = [["calls in a game", "all", f"on {pairing.first}", f"on {pairing.second}"]]
+    for rule in rules(rows):
+        on_first = mean([row.calls(rule, row.game.first_team) for row in rows])
+        on_second = mean([row.calls(rule, row.game.second_team) for row in rows])
+        table.append([rule, mean([row.total(rule) for row in rows]), on_first, on_second])
+    return table
+
+
+def rules(rows: Iterable[Row]) -> list[str]:
+    """All rules that were called, sorted."""
+    return sorted({rule for row in rows for rule in row.played.calls})
+
+
+def mean(values: Sequence[float]) -> str:
+    """The mean of numbers as a text; a dash if there is none."""
+    return f"{sum(values) / len(values):.2f}" if values else "-"
+
+
+def irregular(rows: Sequence[Row]) -> list[str]:
+    """What was not as it should be in these games, in words: a line for each kind, with its games."""
+    found = []
+    for ended, what in ((BROKEN_OFF, "reached the limit of match time"), (FAILED, "ended abnormally")):
+        games = [row for row in rows if row.played.ended == ended]
+        if games:
+            why = f" ({games[0].played.problem})" if games[0].played.problem else ""
+            found.append(f"{_games(len(games))} {what} and {_counts(len(games))}: {_named(games)}{why}")
+    for label in dict.fromkeys(label for row in rows for label in (row.game.pairing.first, row.game.pairing.second)):
+        out = [row for row in rows if any(row.label(row.teams.get(n, "")) == label for n in row.played.disqualified)]
+        if out:
+            found.append(f"a player of {label} was disqualified in {_games(len(out))}: {_named(out)}")
+    failing = [row for row in rows if row.played.failures]
+    if failing:
+        first = failing[0].played.failures[0]
+        found.append(f"a strategy failed in {_games(len(failing))}: {_named(failing)} (such as {first})")
+    return found
+
+
+def _games(number: int) -> str:
+    return "1 game" if number == 1 else f"{number} games"
+
+
+def _counts(number: int) -> str:
+    return "counts as a draw" if number == 1 else "count as draws"
+
+
+def _named(rows: Sequence[Row]) -> str:
+    """Games by what plays them again."""
+    words = [
+        f"seed {game.seed} ({game.pairing.first} as {game.first_team}, {game.pairing.second} as {game.second_team})"
+        for game in (row.game for row in rows[:3])
+    ]
+    return ", ".join(words) + (f" and {len(rows) - 3} more" if len(rows) > 3 else "")
+
+
+def markdown(table: Table) -> str:
+    """A table as Markdown."""
+    if not table:
+        return ""
+    head, *body = table
+    lines = [head, ["---", *("---:" for _ in head[1:])], *body]
+    return "\n".join(f"| {' | '.join(cell.replace('|', '/') for cell in line)} |" for line in lines) + "\n"
+
+
+def scores(rows: Sequence[Row], teams: Sequence[str], words: Mapping[str, str]) -> dict[str, dict[str, list[float]]]:
+    """For each team, under the words for its score, the scores that each strategy reached as this team.
+
+    Args:
+        words: what the points of a team count, by team.
+    """
+    found: dict[str, dict[str, list[float]]] = {}
+    for team in teams:
+        of_team = found.setdefault(f"score of {team} ({words[team]})" if team in words else f"score of {team}", {})
+        for row in rows:
+            if team in row.played.score:
+                of_team.setdefault(row.label(team) or "", []).append(row.played.score[team])
+    return found
+
+
+def times(rows: Sequence[Row]) -> dict[str, list[float]]:
+    """The time of play of the games in s, by who played which team."""
+    found: dict[str, list[float]] = {}
+    for row in sorted(rows, key=lambda row: row.game.number % 2):
+        if row.played.play_time is not None:
+            name = f"{row.game.pairing.first} as {row.game.first_team}"
+            found.setdefault(name, []).append(row.played.play_time)
+    return found

@@ -1,0 +1,97 @@
+"""An experiment as it runs: games are started, recorded and counted until every series is over."""
+
+from collections.abc import Callable, Mapping
+
+from vrg.bus.stopping import StopSignal
+from vrg.config.setup import MatchSetup
+from vrg.evaluation.backend import Backend
+from vrg.evaluation.cluster import Cluster, ClusterWorkers
+from vrg.evaluation.folder import ExperimentFolder
+from vrg.evaluation.games import Game, Pairing, Played, Row
+from vrg.evaluation.series import Series
+from vrg.evaluation.workers import Workers
+
+_LOOK = 0.1
+"""The real time in s between two looks at whether to stop."""
+
+
+class Experiment:
+    """All series of an experiment, one for each pairing.
+
+    Args:
+        folder: the open folder of the experiment. The games in it count.
+        setup: the match as its user has written it.
+        series: the series of each pairing, without games.
+    """
+
+    def __init__(self, folder: ExperimentFolder, setup: MatchSetup, series: Mapping[Pairing, Series]) -> None:
+        self.folder = folder
+        self.series = dict(series)
+        self._setups: dict[tuple[Pairing, str], MatchSetup] = {}
+        for pairing in self.series:
+            for number in (0, 1):
+                game = folder.definition.game_of(pairing, number)
+                self._setups[pairing, game.first_team] = folder.write_match(setup, game)
+        for row in folder.rows:
+            if row.game.pairing in self.series:
+                self.series[row.game.pairing].add(row.game.number, row.points)
+
+    @property
+    def over(self) -> bool:
+        """Whether no more game is needed."""
+        return all(series.over for series in self.series.values())
+
+    def run(self, jobs: int, stop: StopSignal, told: Callable[[Row], None], cluster: Cluster | None = None) -> None:
+        """Play until every series is over, or until `stop` is set.
+
+        Args:
+            jobs: the number of games that are played at a time.
+            told: called with each game that was played.
+            cluster: where the games are played; None means in processes of this computer. It is closed.
+
+        Raises:
+            LaunchError: a game cannot be recorded, or no game can be played any more.
+        """
+        if self.over:
+            return
+        some = next(iter(self._setups.values()))
+        backend = Workers(jobs, self.folder, some) if cluster is None else ClusterWorkers(jobs, self.folder, cluster)
+        with backend as workers:
+            while not stop.is_set():
+                self._fill(workers)
+                if not workers.busy:
+                    return
+                for game, played in workers.finished(_LOOK):
+                    row = self._row(game, played)
+                    self.folder.append(row)
+                    self.series[game.pairing].add(game.number, row.points)
+                    told(row)
+                for game in workers.games():
+                    if self.series[game.pairing].over:
+                        workers.cancel(game)
+
+    def rows(self) -> list[Row]:
+        """The games that count: round by round, one pair of games of each pairing after the other."""
+        order = {pairing: number for number, pairing in enumerate(self.series)}
+        counting = [
+            row
+            for row in self.folder.rows
+            if row.game.pairing in order and row.game.number < self.series[row.game.pairing].counted
+        ]
+        return sorted(counting, key=lambda row: (row.game.pair, order[row.game.pairing], row.game.number))
+
+    def _fill(self, workers: Backend) -> None:
+        """Start games. All pairings go on at the same pace."""
+        for _ in range(workers.free):
+            waiting = [(series.upcoming, pairing) for pairing, series in self.series.items()]
+            games = [(number, pairing) for number, pairing in waiting if number is not None]
+            if not games:
+                return
+            number, pairing = min(games, key=lambda game: game[0])
+            game = self.folder.definition.game_of(pairing, number)
+            self.series[pairing].begin()
+            workers.start(game, self._setups[pairing, game.first_team], self.folder.definition.limit)
+
+    def _row(self, game: Game, played: Played) -> Row:
+        setup = self._setups[game.pairing, game.first_team]
+        return Row(game=game, played=played, teams={player.name: player.team for player in setup.players})
