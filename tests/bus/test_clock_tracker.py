@@ -1,0 +1,79 @@
+import random
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vrg.bus.clock_tracker import INTERVAL, KEPT, LEAST, ClockTracker
+
+TICK = 0.02
+
+
+def arrivals(*, rate: float, drift: float, delay: float, jitter: float, seconds: float, seed: int = 1) -> ClockTracker:
+    """A tracker that has heard a clock over a link, by a clock that runs faster by `drift`."""
+    tracker, chance = ClockTracker(), random.Random(seed)
+    for tick in range(int(seconds * rate / TICK)):
+        match_time = tick * TICK
+        real = match_time / rate + delay + chance.random() * jitter
+        tracker.heard(match_time, rate, 5000.0 + real * (1.0 + drift))
+    return tracker
+
+
+def test_nothing_is_known_before_the_first_message() -> None:
+    assert ClockTracker().estimate() is None
+
+
+@given(
+    drift=st.floats(-2e-4, 2e-4),
+    rate=st.sampled_from([0.5, 1.0, 2.0]),
+    delay=st.floats(0.0, 0.3),
+    seed=st.integers(0, 9),
+)
+def test_the_drift_is_found_through_the_jitter_of_a_link(drift: float, rate: float, delay: float, seed: int) -> None:
+    tracker = arrivals(rate=rate, drift=drift, delay=delay, jitter=0.004, seconds=(KEPT + 2) * INTERVAL, seed=seed)
+    estimate = tracker.estimate()
+    assert estimate is not None
+    assert estimate.drift == pytest.approx(drift, abs=4e-5)
+
+
+def test_a_drift_is_not_guessed_from_too_little() -> None:
+    few = arrivals(rate=1.0, drift=1e-4, delay=0.0, jitter=0.0, seconds=(LEAST - 1) * INTERVAL).estimate()
+    assert few is not None
+    assert few.drift is None
+
+
+def test_a_message_is_late_by_how_much_longer_it_took_than_the_fastest() -> None:
+    tracker = arrivals(rate=1.0, drift=0.0, delay=0.01, jitter=0.0, seconds=5.0)
+    tracker.estimate()
+    tracker.heard(5.0, 1.0, 5005.01 + 0.2)
+    tracker.heard(5.02, 1.0, 5005.03 + 0.1)
+    estimate = tracker.estimate()
+    assert estimate is not None
+    assert estimate.late == pytest.approx(0.15, abs=1e-6)
+    assert tracker.estimate() is None, "nothing has come since"
+
+
+def test_a_longer_way_is_forgotten_when_it_has_lasted() -> None:
+    tracker = arrivals(rate=1.0, drift=0.0, delay=0.01, jitter=0.0, seconds=5.0)
+    for tick in range(int(3 * INTERVAL / TICK)):
+        tracker.estimate()
+        tracker.heard(5.0 + tick * TICK, 1.0, 5005.0 + tick * TICK + 0.11)
+    estimate = tracker.estimate()
+    assert estimate is not None
+    assert estimate.late == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize(("match_time", "rate"), [(1.0, 1.0), (5.1, 2.0)], ids=["back in time", "another pace"])
+def test_a_restarted_world_makes_nobody_late(match_time: float, rate: float) -> None:
+    tracker = arrivals(rate=1.0, drift=0.0, delay=0.01, jitter=0.0, seconds=5.0)
+    tracker.heard(match_time, rate, 5009.0)
+    estimate = tracker.estimate()
+    assert estimate is not None
+    assert estimate.late == 0.0
+    assert estimate.drift is None
+
+
+def test_without_a_pace_there_is_nothing_to_compare_with() -> None:
+    tracker = ClockTracker()
+    tracker.heard(1.0, 0.0, 5000.0)
+    assert tracker.estimate() is None

@@ -1,0 +1,208 @@
+"""Where a match file places its processes."""
+
+from pathlib import Path
+
+import pytest
+
+from vrg.bus.names import NAME_RULE
+from vrg.config.loading import load_match
+from vrg.config.setup import MatchSetup
+from vrg.errors import ConfigError
+from vrg.launch.specs import placed, specs
+
+MATCH = """
+name = "machines"
+game = "sharks-and-minnows"
+map = "open"
+engine = "planar"
+[rules]
+x = [-5.0, 5.0]
+y = [-8.0, 8.0]
+passes = 1
+{more}
+[[players]]
+name = "ann"
+role = "shark"
+x = 0.0
+y = -7.0
+{ann}
+[[players]]
+name = "bob"
+role = "minnow"
+x = 0.0
+y = 7.0
+{bob}
+"""
+MACHINES = '[machines.lab2]\nhost = "robot@lab2.local"\n[machines.lab3]\nhost = "lab3"\nvrg = "~/vrg/.venv/bin/vrg"\n'
+EMULATED = """
+[backends.can]
+interface = "virtual"
+channel = "bus"
+emulate = true
+[backends.can.robots.ann]
+left = [0]
+right = [1]
+ratio = 50.0
+[backends.can.robots.bob]
+left = [2]
+right = [3]
+ratio = 50.0
+"""
+
+
+def load(folder: Path, more: str = "", ann: str = "", bob: str = "") -> MatchSetup:
+    path = folder / "match.toml"
+    path.write_text(MATCH.format(more=more, ann=ann, bob=bob))
+    return load_match(path)
+
+
+def problems(folder: Path, more: str = "", ann: str = "", bob: str = "") -> str:
+    with pytest.raises(ConfigError) as error:
+        load(folder, more, ann, bob)
+    return str(error.value)
+
+
+def test_without_machines_all_run_here(tmp_path: Path) -> None:
+    setup = load(tmp_path)
+    assert setup.hosts == {}
+    assert set(placed(setup, window=True, record=True).values()) == {"here"}
+
+
+def test_each_process_runs_on_the_machine_that_is_named(tmp_path: Path) -> None:
+    setup = load(tmp_path, MACHINES + '[place]\nworld = "lab2"\nrouter = "lab3"\n', bob='machine = "lab3"')
+    assert placed(setup, window=False, record=True) == {
+        "router": "lab3", "world": "lab2", "referee": "here", "recorder": "here", "ann": "here", "bob": "lab3",
+    }  # fmt: skip
+    names = {
+        machine: [spec.name for spec in specs(setup, tmp_path, "tcp/h:1", window=False, record=True, machine=machine)]
+        for machine in ("here", "lab2", "lab3")
+    }
+    assert names == {"here": ["referee", "recorder", "ann"], "lab2": ["world"], "lab3": ["router", "bob"]}
+    assert setup.hosts["lab3"].vrg == "~/vrg/.venv/bin/vrg"
+
+
+def test_a_machine_on_which_nothing_runs_is_not_used(tmp_path: Path) -> None:
+    assert list(load(tmp_path, MACHINES, bob='machine = "lab3"').hosts) == ["lab3"]
+
+
+def test_the_same_match_can_be_played_on_one_machine(tmp_path: Path) -> None:
+    setup = load(tmp_path, MACHINES, bob='machine = "lab3"').all_here()
+    assert setup.hosts == {}
+    assert set(placed(setup, window=False, record=False).values()) == {"here"}
+
+
+def test_drives_are_emulated_where_their_players_run(tmp_path: Path) -> None:
+    can = 'backend = "can"\n'
+    setup = load(tmp_path, MACHINES + EMULATED, ann=can, bob=can + 'machine = "lab2"')
+    assert setup.place == {"bob": "lab2", "drives-lab2": "lab2"}
+    assert [companion.name for companion in setup.companions] == ["drives", "drives-lab2"]
+    together = load(tmp_path, MACHINES + EMULATED, ann=can, bob=can)
+    assert [companion.name for companion in together.companions] == ["drives"]
+    assert together.place == {}
+
+
+def test_drives_may_be_placed_elsewhere(tmp_path: Path) -> None:
+    can = 'backend = "can"\n'
+    setup = load(tmp_path, MACHINES + EMULATED + '[place]\ndrives = "lab3"\n', ann=can, bob=can)
+    assert setup.place == {"drives": "lab3"}
+
+
+def test_the_launchers_own_machine_may_have_an_address(tmp_path: Path) -> None:
+    setup = load(tmp_path, MACHINES + '[machines.here]\naddress = "192.168.1.5"\n', bob='machine = "lab2"')
+    assert setup.machines["here"].address == "192.168.1.5"
+    assert list(setup.hosts) == ["lab2"]
+
+
+def test_all_mistakes_are_told_at_once_with_their_lines(tmp_path: Path) -> None:
+    more = '[machines.lab2]\naddress = "x"\n[machines.here]\nhost = "me"\n'
+    more += '[place]\nwrold = "lab2"\nreferee = "lab9"\nbob = "lab2"\n'
+    told = problems(tmp_path, more, bob='machine = "lab1"')
+    for line, words in (
+        (10, "expected a host for ssh, such as robot@lab2.local, found none"),
+        (13, "this is the machine where the match is launched"),
+        (15, "got 'wrold', did you mean 'world'?"),
+        (16, "expected one of here, lab2, got 'lab9', did you mean 'lab2'?"),
+        (17, "write `machine = 'lab2'` into the table of the player bob"),
+        (30, "expected one of here, lab2, got 'lab1', did you mean 'lab2'?"),
+    ):
+        assert any(f":{line}: " in each and words in each for each in told.splitlines()), f"{line} {words}\n{told}"
+
+
+@pytest.mark.parametrize("address", ["two words", "10.0.0.5:7447", "a..b"])
+def test_an_address_that_no_certificate_can_name_is_told_when_the_file_is_read(tmp_path: Path, address: str) -> None:
+    told = problems(tmp_path, f'[machines.here]\naddress = "{address}"\n')
+    assert f"expected a host name or an IP address such as 192.168.1.5, got {address!r}" in told
+
+
+def test_an_address_of_ipv6_may_have_brackets(tmp_path: Path) -> None:
+    setup = load(tmp_path, MACHINES + '[machines.here]\naddress = "[2001:db8::1]"\n', bob='machine = "lab2"')
+    assert setup.machines["here"].address == "2001:db8::1"
+
+
+@pytest.mark.parametrize("name", ["../../evil", "lab 2", "a/b", "*"])
+def test_a_machine_has_a_name_that_can_be_a_part_of_a_key_and_of_a_file(tmp_path: Path, name: str) -> None:
+    told = problems(tmp_path, f'[machines."{name}"]\nhost = "lab2"\n')
+    assert f"{NAME_RULE}, got {name!r}" in told
+
+
+@pytest.mark.parametrize(
+    "table",
+    ['host = "-oProxyCommand=x"', 'host = "a b"', 'host = "lab2"\nvrg = "vrg; rm x"', 'host = "lab2"\nuser = "root"'],
+)
+def test_what_could_be_an_option_or_another_command_is_refused(tmp_path: Path, table: str) -> None:
+    assert "machines.lab2" in problems(tmp_path, f"[machines.lab2]\n{table}\n")
+
+
+SITES = '[machines.lab2]\nhost = "lab2"\nrouter = true\n[machines.lab3]\nhost = "lab3"\nvia = "lab2"\n'
+
+
+def test_a_site_may_have_a_router_of_its_own(tmp_path: Path) -> None:
+    setup = load(tmp_path, SITES, bob='machine = "lab3"')
+    assert [setup.router_at(name) for name in ("here", "lab2", "lab3")] == ["here", "lab2", "lab2"]
+    assert placed(setup, window=False, record=False)["router-lab2"] == "lab2"
+    (router,) = specs(setup, tmp_path, "tcp/own:1", window=False, record=False, machine="lab2", upstream="tcp/main:1")
+    assert router.is_router
+    assert router.arguments == ("router", "tcp/own:1", str(tmp_path.resolve()), "--upstream=tcp/main:1")
+
+
+def test_a_machine_with_the_router_of_the_match_needs_no_further_one(tmp_path: Path) -> None:
+    setup = load(tmp_path, SITES + '[place]\nrouter = "lab2"\n', bob='machine = "lab3"')
+    assert {setup.router_at(name) for name in ("here", "lab2", "lab3")} == {"lab2"}
+    assert "router-lab2" not in placed(setup, window=False, record=False)
+
+
+@pytest.mark.parametrize(
+    ("tables", "told"),
+    [
+        (SITES.replace('via = "lab2"', 'via = "lab9"'), "expected a machine with `router = true` (lab2), got 'lab9'"),
+        (SITES.replace("router = true\n", ""), "expected a machine with `router = true` (there is none), got 'lab2'"),
+        (SITES + "[machines.here]\nrouter = true\n", "a further router is on another machine"),
+        (
+            SITES + '[machines.lab4]\nhost = "lab4"\nrouter = true\nvia = "lab2"\n',
+            "a machine with a router of its own uses that",
+        ),
+    ],
+)
+def test_routers_that_make_no_sense_are_refused(tmp_path: Path, tables: str, told: str) -> None:
+    assert told in problems(tmp_path, tables, bob='machine = "lab3"')
+
+
+def test_the_match_of_the_laboratory_can_be_played() -> None:
+    setup = load_match(Path(__file__).parents[1] / "deploy" / "lab.toml")
+    where = placed(setup, window=True, record=True)
+    assert {where[name] for name in ("router", "world", "referee", "spectator")} == {"here"}
+    assert (where["red1"], where["blue2"], where["drives"], where["drives-blue"]) == ("red", "blue", "red", "blue")
+    assert setup.seats
+
+
+@pytest.mark.parametrize("name", ["router-lab2", "drives-2", "host-lab2"])
+def test_a_player_has_no_name_of_another_process_or_log(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "match.toml"
+    path.write_text(MATCH.format(more="", ann="", bob="").replace('"ann"', f'"{name}"'))
+    with pytest.raises(ConfigError, match="is the name of another process of a match"):
+        load_match(path)
+
+
+def test_the_machine_of_the_matchs_router_uses_no_other(tmp_path: Path) -> None:
+    tables = SITES + '[machines.here]\nvia = "lab2"\n'
+    assert "the router of the match runs there" in problems(tmp_path, tables, bob='machine = "lab3"')

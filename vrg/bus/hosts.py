@@ -1,0 +1,33 @@
+"""Host names and IP addresses, as people write them, as certificates have them, and as endpoints have them."""
+
+import ipaddress
+
+_LONGEST = 253
+"""The number of characters of the longest host name (RFC 1035)."""
+
+
+def is_host(text: str) -> bool:
+    """Whether a text is an IP address without brackets, or a host name. Names may have underscores, as some do."""
+    try:
+        ipaddress.ip_address(text)
+    except ValueError:
+        bare = text.replace("-", "").replace("_", "")
+        return len(text) <= _LONGEST and text.isascii() and all(label.isalnum() for label in bare.split("."))
+    return "%" not in text
+
+
+def check_host(text: str) -> str:
+    """Return a host name or an IP address; one of IPv6 without the brackets that people write around it.
+
+    Raises:
+        ValueError: it is neither.
+    """
+    host = text[1:-1] if text.startswith("[") and text.endswith("]") and ":" in text else text
+    if not is_host(host):
+        raise ValueError(f"expected a host name or an IP address such as 192.168.1.5, got {text!r}")
+    return host
+
+
+def in_endpoint(host: str) -> str:
+    """A host as it stands in an endpoint: an address of IPv6 has brackets."""
+    return f"[{host}]" if ":" in host else host

@@ -1,0 +1,39 @@
+"""What `vrg play --dry-run` prints: which process of a match would run where, and what would travel there."""
+
+from pathlib import Path
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from vrg.config.setup import HERE, MatchSetup
+from vrg.launch.keeping import files_of
+from vrg.launch.specs import placed
+
+
+def print_plan(setup: MatchSetup, console: Console, *, window: bool, record: bool) -> None:
+    """Print it.
+
+    Args:
+        window: True if the spectator would be opened. record: True if the recorder would run.
+    """
+    where = placed(setup, window=window, record=record)
+    players = {player.name: player for player in setup.players}
+    grid = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
+    for name in ("machine", "host", "process", "what it runs"):
+        grid.add_column(name)
+    for machine in (HERE, *setup.hosts):
+        host = setup.hosts[machine].host if machine in setup.hosts else "this machine"
+        first = True
+        for process in (name for name, placed_at in where.items() if placed_at == machine):
+            player = players.get(process)
+            what = "" if player is None else f"{player.role}, {player.backend}, {player.strategy}"
+            shown = (machine, host) if first else ("", "")
+            grid.add_row(*map(escape, (*shown, process, what)))
+            first = False
+    console.print(f"{setup.name}: nothing is started", soft_wrap=True)
+    console.print(grid)
+    if setup.hosts:
+        copies = files_of(setup).copies
+        files = ", ".join(["match.toml", *(Path(place).as_posix() for place in copies)])
+        console.print(f"travels to {', '.join(setup.hosts)}: {files}", soft_wrap=True)

@@ -1,0 +1,44 @@
+"""Endpoints at which a router can be started."""
+
+import contextlib
+import socket
+
+from vrg.bus.session import DEFAULT_ENDPOINT
+
+
+def host_of(endpoint: str) -> str:
+    """The address or name of the machine of an endpoint, such as `10.0.0.1` of `tcp/10.0.0.1:7447`."""
+    return endpoint.partition("/")[2].rpartition(":")[0].strip("[]")
+
+
+def port_of(endpoint: str) -> str:
+    """The port of an endpoint, such as `7447` of `tcp/10.0.0.1:7447`."""
+    return endpoint.rpartition(":")[2].split("?")[0].split("#")[0]
+
+
+def free_endpoint(host: str | None = None, *, secure: bool = False) -> str:
+    """An endpoint with the default port, or with a free one if another program has that.
+
+    Args:
+        host: the address or name of this machine at which others reach it. The default is that of DEFAULT_ENDPOINT,
+            which only processes of this machine reach.
+        secure: True for an endpoint of a match with seats.
+
+    Raises:
+        OSError: there is no free port, or this machine has no such address.
+    """
+    own, port = DEFAULT_ENDPOINT.removeprefix("tcp/").split(":")
+    wanted = own if host is None else host.strip("[]")
+    problem: OSError | None = None
+    for candidate in (int(port), 0):
+        for family, kind, protocol, _, address in socket.getaddrinfo(wanted, candidate, type=socket.SOCK_STREAM):
+            with contextlib.suppress(OSError), socket.socket(family, kind, protocol) as probe:
+                probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+                try:
+                    probe.bind(address)
+                except OSError as error:
+                    problem = error
+                    continue
+                name = f"[{wanted}]" if ":" in wanted else wanted
+                return f"{'tls' if secure else 'tcp'}/{name}:{probe.getsockname()[1]}"
+    raise OSError(f"no free port at {wanted}: {problem}")

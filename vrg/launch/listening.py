@@ -1,0 +1,235 @@
+"""What the launcher hears on the bus of a match, for its log of events: match time, and the age of each link's news."""
+
+import math
+import time
+from collections import deque
+from dataclasses import dataclass
+
+from vrg.bus.codec import decode, header
+from vrg.bus.messages import Call, Clock, Estop, EstopRelease, MeasuredPose, at_rest
+from vrg.bus.session import Session
+from vrg.bus.topics import Keys, Qos, name_in
+from vrg.errors import MessageError
+from vrg.launch.events import Event, EventLog, Link, What
+from vrg.recording.stops import HOLD
+
+REFEREE, WORLD = "referee", "world"
+"""The names of the links of the referee's states and of the world's clock."""
+STANDS = 0.1
+"""The real time in s without a clock after which the poses of physical robots are logged: match time stands."""
+
+
+LONGEST = 10.0
+"""The real time in s without a clock after which they are not logged any more."""
+SAMPLE = 0.01
+"""The least real time in s between two poses of a robot in the log."""
+SETTLED = HOLD + 0.001
+"""The real time in s for which a robot is at rest in the log before it stands; the log rounds times."""
+
+
+@dataclass
+class _Heard:
+    """What has come over one link; `at` is monotonic time, and `time` the newest stamp, both in s."""
+
+    at: float
+    time: float = 0.0
+    sequence: int = -1
+    arrived: int = 0
+    lost: int = 0
+    longest: float = 0.0
+
+    def take(self, at: float, sequence: int, stamp: float) -> None:
+        if sequence > self.sequence >= 0:
+            self.lost += sequence - self.sequence - 1
+            self.longest = max(self.longest, at - self.at)
+        self.at, self.time, self.sequence = at, stamp, sequence
+        self.arrived += 1
+
+    def link(self, at: float) -> Link:
+        age = round(max(0.0, at - self.at), 4)
+        return Link(age, self.time, self.arrived, self.lost, round(self.longest, 4))
+
+
+@dataclass
+class _Clock:
+    """The match time that was heard last, s, when, by monotonic time, and whether the world had latched the stop."""
+
+    time: float | None = None
+    at: float = 0.0
+    estop: bool = False
+
+
+@dataclass
+class _Rolling:
+    """What has been logged of a physical robot while match time stands: when, and since when it has been at rest."""
+
+    logged: float = -math.inf
+    rests_since: float | None = None
+    stands: bool = False
+
+    @property
+    def undecided(self) -> bool:
+        """Whether it is at rest, but not for so long yet that it stands."""
+        return self.rests_since is not None and not self.stands
+
+    def take(self, at: float, rests: bool) -> bool:
+        """Take in that it is measured at a monotonic time, s; return whether that belongs into the log."""
+        if at - self.logged < SAMPLE or (rests and self.stands):
+            return False
+        self.logged = at
+        if not rests:
+            self.rests_since = None
+        elif self.rests_since is None:
+            self.rests_since = at
+        self.stands = self.rests_since is not None and at - self.rests_since >= SETTLED
+        return True
+
+
+class Listening:
+    """See the module. Threads of zenoh's take messages in, with the time of their arrival; `look` works on them.
+
+    Args:
+        keys: the keys of the match. log: where events are written.
+    """
+
+    def __init__(self, keys: Keys, log: EventLog) -> None:
+        self._keys = keys
+        self._log = log
+        self._arrivals: deque[tuple[str, str, bytes, float]] = deque()
+        self._clock = _Clock()
+        self._links: dict[str, _Heard] = {}
+        self._rolling: dict[str, _Rolling] = {}
+        self._waiting: list[tuple[What, str]] = []
+        self._engaged = False
+        self._ignored = 0
+
+    def attach(self, session: Session) -> None:
+        """Listen on a session from now on."""
+        keys = self._keys
+        topics = {
+            "clock": keys.clock, "state": keys.referee_state, "pose": keys.robot_pose(), "report": keys.report(),
+            "estop": keys.estop, "release": keys.estop_release, "call": keys.referee_event,
+        }  # fmt: skip
+        # All in one queue, so that each message has its own time and its place among the others.
+        for kind, topic in topics.items():
+            session.watch_raw(topic.key, _Arrival(kind, self._arrivals), history=topic.qos is Qos.STATE)
+
+    def look(self) -> None:
+        """Take in what has arrived, and log what belongs into the log."""
+        self._hear_until(math.inf)
+
+    def note_at_next_clock(self, what: What, process: str) -> None:
+        """Log an event as soon as the world's clock is heard again, so that its match time is known."""
+        self._waiting.append((what, process))
+
+    def note(
+        self,
+        what: What,
+        process: str | None = None,
+        text: str = "",
+        *,
+        status: int | None = None,
+    ) -> None:
+        """Log an event that happens now, with the match time and what was heard of each link until then."""
+        now = time.monotonic()
+        self._hear_until(now)
+        self._write(now, what, process, text, status=status)
+
+    def _write(
+        self,
+        at: float,
+        what: What,
+        process: str | None = None,
+        text: str = "",
+        *,
+        status: int | None = None,
+        number: int | None = None,
+    ) -> None:
+        links = {name: heard.link(at) for name, heard in sorted(self._links.items())}
+        event = Event(
+            what=what, process=process, monotonic=round(at, 4), time=self._clock.time, text=text, status=status,
+            number=number, links=links,
+        )  # fmt: skip
+        self._log.write(event)
+
+    def _hear_until(self, at: float) -> None:
+        """Take in what arrived before a monotonic time, s."""
+        while self._arrivals and self._arrivals[0][3] <= at:
+            self._hear(*self._arrivals.popleft())
+
+    def _hear(self, kind: str, key: str, payload: bytes, at: float) -> None:
+        try:
+            sequence, stamp = header(payload, key)
+            if kind == "clock":
+                self._ticked(stamp, decode(payload, Clock, key).body, at)
+            elif kind == "pose":
+                self._measured(name_in(key), decode(payload, MeasuredPose, key).body, at)
+            elif kind == "estop":
+                self._ordered(decode(payload, Estop, key).body, at)
+            elif kind == "release":
+                self._ordered(decode(payload, EstopRelease, key).body, at)
+            elif kind == "call":
+                self._called(decode(payload, Call, key).body, at)
+        except MessageError:
+            return
+        if kind not in ("clock", "state", "report"):
+            return
+        name = {"clock": WORLD, "state": REFEREE}.get(kind) or name_in(key)
+        self._links.setdefault(name, _Heard(at)).take(at, sequence, stamp)
+
+    def _ticked(self, stamp: float, clock: Clock, at: float) -> None:
+        before, self._clock = self._clock, _Clock(stamp, at, clock.estop)
+        if before.estop and not clock.estop:
+            self._engaged = False  # even if the order that released it was not heard
+        if before.time is not None and stamp < before.time:
+            self._write(at, What.STEPPED_BACK, WORLD, f"from {before.time:.2f} s to {stamp:.2f} s of match time")
+        waiting, self._waiting = self._waiting, []
+        for what, process in waiting:
+            self._write(at, what, process)
+
+    def _ordered(self, order: Estop | EstopRelease, at: float) -> None:
+        """Log an order of the emergency stop that changes something. Every seat may give any number of others."""
+        engages = isinstance(order, Estop)
+        if engages == self._engaged:
+            self._ignored += engages
+            return
+        self._engaged = engages
+        text = f"by {order.by}{f': {order.reason}' if order.reason else ''}"
+        if self._ignored:
+            text += f" ({self._ignored} more orders to engage it changed nothing)"
+            self._ignored = 0
+        self._write(at, What.ESTOP if engages else What.RELEASE, text=text)
+
+    def _called(self, call: Call, at: float) -> None:
+        if call.rule == "halt":
+            self._write(at, What.HALT, text=call.text, number=call.number)
+
+    def _measured(self, robot: str, measured: MeasuredPose, at: float) -> None:
+        """Log where a physical robot is measured while match time stands, but not while it goes on standing.
+
+        When match time goes on it is still logged until it is known whether its last rest was more than a moment.
+        """
+        timeless = self._clock.time is not None and STANDS < at - self._clock.at <= LONGEST
+        rolling = self._rolling.setdefault(robot, _Rolling())
+        if not timeless and not rolling.undecided:
+            del self._rolling[robot]
+            return
+        if not rolling.take(at, at_rest(measured.v, measured.w)):
+            return
+        pose = measured.pose
+        event = Event(
+            what=What.MEASURED, process=robot, monotonic=round(at, 4), time=self._clock.time, x=pose.x, y=pose.y,
+            v=measured.v, w=measured.w,
+        )  # fmt: skip
+        self._log.write(event)
+
+
+class _Arrival:
+    """Puts what arrives on one kind of key into a queue, with the monotonic time."""
+
+    def __init__(self, kind: str, queue: deque[tuple[str, str, bytes, float]]) -> None:
+        self._kind = kind
+        self._queue = queue
+
+    def __call__(self, key: str, payload: bytes) -> None:
+        self._queue.append((self._kind, key, payload, time.monotonic()))

@@ -1,0 +1,168 @@
+"""Reaches the machines of a match, and decides where its router is."""
+
+import secrets
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from vrg.bus.credentials import find_credentials
+from vrg.bus.seats import Seat, SeatKind, seats_of_node
+from vrg.bus.stopping import StopSignal
+from vrg.config.setup import HERE, MatchSetup
+from vrg.errors import LaunchError
+from vrg.launch.endpoints import free_endpoint
+from vrg.launch.events import NoNotes, Notes
+from vrg.launch.remote.conversation import Conversation, Visit
+from vrg.launch.remote.remote_host import RemoteHost
+from vrg.launch.run_folder import RunFolder
+from vrg.launch.specs import kind_of, placed
+
+_WAIT = 0.02
+"""The real time in s between two looks at what the machines say."""
+
+
+def remote_hosts(
+    setup: MatchSetup,
+    folder: RunFolder,
+    *,
+    window: bool,
+    record: bool,
+    announce: Callable[[str], None],
+    notes: Notes | None = None,
+) -> dict[str, RemoteHost]:
+    """The machines of a match besides the launcher's, by their names in the match file. None is reached yet.
+
+    Args:
+        folder: the run folder, with all files that the match needs.
+        window: True opens the spectator somewhere. record: True runs the recorder somewhere.
+        announce: called with a text about each event that a person should know of.
+        notes: told what happens to their processes.
+    """
+    # Two launchers may have begun in the same second, and may use the same machine.
+    visit = Visit(run=f"{folder.path.name}-{secrets.token_hex(3)}", window=window, record=record)
+    told = notes or NoNotes()
+    return {
+        name: RemoteHost(name, Conversation(name, machine, folder, visit, announce, told), announce)
+        for name, machine in setup.hosts.items()
+    }
+
+
+def router_endpoints(setup: MatchSetup, hosts: Mapping[str, RemoteHost], *, secure: bool = False) -> dict[str, str]:
+    """The endpoints for the routers of a match, by their machines; each machine is told which to use.
+
+    Args:
+        hosts: the other machines, which have read the match. secure: True for a match with seats.
+
+    Raises:
+        LaunchError: there is none that all machines can reach.
+    """
+    main = setup.place.get("router", HERE)
+    if main in hosts:
+        endpoint = _secured(hosts[main].talk.endpoint, secure)
+        if not endpoint:
+            raise LaunchError(f"{main}: expected an address for the router: write `address = ...` into its table")
+    else:
+        own = setup.machines.get(HERE)
+        seen = next((host.talk.peer for host in hosts.values() if host.talk.peer), None)
+        address = own.address if own is not None and own.address else seen
+        if hosts and address is None:
+            raise LaunchError(
+                "the other machines do not tell at which address they see this one: write `address = ...` into "
+                "[machines.here]"
+            )
+        try:
+            endpoint = free_endpoint(address, secure=secure)
+        except OSError as error:
+            raise LaunchError(
+                f"no router can serve at {address}: {error}: write this machine's address into [machines.here]"
+            ) from error
+    endpoints = {main: endpoint}
+    for name, machine in setup.machines.items():
+        if machine.router and name in hosts:
+            if not hosts[name].talk.endpoint:
+                raise LaunchError(f"{name}: expected an address for its router: write `address = ...` into its table")
+            endpoints[name] = _secured(hosts[name].talk.endpoint, secure)
+    for name, host in hosts.items():
+        used = setup.router_at(name)
+        host.use_router(endpoints.get(used, endpoint), endpoint if used == name != main else None)
+    return endpoints
+
+
+def _secured(endpoint: str, secure: bool) -> str:
+    """An endpoint that an agent offers, for a match with seats or without."""
+    return endpoint.replace("tcp/", "tls/", 1) if secure else endpoint
+
+
+def hand_out_keys(
+    setup: MatchSetup, hosts: Mapping[str, RemoteHost], keys: Path, *, window: bool, record: bool
+) -> None:
+    """Let each machine have the keys of its own seats, and no others.
+
+    A window on another machine may watch, and engage the emergency stop; it may not decide.
+
+    Args:
+        keys: the folder of the keys of all seats.
+        window: True opens the spectator somewhere. record: True runs the recorder somewhere.
+
+    Raises:
+        CredentialsError: a seat has no keys.
+    """
+    where = placed(setup, window=window, record=record)
+    for name, host in hosts.items():
+        seats = [Seat(SeatKind.HOST, name)]
+        kinds = {process: kind_of(setup, process) for process, machine in where.items() if machine == name}
+        seats += [seats_of_node(kind, process)[-1] for process, kind in kinds.items() if kind is not None]
+        host.use_keys([find_credentials(keys, [seat]) for seat in dict.fromkeys(seats)])
+
+
+def reach(
+    hosts: Mapping[str, RemoteHost], stop: StopSignal, progress: Callable[[str], None]
+) -> dict[str, LaunchError] | None:
+    """Reach all machines at once, and let each read the match.
+
+    Args:
+        progress: called with the name of each machine that can play.
+
+    Returns:
+        why machines cannot be used, by name; None if `stop` was set before all have answered.
+    """
+    for host in hosts.values():
+        host.connect()
+    problems: dict[str, LaunchError] = {}
+
+    def loaded(name: str) -> bool:
+        if not hosts[name].loaded():
+            return False
+        progress(name)
+        return True
+
+    return problems if wait_for(hosts, loaded, problems, stop) else None
+
+
+def wait_for(
+    hosts: Mapping[str, RemoteHost],
+    condition: Callable[[str], bool],
+    problems: dict[str, LaunchError],
+    stop: StopSignal,
+) -> bool:
+    """Wait until a condition holds for each machine, or raises LaunchError, which is put into `problems`.
+
+    Args:
+        condition: looks once, given the name of a machine.
+
+    Returns:
+        False if `stop` was set before.
+    """
+    waiting = [name for name in hosts if name not in problems]
+    while waiting:
+        for name in list(waiting):
+            try:
+                if condition(name):
+                    waiting.remove(name)
+            except LaunchError as error:
+                waiting.remove(name)
+                problems[name] = error
+        for host in hosts.values():
+            host.keep()
+        if stop.wait(_WAIT):
+            return False
+    return True

@@ -1,0 +1,123 @@
+"""Brings up the agent on another machine with the system's OpenSSH.
+
+OpenSSH and no library: what a person has set up for `ssh HOST` then works here too, such as the configuration, known
+hosts, the key agent, jump hosts and shared connections.
+"""
+
+import contextlib
+import os
+import shlex
+import subprocess
+from pathlib import Path
+
+from vrg.config.setup import Machine
+from vrg.errors import LaunchError
+from vrg.launch.remote.channel import Channel
+from vrg.launch.remote.wire import BANNER, Frames, ToLauncher
+
+SSH = "VRG_SSH"
+"""The environment variable that holds the command for ssh, if it is not `ssh`."""
+_OPTIONS = (
+    # Nobody can be asked for a password while several machines are reached at once.
+    "-T", "-o", "BatchMode=yes", "-o", "ConnectTimeout=10",
+    "-o", "ServerAliveInterval=2", "-o", "ServerAliveCountMax=4",
+)  # fmt: skip
+_NO_COMMAND = 127
+_SSH_FAILED = 255
+_END = 3.0
+"""The real time in s that ssh may take to end once it is told to."""
+
+
+def _ssh() -> list[str]:
+    """The command for ssh.
+
+    Raises:
+        LaunchError: what the environment says is no command.
+    """
+    said = os.environ.get(SSH) or "ssh"
+    try:
+        return shlex.split(said)
+    except ValueError as error:
+        raise LaunchError(f"{SSH}: expected a command such as `ssh -F file`, got {said!r}: {error}") from error
+
+
+class Connection:
+    """An agent on another machine, and the ssh that holds it.
+
+    Args:
+        name: the machine's name in the match file. machine: how it is reached. log: the file for what is said there.
+
+    Attributes:
+        channel: what is said to the agent and by it.
+
+    Raises:
+        LaunchError: there is no ssh.
+    """
+
+    def __init__(self, name: str, machine: Machine, log: Path) -> None:
+        self._name = name
+        self._machine = machine
+        self._log = log
+        self._log_begins = log.stat().st_size if log.exists() else 0
+        command = [*_ssh(), *_OPTIONS, machine.host, "--", f"exec {machine.vrg} host"]
+        try:
+            said = log.open("ab")
+        except OSError as error:
+            raise LaunchError(f"{log}: cannot be written: {error.strerror}") from error
+        with said:
+            try:
+                self._process = subprocess.Popen(
+                    command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=said, start_new_session=True
+                )
+            except OSError as error:
+                raise LaunchError(f"{command[0]} cannot be run: {error.strerror}: install OpenSSH's client") from error
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._frames: Frames[ToLauncher] = Frames(ToLauncher, BANNER)  # type: ignore[arg-type]  # a union is no class
+        self.channel = Channel(
+            os.dup(self._process.stdout.fileno()), os.dup(self._process.stdin.fileno()), self._frames
+        )
+        self._process.stdin.close()
+        self._process.stdout.close()
+
+    @property
+    def ended(self) -> bool:
+        """Whether ssh has ended, or the connection was closed."""
+        return self.channel.closed or self._process.poll() is not None
+
+    def why_ended(self) -> str:
+        """Why there is no agent, in words."""
+        host = self._machine.host
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._process.wait(_END)
+        status = self._process.poll()
+        with self._log.open("rb") as log:
+            log.seek(self._log_begins)
+            lines = [line for line in log.read().decode(errors="replace").splitlines() if line.strip()]
+        said = lines[-1].removeprefix("vrg: ") if lines else ""
+        skipped = self._frames.skipped.decode(errors="replace").strip()
+        if status == _SSH_FAILED:
+            return f"{said or 'ssh has failed'}: `ssh {host} true` must work without a question"
+        if status == _NO_COMMAND or "No such file" in said:
+            return (
+                f"{said}: install VRG there, or write where it is into [machines.{self._name}], such as "
+                '`vrg = "~/vrg/.venv/bin/vrg"`'
+            )
+        return f"the agent has ended with status {status}: {said or skipped or 'without a word'} (log: {self._log})"
+
+    def close(self, *, patience: float = 0.0) -> None:
+        """End the connection. The agent then stops its processes and ends. Idempotent.
+
+        Args:
+            patience: the real time in s that ssh may take to end by itself.
+        """
+        self.channel.close()
+        try:
+            self._process.wait(patience)
+        except subprocess.TimeoutExpired:
+            self._process.terminate()
+            try:
+                self._process.wait(_END)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+                self._process.wait()

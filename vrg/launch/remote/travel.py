@@ -1,0 +1,88 @@
+"""Files of a run folder that travel to another machine and back."""
+
+import errno
+from collections.abc import Callable, Collection, Iterator
+from pathlib import Path, PurePosixPath
+
+from vrg.errors import LaunchError
+from vrg.launch.remote.wire import PART, FilePart
+
+
+def files_in(
+    folder: Path, leave_out: Collection[str] = (), failed: Callable[[str, OSError], None] | None = None
+) -> list[str]:
+    """The files below a folder that travel, as paths in it with `/` between their parts.
+
+    Links do not, nor what Python and VRG make for themselves: folders `__pycache__`, and names that begin with a dot.
+
+    Args:
+        leave_out: further files that do not.
+        failed: called for each file whose name no other machine could be told.
+    """
+    found = []
+    for path in sorted(folder.rglob("*")):
+        name = path.relative_to(folder)
+        own = any(part.startswith(".") or part == "__pycache__" for part in name.parts)
+        if not path.is_file() or path.is_symlink() or own or name.as_posix() in leave_out:
+            continue
+        try:
+            name.as_posix().encode()
+        except UnicodeEncodeError:
+            if failed is not None:
+                failed(ascii(name.as_posix()), OSError(errno.EILSEQ, "its name is not UTF-8"))
+            continue
+        found.append(name.as_posix())
+    return found
+
+
+def parts_of(
+    folder: Path, leave_out: Collection[str] = (), failed: Callable[[str, OSError], None] | None = None
+) -> Iterator[FilePart]:
+    """Every file below a folder that travels, in parts.
+
+    Args:
+        leave_out: files that do not travel; see `files_in`.
+        failed: called with the name of each file that cannot be read, and why; the others still come.
+
+    Raises:
+        OSError: a file cannot be read, and there is no `failed`.
+    """
+    for name in files_in(folder, leave_out, failed):
+        try:
+            yield from file_parts(folder / name, name)
+        except OSError as error:
+            if failed is None:
+                raise
+            failed(name, error)
+
+
+def file_parts(path: Path, name: str) -> Iterator[FilePart]:
+    """A file, in parts, as the file of this name in a run folder.
+
+    Raises:
+        OSError: it cannot be read.
+    """
+    with path.open("rb") as file:
+        begins = True
+        while data := file.read(PART):
+            yield FilePart(name, data, begins)
+            begins = False
+        if begins:
+            yield FilePart(name, b"", begins)
+
+
+def take_in(folder: Path, part: FilePart) -> None:
+    """Write a part of a file into a folder.
+
+    Raises:
+        LaunchError: its path leads out of the folder.
+        OSError: it cannot be written.
+    """
+    place = PurePosixPath(part.path)
+    target = folder / place
+    inside = target.parent.resolve().is_relative_to(folder.resolve())
+    if place.is_absolute() or ".." in place.parts or not place.name or not inside or target.is_symlink():
+        raise LaunchError(f"expected a file of the run folder, got {part.path!r}")
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with target.open("wb" if part.begins else "ab") as file:
+        file.write(part.data)

@@ -1,0 +1,365 @@
+"""What the launcher and the agent of another machine say to one another, and how it is written into a byte stream.
+
+A frame is the length of what follows, four bytes, the most significant first, and one message as MessagePack.
+"""
+
+from typing import Generic, TypeVar
+
+import msgspec
+from msgspec import Struct
+
+from vrg.bus.messages import ProcessStatus
+from vrg.errors import MessageError
+from vrg.launch.events import What
+from vrg.launch.findings import Finding
+
+BANNER = b"vrg-host\n"
+"""What the agent writes before its first frame. What a login shell has printed before is skipped."""
+LONGEST = 1 << 20
+"""The length of the longest message, bytes."""
+PART = 1 << 18
+"""The length of the longest part of a file that one message carries, bytes."""
+
+
+class FilePart(Struct, frozen=True, tag=True):
+    """A part of a file of the run folder, in either direction.
+
+    Args:
+        path: the path in the run folder, with `/` between its parts. data: its next bytes.
+        begins: True if this is its first part.
+    """
+
+    path: str
+    data: bytes
+    begins: bool
+
+
+class Prepare(Struct, frozen=True, tag=True):
+    """The first thing that the launcher says: make a run folder. `FilePart`s and `Load` follow.
+
+    Args:
+        run: the name of the run, which no other run has. machine: the name of the machine in the match file.
+        display: the display for windows there; None to take what is found.
+        logs: how many bytes of each log the launcher has already, by the log's name without its ending.
+    """
+
+    run: str
+    machine: str
+    display: str | None
+    logs: dict[str, int]
+
+
+class Load(Struct, frozen=True, tag=True):
+    """Read the match file; answered by `Loaded`.
+
+    Args:
+        window: True if a spectator is opened on some machine. record: True if some machine runs the recorder.
+        address: the address or name of that machine for its router; None if it runs none, or to take the one of ssh.
+    """
+
+    window: bool
+    record: bool
+    address: str | None
+
+
+class Serve(Struct, frozen=True, tag=True):
+    """Start the router at this endpoint, if it runs there; answered by `Served`.
+
+    Args:
+        upstream: the endpoint of the router of the match, if this is a further one.
+    """
+
+    endpoint: str
+    upstream: str | None
+
+
+class Join(Struct, frozen=True, tag=True):
+    """Connect to the router; answered by `Joined`."""
+
+
+class Vacant(Struct, frozen=True, tag=True):
+    """These players have failed for good: do not start them until they play by another strategy (`Play`).
+
+    Args:
+        names: the players, of which some may run elsewhere.
+    """
+
+    names: list[str]
+
+
+class Begin(Struct, frozen=True, tag=True):
+    """Start the processes of a group; answered by `Ready` for each, and by `Begun` when all are."""
+
+    group: int
+
+
+class Play(Struct, frozen=True, tag=True):
+    """Let a player play by another strategy, in a new process; its files have come before."""
+
+    name: str
+    strategy: str
+
+
+class KeyFile(Struct, frozen=True, tag=True):
+    """A file of the keys of a seat on that machine. It is kept apart from the run folder, and deleted at the end;
+    where the agent is killed before, the next agent on that machine deletes it.
+
+    Args:
+        seat: the common name of the seat. name: of the file.
+    """
+
+    seat: str
+    name: str
+    data: bytes
+
+
+class Examine(Struct, frozen=True, tag=True):
+    """Check whether the match can be played there; answered by `Examined`. Nothing is started."""
+
+
+class StopOrder(Struct, frozen=True, tag=True):
+    """Stop the processes of a number; answered by `Stopped`."""
+
+    order: int
+
+
+class Fetch(Struct, frozen=True, tag=True):
+    """Send what the processes have written; answered by `FilePart`s and `Fetched`."""
+
+
+class Goodbye(Struct, frozen=True, tag=True):
+    """The last thing that the launcher says: delete the run folder there, and end."""
+
+
+class Beat(Struct, frozen=True, tag=True):
+    """The launcher lives. Without it, the agent stops all processes.
+
+    Args:
+        sent: the launcher's monotonic time, s, which the agent sends back.
+    """
+
+    sent: float
+
+
+ToAgent = (
+    FilePart
+    | KeyFile
+    | Prepare
+    | Load
+    | Examine
+    | Serve
+    | Join
+    | Vacant
+    | Begin
+    | Play
+    | StopOrder
+    | Fetch
+    | Goodbye
+    | Beat
+)
+
+
+class Hello(Struct, frozen=True, tag=True):
+    """The first thing that the agent says.
+
+    Args:
+        version: the version of VRG there. peer: the launcher's address, as it is seen there; empty if it is not known.
+        home: the folder there for the folders of runs.
+    """
+
+    version: str
+    peer: str
+    home: str
+
+
+class Loaded(Struct, frozen=True, tag=True):
+    """The match can be played there.
+
+    Args:
+        endpoint: a free endpoint for a router. names: the processes that will run there.
+        stop_orders: the numbers for `StopOrder`.
+    """
+
+    endpoint: str
+    names: list[str]
+    stop_orders: list[int]
+
+
+class Examined(Struct, frozen=True, tag=True):
+    """What was found out about that machine."""
+
+    findings: list[Finding]
+
+
+class Served(Struct, frozen=True, tag=True):
+    """The router answers, or runs elsewhere."""
+
+
+class Joined(Struct, frozen=True, tag=True):
+    """The agent is connected to the router."""
+
+
+class Ready(Struct, frozen=True, tag=True):
+    """A process has become ready."""
+
+    name: str
+
+
+class Begun(Struct, frozen=True, tag=True):
+    """All processes of the group are ready."""
+
+    group: int
+
+
+class Failed(Struct, frozen=True, tag=True):
+    """What was asked for cannot be done, or the match cannot go on.
+
+    Args:
+        text: the reason, in words.
+    """
+
+    text: str
+
+
+class Said(Struct, frozen=True, tag=True):
+    """An event that a person should know of."""
+
+    text: str
+
+
+class Noted(Struct, frozen=True, tag=True):
+    """Something has happened to a process; see `vrg.launch.events.Notes`."""
+
+    what: What
+    process: str
+    text: str = ""
+    status: int | None = None
+    at_next_clock: bool = False
+
+
+class Vacated(Struct, frozen=True, tag=True):
+    """A player has failed for good.
+
+    Args:
+        why: the reason, in words.
+    """
+
+    name: str
+    why: str
+
+
+class Stopped(Struct, frozen=True, tag=True):
+    """All processes of the number have stopped."""
+
+    order: int
+
+
+class LogText(Struct, frozen=True, tag=True):
+    """What was added to the log of a process.
+
+    Args:
+        name: of the log, without its ending. text: what was added. end: the size of the log there with it, bytes.
+    """
+
+    name: str
+    text: bytes
+    end: int
+
+
+class Status(Struct, frozen=True, tag=True):
+    """How the processes are, and that the agent lives; twice a second.
+
+    Args:
+        beat: `Beat.sent` of the newest beat. held: how long ago that has come, s.
+        wall: the wall clock there, s since 1970.
+    """
+
+    processes: list[ProcessStatus]
+    beat: float
+    held: float
+    wall: float
+
+
+class Fetched(Struct, frozen=True, tag=True):
+    """All files have been sent."""
+
+
+ToLauncher = (
+    FilePart
+    | Hello
+    | Loaded
+    | Examined
+    | Served
+    | Joined
+    | Ready
+    | Begun
+    | Failed
+    | Said
+    | Noted
+    | Vacated
+    | Stopped
+    | LogText
+    | Status
+    | Fetched
+)
+
+M = TypeVar("M")
+
+
+def frame(message: Struct) -> bytes:
+    """The frame of a message.
+
+    Raises:
+        ValueError: it is too long.
+    """
+    data = msgspec.msgpack.encode(message)
+    if len(data) > LONGEST:
+        raise ValueError(f"expected a message of at most {LONGEST} bytes, got {len(data)}")
+    return len(data).to_bytes(4, "big") + data
+
+
+class Frames(Generic[M]):
+    """Cuts a byte stream into messages.
+
+    Args:
+        kind: the union of the types of the messages. banner: what precedes the first frame; all before it is skipped.
+
+    Attributes:
+        skipped: the last bytes that came before the banner, for a message about why it did not come.
+    """
+
+    def __init__(self, kind: type[M], banner: bytes = b"") -> None:
+        self._decoder = msgspec.msgpack.Decoder(kind)
+        self._banner = banner
+        self._data = bytearray()
+        self.skipped = b""
+
+    def feed(self, data: bytes) -> list[M]:
+        """Take in bytes, and return the messages that they complete.
+
+        Raises:
+            MessageError: these bytes are no frames of this release.
+        """
+        self._data += data
+        if self._banner:
+            before, banner, rest = self._data.partition(self._banner)
+            if not banner:
+                self.skipped = bytes(self._data[-2000:])
+                # The banner may come in pieces.
+                del self._data[: max(0, len(self._data) - 2000)]
+                return []
+            self._banner, self._data = b"", rest
+            self.skipped = bytes(before[-2000:])
+        found = []
+        while len(self._data) >= 4:
+            length = int.from_bytes(self._data[:4], "big")
+            if length > LONGEST:
+                raise MessageError(f"expected a frame of at most {LONGEST} bytes, got one of {length}")
+            if len(self._data) < 4 + length:
+                break
+            try:
+                found.append(self._decoder.decode(bytes(self._data[4 : 4 + length])))
+            except msgspec.DecodeError as error:
+                raise MessageError(f"expected a message of this release of VRG: {error}") from None
+            del self._data[: 4 + length]
+        return found

@@ -1,0 +1,96 @@
+"""Which processes a match has, and which of them run on one machine."""
+
+from pathlib import Path
+
+from vrg.config.setup import HERE, MatchSetup
+from vrg.launch.child import arguments_of
+from vrg.launch.managed import ProcessSpec
+
+WINDOW = "spectator"
+"""The name of the process of the window that shows a match."""
+
+
+def placed(setup: MatchSetup, *, window: bool, record: bool) -> dict[str, str]:
+    """The machine of each process of a match, by the process' name, in the order in which they are started.
+
+    Args:
+        window: True opens the spectator. record: True runs the recorder.
+    """
+    names = ["world", "referee", *(companion.name for companion in setup.companions)]
+    names += ["recorder"] if record else []
+    names += [WINDOW] if window else []
+    names += [player.name for player in setup.players]
+    routers = {"router": setup.place.get("router", HERE)}
+    routers |= {further_router(name): name for name, machine in setup.machines.items() if machine.router}
+    return routers | {name: setup.place.get(name, HERE) for name in names}
+
+
+def kind_of(setup: MatchSetup, process: str) -> str | None:
+    """The kind of node, or `router`, that a process of a match is; None for a companion, which has no part in the bus.
+
+    Args:
+        process: its name.
+    """
+    if process in [player.name for player in setup.players]:
+        return "player"
+    if process in [companion.name for companion in setup.companions]:
+        return None
+    kinds = {"world": "world", "referee": "coordinator", "recorder": "recorder", WINDOW: "spectator"}
+    return kinds.get(process, "router")
+
+
+def further_router(machine: str) -> str:
+    """The name of the process of a machine's further router."""
+    return f"router-{machine}"
+
+
+def specs(
+    setup: MatchSetup,
+    folder: Path,
+    endpoint: str,
+    *,
+    window: bool,
+    record: bool,
+    machine: str = HERE,
+    upstream: str | None = None,
+    keys: Path | None = None,
+) -> list[ProcessSpec]:
+    """The processes of a match that run on one machine, the router first.
+
+    The router starts first, then all others at once. Only players of physical robots wait, until all companions are
+    ready.
+
+    Args:
+        folder: the run folder on that machine. endpoint: the endpoint of the router that its processes use.
+        window: True opens the spectator. record: True runs the recorder.
+        machine: the name of the machine.
+        upstream: the endpoint of the router of the match, if the machine has a further one.
+        keys: the folder of the keys of the seats on that machine; None in a match without them.
+    """
+    run = folder.resolve()
+
+    def node(name: str, kind: str, as_: str, *, group: int = 1, stop: int = 1, essential: bool = True) -> ProcessSpec:
+        arguments = arguments_of(kind, router=endpoint, run=run, name=as_, keys=keys)
+        pulse, seat = setup.keys.pulse(kind, as_).key, kind == "player"
+        return ProcessSpec(name, arguments, pulse, group, stop, essential, seat=seat)
+
+    found = [
+        ProcessSpec("router", arguments_of("router", router=endpoint, run=run, keys=keys), None, 0, 3),
+        node("world", "world", "world", stop=2),
+        node("referee", "coordinator", "referee"),
+    ]
+    for companion in setup.companions:
+        arguments = (*companion.arguments, "--leash")
+        found.append(ProcessSpec(companion.name, arguments, None, 1, 2, says=companion.says, command=True))
+    if record:
+        found.append(node("recorder", "recorder", "recorder", essential=False))
+    if window:
+        found.append(node(WINDOW, "spectator", "window", essential=False))
+    for player in setup.players:
+        waits = player.physical and bool(setup.companions)
+        found.append(node(player.name, "player", player.name, group=2 if waits else 1, stop=0))
+    here = [spec for spec in found if setup.place.get(spec.name, HERE) == machine]
+    if machine in setup.machines and setup.machines[machine].router:
+        arguments = arguments_of("router", router=endpoint, run=run, keys=keys, upstream=upstream)
+        here.insert(0, ProcessSpec(further_router(machine), arguments, None, 0, 3))
+    return here
