@@ -1,0 +1,290 @@
+"""The rules of the router: for each line of the key map, what each kind of seat may do."""
+
+import itertools
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vrg.bus.access import hears, in_words, lines, rules, speaks
+from vrg.bus.names import chunk_of, is_name
+from vrg.bus.seats import NAMED, Roster, Seat, SeatKind, seats_of_node
+from vrg.bus.topics import Keys, Line, Qos, key_matches, router_alive
+
+ROSTER = Roster(
+    "final",
+    {"ann": "red", "bob": "red", "cid": "blue", "Łukasz": "blue"},
+    fed=("bob",),
+    hosts=("pi",),
+)
+ROOT = "vrg/final"
+W, R, REC, L, H = "world", "referee", "recorder", "launcher", "host.pi"
+OFF, WIN, T = "official", "window", "tracker"
+ANN, BOB, CID = "player.ann", "player.bob", "player.cid"
+LUK = "player.Łukasz"
+RED, BLUE = "commander.red", "commander.blue"
+EVERYBODY = {W, R, REC, L, OFF, WIN, T, ANN, BOB, CID, LUK, RED, BLUE}
+
+WHO: dict[str, tuple[set[str], set[str]]] = {
+    "clock": ({W}, EVERYBODY),
+    "poses": ({W}, {R, REC, WIN, OFF}),
+    "world/request": ({R}, {W, OFF}),
+    "world/answer": ({W}, {R, OFF}),
+    "robot/ann/drive": ({ANN}, {W, OFF}),
+    "robot/ann/state": ({W}, {ANN, WIN, OFF}),
+    "robot/ann/pose": ({ANN}, {W, ANN, REC, L, OFF}),
+    "robot/bob/pose": ({T}, {W, BOB, REC, L, OFF}),
+    "robot/ann/seen": ({W}, {ANN, OFF}),
+    "robot/ann/limit": ({R}, {ANN, W, OFF}),
+    "robot/ann/recover": ({R}, {ANN, OFF}),
+    "robot/ann/placed": ({R}, {ANN, OFF}),
+    "robot/ann/camera/request": ({OFF, WIN}, {W, OFF}),
+    "robot/ann/sensor/laser/front": ({W}, {ANN, REC, WIN, OFF}),
+    "player/ann/report": ({ANN}, {R, REC, L, WIN, OFF, RED}),
+    "player/ann/manual": ({OFF, RED}, {ANN, OFF}),
+    "player/ann/links": ({ANN}, {REC, OFF}),
+    "player/ann/sightings": ({ANN}, {R, REC, WIN, OFF}),
+    "player/ann/bid": ({ANN}, {R, OFF}),
+    "player/ann/sketch": ({ANN}, {REC, WIN, OFF, RED}),
+    "team/red/order": ({RED}, {ANN, BOB, OFF}),
+    "team/red/sight": ({R}, {ANN, BOB, RED, OFF}),
+    "team/red/say/ann": ({ANN}, {ANN, BOB, OFF}),
+    "referee/state": ({R}, EVERYBODY),
+    "referee/event": ({R}, EVERYBODY),
+    "official": ({OFF, L}, {R, OFF}),
+    "estop": (EVERYBODY | {H}, EVERYBODY),
+    "estop/release": ({OFF}, EVERYBODY),
+    "seat/request": ({OFF}, {L, OFF}),
+    "seat/answer": ({L}, {OFF}),
+    "processes": ({L}, {WIN, OFF}),
+    "pulse/player/ann": ({ANN}, {L, H, OFF}),
+    "pulse/coordinator/referee": ({R}, {L, H, OFF}),
+    "pulse/launcher/launcher": ({L}, {L, H, OFF}),
+    "pulse/commander/red": ({RED}, {L, H, OFF}),
+    "pulse/spectator/window-17": ({OFF, WIN}, {L, H, OFF}),
+}
+"""Who may publish on a key, and who may hear it: written by hand, and compared with what the key map gives."""
+
+SEATS = {str(seat): seat for seat in ROSTER.seats if seat.kind is not SeatKind.ROUTER}
+ACCESS = rules(ROSTER)
+
+
+def includes(allowed: str, wanted: str) -> bool:
+    """Whether a key expression contains another, as in zenoh: `*` and `**` stand for no chunk that begins with @."""
+
+    def match(a: list[str], b: list[str]) -> bool:
+        if not a:
+            return not b
+        if a[0] == "**":
+            return match(a[1:], b) or (bool(b) and not b[0].startswith("@") and match(a, b[1:]))
+        if not b or b[0] == "**":
+            return False
+        fits = a[0] == b[0] or (a[0] == "*" and not b[0].startswith("@"))
+        return fits and match(a[1:], b[1:])
+
+    return match(allowed.split("/"), wanted.split("/"))
+
+
+def allowed(seat: str, flow: str, message: str, key: str) -> bool:
+    """What a zenoh router would decide."""
+    name = SEATS[seat].common_name
+    subjects = {s["id"] for s in ACCESS["subjects"] if name in s["cert_common_names"]}
+    ids = {rule for p in ACCESS["policies"] if subjects & set(p["subjects"]) for rule in p["rules"]}
+    return any(
+        rule["id"] in ids
+        and flow in rule["flows"]
+        and message in rule["messages"]
+        and any(includes(expression, key) for expression in rule["key_exprs"])
+        for rule in ACCESS["rules"]
+    )
+
+
+def line_of(key: str) -> Line[Any]:
+    found = [
+        line for line in lines() if key_matches(Keys.expression(line.path), key) and "*" not in Keys.expression(key)
+    ]
+    assert len(found) == 1, key
+    return found[0]
+
+
+CASES = [(key, seat) for key in WHO for seat in SEATS]
+
+
+def test_every_line_of_the_key_map_is_in_the_table_above() -> None:
+    assert {line_of(key).path for key in WHO} == {line.path for line in lines()}
+
+
+@pytest.mark.parametrize(("key", "seat"), CASES)
+def test_a_seat_publishes_what_it_may_and_nothing_else(key: str, seat: str) -> None:
+    assert allowed(seat, "ingress", "put", f"{ROOT}/{key}") is (seat in WHO[key][0])
+
+
+@pytest.mark.parametrize(("key", "seat"), CASES)
+def test_a_seat_is_given_what_it_may_hear_and_nothing_else(key: str, seat: str) -> None:
+    assert allowed(seat, "egress", "put", f"{ROOT}/{key}") is (seat in WHO[key][1])
+
+
+@pytest.mark.parametrize(("key", "seat"), CASES)
+def test_a_seat_that_may_hear_may_listen_and_learns_of_the_past(key: str, seat: str) -> None:
+    may = seat in WHO[key][1]
+    if not (seat == WIN or seat in (RED, BLUE)):  # these may ask for more than they are given
+        assert allowed(seat, "ingress", "declare_subscriber", f"{ROOT}/{key}") is may
+    elif may:
+        assert allowed(seat, "ingress", "declare_subscriber", f"{ROOT}/{key}")
+    past = f"{ROOT}/{key}/@adv/pub/1f/2/_"
+    if line_of(key).qos is not Qos.LATEST:
+        assert allowed(seat, "egress", "reply", f"{ROOT}/{key}") is may
+        assert allowed(seat, "egress", "put", past) is may, "heartbeats"
+        assert allowed(seat, "egress", "liveliness_token", past) is may, "who publishes"
+        if may:
+            assert allowed(seat, "ingress", "query", past)
+            assert allowed(seat, "ingress", "declare_liveliness_subscriber", past)
+
+
+@pytest.mark.parametrize(("key", "seat"), CASES)
+def test_only_a_speaker_answers_for_its_past(key: str, seat: str) -> None:
+    may = seat in WHO[key][0] and line_of(key).qos is not Qos.LATEST
+    past = f"{ROOT}/{key}/@adv/pub/1f/2/_"
+    for message in ("declare_queryable", "liveliness_token", "put"):
+        assert allowed(seat, "ingress", message, past) is may, message
+    assert allowed(seat, "ingress", "reply", f"{ROOT}/{key}") is may
+    assert allowed(seat, "egress", "query", past) is may
+
+
+@pytest.mark.parametrize("seat", SEATS)
+def test_a_speaker_learns_who_listens_or_it_would_send_nothing(seat: str) -> None:
+    for expression in ("robot/*/drive", "**", "player/*/bid", "estop/@adv/**"):
+        assert allowed(seat, "egress", "declare_subscriber", f"{ROOT}/{expression}")
+
+
+@pytest.mark.parametrize("seat", SEATS)
+def test_a_seat_is_present_only_as_what_it_is(seat: str) -> None:
+    own = {
+        W: "world/world", R: "coordinator/referee", REC: "recorder/recorder", L: "launcher/me", H: "host/pi",
+        OFF: "spectator/window-3", WIN: "spectator/window-3", T: "tracker/x", ANN: "player/ann", BOB: "player/bob",
+        CID: "player/cid", LUK: f"player/{chunk_of('Łukasz')}", RED: "commander/red",
+        BLUE: "commander/blue",
+    }  # fmt: skip
+    for node in set(own.values()):
+        key = f"{ROOT}/alive/{node}/1f"
+        assert allowed(seat, "ingress", "liveliness_token", key) is (node == own[seat]), node
+        assert allowed(seat, "ingress", "liveliness_query", f"{ROOT}/alive/{node}/*"), "a node looks for its double"
+
+
+@pytest.mark.parametrize("seat", SEATS)
+def test_nobody_speaks_outside_of_the_match(seat: str) -> None:
+    for key in ("clock", "vrg/other/clock", "vrg/other/estop", "@/router/config", "vrg/finals/estop", "estop"):
+        for flow, message in itertools.product(("ingress", "egress"), ("put", "query", "declare_subscriber", "reply")):
+            assert not allowed(seat, flow, message, key)
+
+
+def test_only_supervisors_see_the_routers_token() -> None:
+    for seat in SEATS:
+        assert allowed(seat, "egress", "liveliness_token", router_alive(7)) is (seat in (L, H))
+
+
+def test_only_linked_routers_pass_messages_on_to_each_other() -> None:
+    def may(roster: Roster) -> list[dict[str, Any]]:
+        return [rule for rule in rules(roster)["rules"] if rule["id"].startswith(SeatKind.ROUTER)]
+
+    assert may(ROSTER) == []
+    (rule,) = may(replace(ROSTER, linked=True))
+    assert rule["flows"] == ["ingress", "egress"]
+    assert {"put", "reply", "declare_subscriber", "liveliness_token"} <= set(rule["messages"])
+    assert len(rules(replace(ROSTER, linked=True))["rules"]) == len(ACCESS["rules"]) + 1, "others may what they might"
+
+
+def test_nobody_deletes() -> None:
+    assert not any("delete" in rule["messages"] for rule in ACCESS["rules"])
+
+
+def test_what_no_rule_allows_is_denied() -> None:
+    assert ACCESS["enabled"] is True
+    assert ACCESS["default_permission"] == "deny"
+    assert {rule["permission"] for rule in ACCESS["rules"]} == {"allow"}
+    ids = [rule["id"] for rule in ACCESS["rules"]]
+    assert len(ids) == len(set(ids))
+    assert {name for p in ACCESS["policies"] for name in p["rules"]} == set(ids)
+
+
+def test_the_router_is_no_subject_of_its_own_rules() -> None:
+    assert "router" not in {s["id"] for s in ACCESS["subjects"]}
+
+
+names = st.text(min_size=1, max_size=12).filter(is_name)
+
+
+@given(st.dictionaries(names, st.sampled_from(["red", "blue"]), min_size=1, max_size=5))
+def test_whatever_the_players_are_called_nobody_drives_anothers_robot(teams: dict[str, str]) -> None:
+    roster = Roster("m", teams)
+    line = Keys.drive
+    for seat in roster.seats:
+        spoken = speaks(seat, line, roster)
+        assert spoken == ([f"robot/{chunk_of(seat.name)}/drive"] if seat.kind is SeatKind.PLAYER else [])
+        for name, team in teams.items():
+            heard = hears(seat, Keys.say, roster)
+            mates = seat.kind is SeatKind.PLAYER and teams[seat.name] == team
+            key = f"team/{chunk_of(team)}/say/{chunk_of(name)}"
+            assert any(includes(e, key) for e in heard) is (mates or seat.kind is SeatKind.OFFICIAL)
+
+
+def test_parties_are_told_in_words() -> None:
+    words = {line.path: (in_words(line, line.speakers), in_words(line, line.listeners)) for line in lines()}
+    assert words["clock"] == ("world", "all")
+    assert words["estop"] == ("all", "all")
+    assert words["robot/{robot}/drive"] == ("player's device", "world")
+    assert words["robot/{robot}/pose"][0] == "player's device (odometry), tracker (feed)"
+    assert words["team/{team}/say/{player}"] == ("player", "players of the team")
+    assert words["team/{team}/order"] == ("the team's commander", "players of the team")
+
+
+def test_a_match_has_a_seat_for_everybody() -> None:
+    found = {str(seat) for seat in Roster("m", {"a": "x", "b": "x", "c": "y"}, hosts=("pi",)).seats}
+    plain = {str(kind) for kind in SeatKind if kind not in NAMED} - {"tracker"}
+    assert found == plain | {"player.a", "player.b", "player.c", "commander.x", "commander.y", "host.pi"}
+    assert "tracker" in SEATS
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "expected"),
+    [
+        ("player", "ann", ["player.ann"]),
+        ("coordinator", "", ["referee"]),
+        ("world", "", ["world"]),
+        ("recorder", "", ["recorder"]),
+        ("router", "", ["router"]),
+        ("spectator", "window", ["official", "window"]),
+        ("commander", "red", ["commander.red"]),
+    ],
+)
+def test_a_node_knows_its_seat(kind: str, name: str, expected: list[str]) -> None:
+    assert [str(seat) for seat in seats_of_node(kind, name)] == expected
+
+
+def test_a_node_without_a_seat_is_refused() -> None:
+    with pytest.raises(ValueError, match="ghost"):
+        seats_of_node("ghost", "")
+
+
+@given(names, names)
+def test_two_seats_never_share_a_common_name(one: str, other: str) -> None:
+    first, second = Seat(SeatKind.PLAYER, one), Seat(SeatKind.PLAYER, other)
+    assert (first.common_name == second.common_name) is (one == other)
+    assert first.common_name != Seat(SeatKind.COMMANDER, one).common_name
+
+
+@pytest.mark.parametrize("name", ["a" * 64, "ł" * 64, "a" * 57, "a" * 58])
+def test_a_common_name_fits_into_a_certificate(name: str) -> None:
+    seat = Seat(SeatKind.PLAYER, name)
+    assert len(seat.common_name) <= 64
+    assert seat.common_name.isascii()
+    assert seat.common_name != Seat(SeatKind.PLAYER, f"{name[:-1]}b").common_name
+
+
+def test_a_seat_has_a_name_only_if_its_kind_has_several() -> None:
+    with pytest.raises(ValueError, match="expected a name"):
+        Seat(SeatKind.PLAYER)
+    with pytest.raises(ValueError, match="expected no name"):
+        Seat(SeatKind.WORLD, "x")

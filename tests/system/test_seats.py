@@ -1,0 +1,362 @@
+"""A match with seats: everybody gets what it should, and nobody can do what its seat may not."""
+
+import json
+import subprocess
+import sys
+import threading
+from collections import Counter
+from collections.abc import Callable, Iterator
+from datetime import UTC, datetime, timedelta
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.system.conftest import Arena
+from tests.system.harness import MINNOWS, PLAYERS, Match, long_match, short_match, wait_until
+from vrg.bus import messages as m
+from vrg.bus.codec import encode
+from vrg.bus.configuration import client_settings
+from vrg.bus.credentials import Credentials, find_credentials
+from vrg.bus.messages import Message
+from vrg.bus.seats import Seat, SeatKind
+from vrg.bus.session import configuration, open_session
+from vrg.config.loading import load_match
+from vrg.errors import BusError, CredentialsError
+from vrg.recording.reader import read_tracks
+from vrg.seats.authority import KeyPair, make_authority, make_seat
+from vrg.seats.folder import KeysFolder
+from vrg.types import Pose, Twist
+
+pytestmark = pytest.mark.system
+
+ANN, SHARK = Seat(SeatKind.PLAYER, "ann"), Seat(SeatKind.PLAYER, "shark")
+FAR = 9e5
+"""A number in every forged message, which no process of the match says by itself."""
+
+
+@pytest.fixture(scope="module")
+def guarded(arena: Arena, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Match]:
+    """A long match with seats whose keys were made before, in play."""
+    folder = tmp_path_factory.mktemp("guarded")
+    text = long_match("guarded")
+    (folder / "match.toml").write_text(text)
+    roster = load_match(folder / "match.toml").roster
+    KeysFolder(folder / "keys").make("guarded", roster.seats, datetime.now(UTC))
+    # What is refused is in the log whatever people have set for other programs.
+    running = arena.start(text, seats=folder / "keys", environment={"RUST_LOG": "off"})
+    yield running
+    running.close()
+
+
+def seat(match: Match, wanted: Seat) -> Credentials:
+    assert match.seats is not None
+    return find_credentials(match.seats, [wanted])
+
+
+def rogue(match: Match, folder: Path, **told: Any) -> Counter[str]:
+    """Let a process with the keys in a folder do things; how many messages it has heard, by key."""
+    told.setdefault("until", match.keys.clock.key)
+    done = subprocess.run(
+        [sys.executable, "-m", "tests.system.rogue", match.endpoint, str(folder)],
+        input=json.dumps(told),
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return Counter(json.loads(done.stdout))
+
+
+def put(key: str, body: Message, stamp: float = 1.0) -> tuple[str, str]:
+    return key, encode(body, stamp, 10_000).hex()
+
+
+def logged(match: Match, words: str) -> bool:
+    return words in match.log("router")
+
+
+class Spy:
+    """Everything that an official hears, with the payloads."""
+
+    def __init__(self, match: Match) -> None:
+        self.heard: list[tuple[str, bytes]] = []
+        self._match = match
+        self._stack = open_session(match.endpoint, credentials=seat(match, Seat(SeatKind.OFFICIAL)))
+
+    def __enter__(self) -> "Spy":
+        session = self._stack.__enter__()
+        session.watch_raw(f"{self._match.keys.root}/**", self._hear)
+        return self
+
+    def __exit__(self, *error: Any) -> None:
+        self._stack.__exit__(*error)
+
+    def _hear(self, key: str, payload: bytes) -> None:
+        self.heard.append((key, payload))
+
+    def got(self, key: str, payload: str) -> bool:
+        return (key, bytes.fromhex(payload)) in self.heard
+
+
+def test_a_whole_match_is_played_and_nothing_of_it_is_refused(start: Callable[..., Match]) -> None:
+    match = start(short_match("whole"), seats=True, movers=())
+    assert match.endpoint.startswith("tls/")
+    window = match.join(Seat(SeatKind.WINDOW))
+    window.wait_until(lambda: window.heard.states and window.heard.clocks and window.heard.poses, "what a window shows")
+    late = match.join()
+    late.wait_until(lambda: set(late.heard.limits) == set(PLAYERS), "the speed limits, which were told once")
+    match.observer.wait_until(lambda: match.observer.state.stage is m.Stage.GAME_OVER, "the end of the game", 90.0)
+    log = match.log("router")
+    assert match.wait_ended() == 0
+    assert match.seats is not None
+    assert not match.seats.exists(), "keys for one run are gone with it"
+    assert json.loads(match.run.result.read_text())["ended"].startswith("game over")
+    refused = [line for line in log.splitlines() if "may not" in line and " window " not in line]
+    assert refused == [], "the match's own processes do nothing that their seats may not"
+    for name in (*PLAYERS, "world", "referee", "recorder"):
+        assert "Traceback" not in match.log(name), match.log(name)
+    assert not window.heard.limits, "a window needs none"
+    tracks = read_tracks(match.run.recordings())
+    assert set(tracks) == set(PLAYERS), "the recorder has heard everything that it records"
+
+
+def test_who_has_a_players_keys_can_do_nothing_else_with_them(guarded: Match) -> None:
+    keys, observer = guarded.keys, guarded.observer
+    before = observer.state
+    own = put(keys.report("ann").key, m.Report(mode="rogue", armed=False, fault="forged"))
+    twist = Twist(0.123, 0.456)
+    pose = Pose(FAR / 10, 0.0, 0.0)
+    state = m.RefereeState(**{f: getattr(before, f) for f in before.__struct_fields__} | {"score": {"minnows": 999}})
+    forged = [
+        put(keys.referee_state.key, state, observer.now),
+        put(keys.drive("bob").key, m.Drive(twist=twist)),
+        put(keys.robot_pose("bob").key, m.MeasuredPose(pose=pose, v=0.0, w=0.0)),
+        put(keys.report("bob").key, m.Report(mode="rogue", armed=False)),
+        put(keys.manual("ann").key, m.Manual(forward=0.321, turn=0.0, lease=1.0), observer.now),
+        put(keys.say("sharks", "shark").key, m.Say(words=b"\xa5rogue")),
+        put(keys.say("minnows", "bob").key, m.Say(words=b"\xa5rogue")),
+        put(keys.order("minnows").key, m.TeamOrder(priority="rogue", lease=2.0)),
+        put(keys.referee_event.key, m.Call(number=999, rule="rogue", text="x", players=[], poses=[], clock=0.0)),
+        put(keys.speed_limit("ann").key, m.SpeedLimit(v_max=99.0)),
+        put(keys.recover("ann").key, m.Recover(by="rogue")),
+        put(keys.clock.key, m.Clock(time=FAR, tick=1, epoch=99, rate=1.0, estop=False), FAR),
+        put(keys.poses.key, m.Poses(bodies=[m.Body("ann", pose, 0.0, 0.0, False)])),
+        put(keys.robot_state("ann").key, m.RobotState(armed=True, estop=False, fault="rogue")),
+        put(keys.world_request.key, m.WorldRequest(kind=m.RequestKind.REMOVE, robot="bob")),
+        put(keys.official.key, m.Official(action=m.OfficialAction.END, by="rogue")),
+        put(keys.estop_release.key, m.EstopRelease(by="rogue")),
+        put(keys.seat_request.key, m.SeatRequest(player="bob", strategy="rogue", by="rogue", id="1")),
+        put(keys.pulse("player", "bob").key, m.Pulse(ticks=1, missed=0)),
+    ]
+    hidden = [keys.poses.key, keys.drive().key, keys.report().key, keys.world_request.key, keys.official.key]
+    hidden += [keys.robot_state("bob").key, f"{keys.root}/robot/bob/sensor/**", f"{keys.root}/**"]
+    with Spy(guarded) as spy:
+        ann = seat(guarded, ANN).folder
+        pretended = [keys.alive("world", "world", "rogue"), keys.alive("player", "bob", "rogue")]
+        rogue(guarded, ann, put=[own, *forged], be=pretended, answer=[forged[0]])
+        # In a process of its own: what a session publishes itself it hears without the router.
+        heard = rogue(guarded, ann, listen=hidden)
+        observer.wait_until(lambda: spy.got(*own), "what the rogue may say, which shows that it has spoken")
+        observer.time_passes(0.5, "in which more might arrive")
+    assert [key for key, payload in forged if spy.got(key, payload)] == []
+    assert set(heard) == {keys.clock.key}, "it hears what it may, and nothing more"
+    assert observer.playing
+    assert observer.state.score == before.score
+    assert observer.now < FAR / 10
+    assert observer.epoch == 0
+    nodes = json.loads(guarded.command("topic", "list", "--json", "--seconds", "0.5"))["nodes"]
+    assert nodes.count("world/world") == nodes.count("player/bob") == 1
+
+    told = ("referee/state", "robot/bob/drive", "clock", "official", "estop/release", "poses", "world/request")
+    for what in told:
+        line = f"player.ann may not publish on {keys.root}/{what}: dropped"
+        wait_until(partial(logged, guarded, line), line)
+    log = guarded.log("router")
+    assert f"player.ann may not listen to {keys.poses.key}: refused" in log
+    assert f"player.ann may not look who is present as {keys.poses.key}/@adv/" in log
+    assert f"player.ann may not be present as {keys.alive('world', 'world', 'rogue')}: refused" in log
+    assert f"player.ann may not publish on {keys.report('ann').key}" not in log
+    assert len(log) < 20_000, "a flood of refusals fills no disk"
+
+
+def test_what_was_recorded_and_is_said_again_moves_no_robot(guarded: Match) -> None:
+    keys, observer = guarded.keys, guarded.observer
+    drive, manual = keys.drive("ann").key, keys.manual("ann").key
+    with Spy(guarded) as spy:
+        observer.wait_until(lambda: any(key == drive for key, _ in spy.heard), "a drive command")
+        recorded = next((key, payload.hex()) for key, payload in reversed(spy.heard) if key == drive)
+        guarded.command("official", "halt", "--reason", "to record")
+        observer.wait_until(observer.standing, "all robots to stand")
+        count = sum(key == drive and payload.hex() == recorded[1] for key, payload in spy.heard)
+        rogue(guarded, seat(guarded, Seat(SeatKind.PLAYER, "bob")).folder, put=[recorded])
+        assert sum(key == drive and payload.hex() == recorded[1] for key, payload in spy.heard) == count
+        # Its own seat may say it again: that is not worse than a new command, which the referee's gate stops, too.
+        since = len(observer.heard.poses)
+        rogue(guarded, seat(guarded, ANN).folder, put=[recorded])
+        observer.wait_until(lambda: sum(payload.hex() == recorded[1] for _, payload in spy.heard) > count, "the replay")
+        # An old command of a person has no effect, whoever says it.
+        old = put(manual, m.Manual(forward=1.0, turn=0.0, lease=1.0), observer.now - 5.0)
+        rogue(guarded, seat(guarded, Seat(SeatKind.OFFICIAL)).folder, put=[old])
+        observer.wait_until(lambda: spy.got(*old), "the old command")
+    observer.time_passes(0.5, "in which a robot might move")
+    assert all(abs(observer.body("ann", poses).v) < 0.02 for poses in observer.heard.poses[since:])
+    assert not observer.heard.reports["ann"][-1].body.manual
+    guarded.resume()
+    wait_until(partial(logged, guarded, f"player.bob may not publish on {drive}: dropped"), "the log")
+
+
+def test_a_player_stops_all_robots_but_only_an_official_lets_them_go(guarded: Match, tmp_path: Path) -> None:
+    keys, observer = guarded.keys, guarded.observer
+    stick = tmp_path / "stick"
+    guarded.command("keys", "hand", str(ANN), "--keys", str(guarded.seats), "--to", str(stick))
+    where = ("--match", keys.match, "--router", guarded.endpoint, "--keys", str(stick))
+    guarded.command("estop", *where, "--reason", "smoke")
+    assert guarded.vrg("estop", "--release", *where).returncode == 1
+    observer.wait_until(lambda: observer.state.estop and observer.state.halted, "the emergency stop")
+    observer.wait_until(observer.standing, "all robots to stand")
+    for held in (ANN, Seat(SeatKind.WINDOW), Seat(SeatKind.COMMANDER, "minnows")):
+        rogue(guarded, seat(guarded, held).folder, put=[put(keys.estop_release.key, m.EstopRelease(by="rogue"))])
+    observer.time_passes(0.5, "in which a release might arrive")
+    assert observer.state.estop
+    assert observer.heard.releases == 0
+    guarded.command("estop", "--release")
+    observer.wait_until(lambda: not observer.state.estop, "the release")
+    guarded.resume()
+
+
+def test_nobody_hears_what_the_other_team_says(guarded: Match) -> None:
+    keys = guarded.keys
+    said = put(keys.say("minnows", "bob").key, m.Say(words=b"\xa6secret"))
+    listening = keys.say("minnows").key
+    heard: dict[str, Counter[str]] = {}
+
+    def listen(name: str, wanted: Seat) -> None:
+        heard[name] = rogue(guarded, seat(guarded, wanted).folder, listen=[listening])
+
+    with Spy(guarded) as spy:
+        threads = [
+            threading.Thread(target=listen, args=item)
+            for item in (("mate", ANN), ("opponent", SHARK), ("window", Seat(SeatKind.WINDOW)))
+        ]
+        for thread in threads:
+            thread.start()
+        while any(thread.is_alive() for thread in threads):
+            rogue(guarded, seat(guarded, Seat(SeatKind.PLAYER, "bob")).folder, put=[said])
+        for thread in threads:
+            thread.join()
+        assert spy.got(*said)
+    assert heard["mate"][said[0]] > 0
+    assert said[0] not in heard["opponent"]
+    assert said[0] not in heard["window"]
+    wait_until(lambda: f"player.shark may not listen to {listening}: refused" in guarded.log("router"), "the log")
+
+
+def test_a_window_watches_and_decides_nothing(guarded: Match) -> None:
+    keys, observer = guarded.keys, guarded.observer
+    window = seat(guarded, Seat(SeatKind.WINDOW)).folder
+    halt = put(keys.official.key, m.Official(action=m.OfficialAction.HALT, by="window"))
+    drive = put(keys.manual("ann").key, m.Manual(forward=0.0, turn=1.0, lease=1.0), observer.now)
+    with Spy(guarded) as spy:
+        heard = rogue(guarded, window, put=[halt, drive], listen=[keys.poses.key, keys.report().key])
+        assert not spy.got(*halt)
+        assert not spy.got(*drive)
+    assert {keys.poses.key, *(keys.report(name).key for name in PLAYERS)} <= set(heard)
+    assert observer.playing
+
+
+def test_a_commander_commands_its_own_team_only(guarded: Match) -> None:
+    keys = guarded.keys
+    own = put(keys.order("minnows").key, m.TeamOrder(priority=None, lease=0.5))
+    other = put(keys.order("sharks").key, m.TeamOrder(priority=None, lease=0.5))
+    foreign = put(keys.manual("shark").key, m.Manual(forward=1.0, turn=0.0, lease=0.5))
+    commander = seat(guarded, Seat(SeatKind.COMMANDER, "minnows")).folder
+    with Spy(guarded) as spy:
+        heard = rogue(guarded, commander, put=[own, other, foreign], listen=[keys.report().key, keys.poses.key])
+        guarded.observer.wait_until(lambda: spy.got(*own), "its own order")
+        assert not spy.got(*other)
+        assert not spy.got(*foreign)
+    assert {keys.report(name).key for name in MINNOWS} <= set(heard)
+    assert keys.report("shark").key not in heard
+    assert keys.poses.key not in heard
+
+
+def write_seat(folder: Path, made: KeyPair, authority: KeyPair) -> Credentials:
+    folder.mkdir()
+    files = {"seat.crt": made.certificate, "seat.key": made.private_key, "ca.crt": authority.certificate}
+    for name, data in files.items():
+        (folder / name).write_bytes(data)
+        (folder / name).chmod(0o600)
+    return Credentials(folder, folder.name)
+
+
+def test_the_commands_of_officials_find_the_keys_of_a_match_on_this_machine(guarded: Match) -> None:
+    keys = guarded.keys
+    lines = guarded.command("topic", "echo", "robot/*/drive", "--count", "3", "--json").splitlines()
+    assert {json.loads(line)["key"].split("/")[3] for line in lines} <= set(PLAYERS)
+    where = ("--match", keys.match, "--router", guarded.endpoint)
+    assert "181 beams" in guarded.command("sensors", "ann", *where, "--seconds", "3")
+    restarts = guarded.said().count("started again")
+    strategy = "sharks-and-minnows"
+    assert "plays by" in guarded.command("substitute", keys.match, "cid", strategy)
+    guarded.observer.wait_until(lambda: guarded.observer.moving("cid"), "the new player to move")
+    assert guarded.said().count("started again") == restarts
+    folder = guarded.seats
+    assert folder is not None
+    stick = folder.parent / "stick"
+    guarded.command("keys", "hand", "window", "--keys", str(folder), "--to", str(stick))
+    refused = guarded.vrg("official", "halt", *where, "--keys", str(stick))
+    assert refused.returncode == 1
+    assert "expected the keys of the seat official, found those of window" in refused.stderr
+    listed = json.loads(guarded.command("topic", "list", "--json", *where, "--keys", str(stick)))
+    assert f"{keys.root}/poses" in {row["key"] for row in listed["topics"]}
+    assert f"{keys.root}/robot/ann/drive" not in {row["key"] for row in listed["topics"]}
+
+
+def test_after_the_router_has_died_everybody_gets_in_again_and_nobody_else(guarded: Match) -> None:
+    guarded.lose_router()
+    late = guarded.join()
+    late.wait_until(lambda: set(late.heard.limits) == set(PLAYERS), "the speed limits, which were told once")
+    forged = put(guarded.keys.referee_event.key, m.Call(number=9, rule="x", text="x", players=[], poses=[], clock=0.0))
+    with Spy(guarded) as spy:
+        rogue(guarded, seat(guarded, ANN).folder, put=[forged])
+        assert not spy.got(*forged)
+
+
+def test_a_certificate_of_another_authority_or_an_expired_one_is_refused(guarded: Match, tmp_path: Path) -> None:
+    now = datetime.now(UTC)
+    good = seat(guarded, ANN)
+    folder = good.folder.parent / "authority"
+    known = KeyPair(good.authority.read_bytes(), (folder / "ca.key").read_bytes())
+    foreign = make_authority("guarded", now)
+    lasts = timedelta(days=1)
+    refused = {
+        "does not know the authority": write_seat(tmp_path / "other", make_seat(foreign, ANN, now, lasts), known),
+        "of another authority": write_seat(tmp_path / "stranger", make_seat(foreign, ANN, now, lasts), foreign),
+        "has expired": write_seat(tmp_path / "old", make_seat(known, ANN, now - 2 * lasts, lasts), known),
+    }
+    for words, credentials in refused.items():
+        with pytest.raises(CredentialsError, match=words), open_session(guarded.endpoint, credentials=credentials):
+            pass
+    wait_until(partial(logged, guarded, "a process was not let in: invalid peer certificate"), "the log")
+    wait_until(partial(logged, guarded, "certificate expired"), "the log")
+    assert guarded.observer.playing
+
+
+def test_who_has_no_certificate_is_refused(guarded: Match) -> None:
+    with pytest.raises(BusError, match="lets only seats with keys in"), open_session(guarded.endpoint):
+        pass
+    plain = guarded.endpoint.replace("tls/", "tcp/")
+    with pytest.raises(BusError, match="none answered"), open_session(plain, patience=0.5):
+        pass
+    import zenoh  # noqa: PLC0415 - what VRG itself never tries
+
+    settings = client_settings(guarded.endpoint, seat(guarded, ANN))
+    settings["transport"]["link"]["tls"] = {
+        "root_ca_certificate": settings["transport"]["link"]["tls"]["root_ca_certificate"]
+    }
+    with pytest.raises(zenoh.ZError):
+        zenoh.open(configuration(settings))
+    assert guarded.observer.playing

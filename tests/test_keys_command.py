@@ -1,0 +1,150 @@
+"""The command `vrg keys`."""
+
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import Result
+from typer.testing import CliRunner
+
+from vrg.bus.access import rules
+from vrg.bus.credentials import find_credentials
+from vrg.bus.seats import Seat, SeatKind
+from vrg.bus.session import configuration
+from vrg.cli import make_app
+from vrg.commands import processes
+from vrg.commands.keys import seat_of
+from vrg.config.loading import load_match
+from vrg.errors import ConfigError, CredentialsError
+from vrg.games import GAMES
+
+GAME = "sharks-and-minnows"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("made") / "keys"
+    done = keys("init", GAME, "--keys", str(made), "--days", "3", "--host", "10.0.0.5")
+    assert done.exit_code == 0, done.output
+    assert "valid until" in done.output
+    return made
+
+
+def keys(*arguments: str) -> Result:
+    return CliRunner().invoke(make_app("keys"), ["keys", *arguments])
+
+
+def with_a_machine(folder: Path) -> Path:
+    """A match file with a further machine."""
+    file = folder / "match.toml"
+    table = '\n[machines.lab2]\nhost = "lab2"\naddress = "10.0.0.2"\n\n[place]\nworld = "lab2"\n'
+    file.write_text(GAMES.get(GAME).default_match().read_text() + table)
+    return file
+
+
+def shown(folder: Path) -> dict[str, dict[str, object]]:
+    done = keys("show", "--keys", str(folder), "--json")
+    assert done.exit_code == 0
+    return {row["seat"]: row for row in json.loads(done.output)}
+
+
+def test_every_seat_of_the_match_gets_keys(folder: Path) -> None:
+    roster = load_match(GAMES.get(GAME).default_match()).roster
+    found = shown(folder)
+    assert set(found) == {str(seat) for seat in roster.seats}
+    assert {row["state"] for row in found.values()} == {"valid"}
+    assert {"localhost", "127.0.0.1", "10.0.0.5"} <= set(found["router"]["hosts"])  # type: ignore[call-overload]
+    text = keys("show", "--keys", str(folder)).output
+    assert "player.player1" in text or "player." in text
+
+
+def test_keys_are_not_made_twice_by_accident(folder: Path) -> None:
+    done = keys("init", GAME, "--keys", str(folder))
+    assert done.exit_code != 0
+    assert isinstance(done.exception, ConfigError)
+    assert "renew them by `vrg keys renew` where they were made, choose another folder, or add --replace" in str(
+        done.exception
+    )
+
+
+def test_keys_that_were_handed_out_are_not_overwritten(folder: Path, tmp_path: Path) -> None:
+    assert keys("hand", "player.player1", "--keys", str(folder), "--to", str(tmp_path)).exit_code == 0
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*.*") if path.is_file()}
+    done = keys("init", GAME, "--keys", str(tmp_path))
+    assert isinstance(done.exception, ConfigError)
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*.*") if path.is_file()} == before
+
+
+def test_renewed_keys_last_longer(folder: Path) -> None:
+    before = shown(folder)["world"]["until"]
+    assert keys("renew", GAME, "--keys", str(folder), "--days", "9").exit_code == 0
+    after = shown(folder)
+    assert str(after["world"]["until"]) > str(before)
+    assert "10.0.0.5" in after["router"]["hosts"]  # type: ignore[operator]
+
+
+def test_an_address_is_added_to_those_that_the_router_has(folder: Path) -> None:
+    for address in ("10.0.0.6", "10.0.0.7"):
+        assert keys("renew", GAME, "--keys", str(folder), "--days", "3", "--host", address).exit_code == 0
+    assert {"localhost", "10.0.0.5", "10.0.0.6", "10.0.0.7"} <= set(shown(folder)["router"]["hosts"])  # type: ignore[call-overload]
+
+
+def test_every_machine_of_the_match_file_has_a_seat_that_is_renewed(tmp_path: Path) -> None:
+    file, folder = with_a_machine(tmp_path), tmp_path / "keys"
+    assert keys("init", str(file), "--keys", str(folder), "--days", "3").exit_code == 0
+    before = shown(folder)["host.lab2"]["until"]
+    assert "10.0.0.2" in shown(folder)["router"]["hosts"]  # type: ignore[operator]
+    assert keys("renew", str(file), "--keys", str(folder), "--days", "9").exit_code == 0
+    assert str(shown(folder)["host.lab2"]["until"]) > str(before)
+
+
+def test_another_authority_makes_all_keys_worthless_that_were_handed_out(tmp_path: Path) -> None:
+    folder, stick = tmp_path / "keys", tmp_path / "stick"
+    keys("init", GAME, "--keys", str(folder))
+    assert keys("hand", "world", "--keys", str(folder), "--to", str(stick)).exit_code == 0
+    assert keys("init", GAME, "--keys", str(folder), "--replace").exit_code == 0
+    (stick / "world" / "ca.crt").write_bytes((folder / "world" / "ca.crt").read_bytes())
+    assert shown(stick)["world"]["state"] == "of another authority"
+
+
+def test_one_machine_is_handed_only_its_own_seats(folder: Path, tmp_path: Path) -> None:
+    done = keys("hand", "player.player1", "official", "--keys", str(folder), "--to", str(tmp_path / "pi"))
+    assert done.exit_code == 0
+    assert {path.name for path in (tmp_path / "pi").iterdir()} == {"player.player1", "official"}
+    with pytest.raises(CredentialsError):
+        find_credentials(tmp_path / "pi", [Seat(SeatKind.WORLD)])
+
+
+def test_the_routers_configuration_is_one_that_zenoh_takes(folder: Path, tmp_path: Path) -> None:
+    file = tmp_path / "router.json5"
+    done = keys("rules", GAME, "--keys", str(folder), "--write", str(file), "--listen", "tls/0.0.0.0:7500")
+    assert done.exit_code == 0, done.output
+    settings = json.loads(file.read_text())
+    assert settings["listen"]["endpoints"] == ["tls/0.0.0.0:7500"]
+    assert settings["access_control"] == rules(load_match(GAMES.get(GAME).default_match()).roster)
+    assert "PRIVATE KEY" not in file.read_text()
+    assert configuration(settings).get_json("mode") == '"router"'
+    printed = keys("rules", GAME, "--keys", str(folder))
+    assert json.loads(printed.output)["access_control"] == settings["access_control"]
+
+
+@pytest.mark.parametrize("environment", [{}, {"VRG_KEYS": "somewhere"}])
+def test_no_router_lets_everybody_in_that_was_given_keys(
+    environment: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(processes, "serve_router", lambda *_, **__: pytest.fail("a router was started"))
+    typed = [] if environment else ["--keys", "somewhere"]
+    done = CliRunner().invoke(make_app("router"), ["router", *typed], env=environment)
+    assert isinstance(done.exception, ConfigError)
+    assert "expected the match file whose seats have the keys in somewhere" in str(done.exception)
+
+
+@pytest.mark.parametrize("text", ["", "playr.ann", "player", "world.ann", ".", "host.../../evil", "player.a/b"])
+def test_what_is_no_seat_is_refused(text: str) -> None:
+    with pytest.raises(ConfigError, match=r"expected a seat \(router, world, .*player\.NAME"):
+        seat_of(text)
+
+
+def test_a_seat_is_read_as_it_is_shown() -> None:
+    for seat in (Seat(SeatKind.WORLD), Seat(SeatKind.PLAYER, "Łukasz"), Seat(SeatKind.HOST, "pi")):
+        assert seat_of(str(seat)) == seat

@@ -1,0 +1,197 @@
+"""What each seat may publish and hear, made from the key map: the router's access control.
+
+Zenoh's router compares the common name of a process's certificate and the key of a message with rules. What no rule
+allows is denied. These are functions of plain data, for a router of VRG's own and for a stock `zenohd`.
+
+Three things of zenoh 1.10 shape the rules. A declared publisher sends nothing until the router has told it of a
+subscriber, so every seat may be told that somebody listens. Advanced publishers and subscribers exchange history,
+heartbeats and presence on keys below `@adv`, which `**` does not match. And a rule allows a message only if its key
+expression contains the message's whole expression, so who listens with a wildcard needs the wildcard in its rules.
+"""
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from itertools import product
+from typing import Any
+
+from vrg.bus.names import chunk_of
+from vrg.bus.parties import EVERYBODY, Party
+from vrg.bus.seats import Roster, Seat, SeatKind
+from vrg.bus.topics import ALIVE, READINGS, ROUTERS_ALIVE, Keys, Line, Qos
+
+NODES: dict[SeatKind, tuple[str, str]] = {
+    SeatKind.WORLD: ("world", "world"),
+    SeatKind.REFEREE: ("coordinator", "referee"),
+    SeatKind.RECORDER: ("recorder", "recorder"),
+    SeatKind.LAUNCHER: ("launcher", "*"),
+    SeatKind.OFFICIAL: ("spectator", "*"),
+    SeatKind.WINDOW: ("spectator", "*"),
+    SeatKind.TRACKER: ("tracker", "*"),
+}
+"""The kind and the name of the node that a seat runs. A seat with a name runs a node of its own kind and name."""
+_BROAD = (SeatKind.OFFICIAL, SeatKind.WINDOW)
+"""The seats that may ask for everything at once, as `vrg topic list` does. They are given what they may hear."""
+
+
+def speaks(seat: Seat, line: Line[Any], roster: Roster) -> list[str]:
+    """The key expressions below `vrg/<match>/` on which a seat may publish messages of a line; none if it may not."""
+    kind, name = _node_of(seat)
+    own = replace(line, path=line.path.replace("{kind}/{name}", f"{kind}/{name}"))
+    return _expressions(seat, own, line.speakers, roster)
+
+
+def hears(seat: Seat, line: Line[Any], roster: Roster) -> list[str]:
+    """The key expressions below `vrg/<match>/` of a line whose messages a seat is given; none if it may not hear any.
+
+    An official is given all.
+    """
+    if seat.kind is SeatKind.OFFICIAL:
+        return [Keys.expression(line.path)]
+    return _expressions(seat, line, line.listeners, roster)
+
+
+def in_words(line: Line[Any], parties: Sequence[Party]) -> str:
+    """Who the speakers or the listeners of a line are, for people."""
+    kinds = {party.kind for party in parties}
+    if kinds >= {party.kind for party in EVERYBODY} - {SeatKind.HOST}:
+        return "all"
+    return ", ".join(_party_in_words(line, party) for party in parties)
+
+
+def _party_in_words(line: Line[Any], party: Party) -> str:
+    if (party.kind is SeatKind.PLAYER and "{team}" in line.path and "{player}" not in line.path) or party.others:
+        return "players of the team"
+    if party.kind is SeatKind.COMMANDER:
+        return "the team's commander"
+    words = party.node or str(party.kind)
+    return words if party.fed is None else f"{words} ({'feed' if party.fed else 'odometry'})"
+
+
+def _node_of(seat: Seat) -> tuple[str, str]:
+    """The kind and the name of the nodes that a seat runs, as they stand in keys."""
+    return NODES.get(seat.kind, (seat.kind.value, chunk_of(seat.name)))
+
+
+def lines() -> list[Line[Any]]:
+    """All lines of the key map, that of the sensors' readings too."""
+    return [*Keys.lines(), READINGS]
+
+
+def _expressions(seat: Seat, line: Line[Any], parties: Iterable[Party], roster: Roster) -> list[str]:
+    found: dict[str, None] = {}
+    holes = set(re.findall(r"\{(\w+)\}", line.path))
+    for party in parties:
+        if party.kind is seat.kind:
+            own = {hole: names for hole, names in _own_names(seat, party, roster).items() if hole in holes}
+            if party.fed is not None:
+                robots = own.get("robot", roster.teams)
+                own["robot"] = [robot for robot in robots if (robot in roster.fed) is party.fed]
+            found |= dict.fromkeys(
+                Keys.expression(line.path, dict(zip(own, names, strict=True))) for names in product(*own.values())
+            )
+    return list(found)
+
+
+def _own_names(seat: Seat, party: Party, roster: Roster) -> dict[str, Sequence[str]]:
+    """What must stand in the holes of a line's path, by hole. A hole that is missing may hold anything."""
+    if seat.kind is SeatKind.PLAYER:
+        team: dict[str, Sequence[str]] = {"team": [roster.teams[seat.name]]}
+        return team if party.others else {**team, "robot": [seat.name], "player": [seat.name]}
+    if seat.kind is SeatKind.COMMANDER:
+        members = roster.members(seat.name)
+        return {"team": [seat.name], "robot": members, "player": members}
+    return {}
+
+
+def rules(roster: Roster) -> dict[str, Any]:
+    """The `access_control` part of the configuration of a zenoh router: one subject and its rules for each seat."""
+    made: list[dict[str, Any]] = []
+    subjects: list[dict[str, Any]] = []
+    policies: list[dict[str, Any]] = []
+    for seat in roster.seats:
+        if seat.kind is SeatKind.ROUTER and not roster.linked:
+            continue
+        name = seat.common_name
+        own = [_rule_of_routers(seat)] if seat.kind is SeatKind.ROUTER else _rules_of(seat, roster)
+        made += own
+        subjects.append({"id": name, "cert_common_names": [name]})
+        policies.append({"subjects": [name], "rules": [rule["id"] for rule in own]})
+    return {
+        "enabled": True,
+        "default_permission": "deny",
+        "rules": made,
+        "subjects": subjects,
+        "policies": policies,
+    }
+
+
+def _rule_of_routers(seat: Seat) -> dict[str, Any]:
+    """What routers may pass on to each other: everything, as each has asked its own clients already."""
+    return {
+        "id": f"{seat.common_name}:pass-on",
+        "permission": "allow",
+        "flows": ["ingress", "egress"],
+        "messages": [
+            "put", "reply", "query", "declare_subscriber", "declare_queryable", "liveliness_token",
+            "liveliness_query", "declare_liveliness_subscriber",
+        ],
+        "key_exprs": ["**", "**/@adv/**"],
+    }  # fmt: skip
+
+
+def _rules_of(seat: Seat, roster: Roster) -> list[dict[str, Any]]:
+    root = Keys(roster.match).root
+    said, answered, said_lasting, heard, heard_lasting, asked = [], [], [], [], [], []
+    for line in lines():
+        spoken, listened = speaks(seat, line, roster), hears(seat, line, roster)
+        said += spoken
+        heard += listened
+        if listened and seat.kind is SeatKind.COMMANDER:
+            asked.append(Keys.expression(line.path))
+        if line.qos is not Qos.LATEST:
+            answered += spoken
+            said_lasting += [f"{key}/@adv/**" for key in spoken]
+            heard_lasting += [f"{key}/@adv/**" for key in listened]
+    everything = ["**", "**/@adv/**"]
+    asked += everything if seat.kind in _BROAD else [*heard, *heard_lasting]
+    asked_before = everything[1:] if seat.kind in _BROAD else heard_lasting
+    kind, name = _node_of(seat)
+    alive = [ALIVE.format(kind=kind, name=name, instance="*")]
+    all_alive = [Keys.expression(ALIVE)]
+
+    wanted = [
+        ("speak", ["ingress"], ["put"], [*said, *said_lasting]),
+        ("answer", ["ingress"], ["reply", "declare_queryable"], [*answered, *said_lasting]),
+        ("be-asked", ["egress"], ["query"], said_lasting),
+        ("be", ["ingress"], ["liveliness_token"], [*alive, *said_lasting]),
+        ("hear", ["egress"], ["put", "reply"], [*heard, *heard_lasting]),
+        ("listen", ["ingress"], ["declare_subscriber"], asked),
+        ("ask", ["ingress"], ["query"], asked_before),
+        ("look", ["ingress"], ["liveliness_query", "declare_liveliness_subscriber"], [*all_alive, *asked_before]),
+        ("see", ["egress"], ["liveliness_token"], [*all_alive, *heard_lasting]),
+        ("learn", ["egress"], ["declare_subscriber", "declare_queryable"], everything),
+    ]
+    found = [
+        {
+            "id": f"{seat.common_name}:{what}",
+            "permission": "allow",
+            "flows": flows,
+            "messages": messages,
+            "key_exprs": [f"{root}/{key}" for key in dict.fromkeys(keys)],
+        }
+        for what, flows, messages, keys in wanted
+        if keys
+    ]
+    if seat.kind in (SeatKind.LAUNCHER, SeatKind.HOST):
+        # A supervisor makes sure that the router that answers is the one that it has started.
+        found.append(
+            {
+                "id": f"{seat.common_name}:router",
+                "permission": "allow",
+                "flows": ["ingress", "egress"],
+                "messages": ["liveliness_token", "liveliness_query"],
+                "key_exprs": [ROUTERS_ALIVE],
+            }
+        )
+    return found

@@ -1,0 +1,134 @@
+"""The seats of a match: what a process may be, as far as the router can tell by its certificate.
+
+A seat is more than a role on paper. Its certificate carries the seat's common name, and the router's rules, which are
+made from the key map, say for each common name what it may publish and hear.
+"""
+
+import enum
+import hashlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from vrg.bus.names import chunk_of
+
+LONGEST_COMMON_NAME = 64
+"""The number of characters that X.509 allows in a common name (RFC 5280, ub-common-name)."""
+_DIGEST = 16
+"""The number of hexadecimal digits that stand for the rest of a name that is too long."""
+
+
+class SeatKind(enum.StrEnum):
+    """The kinds of seats.
+
+    ROUTER serves the bus. WORLD, REFEREE and RECORDER are the processes of that name. LAUNCHER is the supervisor of the
+    match, and HOST a supervisor on a further machine. OFFICIAL decides, and hears everything. WINDOW watches. TRACKER
+    is a motion-capture system. PLAYER is one player with its robot. COMMANDER commands one team.
+    """
+
+    ROUTER = "router"
+    WORLD = "world"
+    REFEREE = "referee"
+    RECORDER = "recorder"
+    LAUNCHER = "launcher"
+    HOST = "host"
+    OFFICIAL = "official"
+    WINDOW = "window"
+    TRACKER = "tracker"
+    PLAYER = "player"
+    COMMANDER = "commander"
+
+
+NAMED = frozenset({SeatKind.HOST, SeatKind.PLAYER, SeatKind.COMMANDER})
+"""The kinds of which a match has several seats, each with a name of its own."""
+
+
+@dataclass(frozen=True, order=True)
+class Seat:
+    """One seat of a match.
+
+    Args:
+        kind: what it is.
+        name: the name of the player, of the commanded team or of the machine; empty for all other kinds.
+
+    Raises:
+        ValueError: the name is missing, or there is one where the kind has none.
+    """
+
+    kind: SeatKind
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        if bool(self.name) != (self.kind in NAMED):
+            raise ValueError(f"a seat of the kind {self.kind}: expected {'a' if not self.name else 'no'} name")
+
+    def __str__(self) -> str:
+        return f"{self.kind}.{self.name}" if self.name else str(self.kind)
+
+    @property
+    def common_name(self) -> str:
+        """The common name of its certificate, ASCII of at most 64 characters; also the name of its folder of keys.
+
+        A name that is too long is cut, and ends in a digest of the whole, so that no two seats share one.
+        """
+        whole = f"{self.kind}.{chunk_of(self.name)}" if self.name else str(self.kind)
+        if len(whole) <= LONGEST_COMMON_NAME:
+            return whole
+        digest = hashlib.sha256(whole.encode()).hexdigest()[:_DIGEST]
+        return f"{whole[: LONGEST_COMMON_NAME - _DIGEST - 1]}~{digest}"
+
+
+@dataclass(frozen=True)
+class Roster:
+    """Who takes part in a match, as far as seats are concerned.
+
+    Args:
+        match: the name of the match, which is a part of every key.
+        teams: the team of each player, by the player's name.
+        fed: the players of whose robots another program, and not the player's device, measures where they are.
+        hosts: the names of the further machines. linked: True if it has further routers.
+    """
+
+    match: str
+    teams: dict[str, str]
+    fed: tuple[str, ...] = ()
+    hosts: tuple[str, ...] = ()
+    linked: bool = False
+
+    @property
+    def seats(self) -> list[Seat]:
+        """All seats of the match, the router's first."""
+        return list(self._seats())
+
+    def _seats(self) -> Iterator[Seat]:
+        for kind in SeatKind:
+            if kind not in NAMED and (kind is not SeatKind.TRACKER or self.fed):
+                yield Seat(kind)
+        yield from (Seat(SeatKind.HOST, name) for name in self.hosts)
+        yield from (Seat(SeatKind.PLAYER, name) for name in self.teams)
+        yield from (Seat(SeatKind.COMMANDER, team) for team in dict.fromkeys(self.teams.values()))
+
+    def members(self, team: str) -> list[str]:
+        """The players of a team."""
+        return [name for name, its in self.teams.items() if its == team]
+
+
+def seats_of_node(kind: str, name: str) -> Sequence[Seat]:
+    """The seats that a node of the match may take, the one that it prefers first.
+
+    Args:
+        kind: a kind of node, or `router`. name: the name of the node.
+
+    Raises:
+        ValueError: no seat is for such a node.
+    """
+    match kind:
+        case "player" | "commander":
+            return (Seat(SeatKind(kind), name),)
+        case "coordinator":
+            return (Seat(SeatKind.REFEREE),)
+        case "spectator":
+            return (Seat(SeatKind.OFFICIAL), Seat(SeatKind.WINDOW))
+        case "router" | "world" | "recorder":
+            return (Seat(SeatKind(kind)),)
+        case _:
+            raise ValueError(f"no seat is for a node of the kind {kind!r}")

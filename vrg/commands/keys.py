@@ -1,0 +1,171 @@
+"""The command `vrg keys`, which makes, shows and hands out the keys of a match's seats, and the rules for them."""
+
+import json
+import socket
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vrg.bus.access import rules as access_rules
+from vrg.bus.configuration import check_endpoint, router_settings
+from vrg.bus.credentials import find_credentials
+from vrg.bus.hosts import check_host, is_host
+from vrg.bus.names import check_name, name_of
+from vrg.bus.seats import NAMED, Seat, SeatKind, seats_of_node
+from vrg.commands.options import MatchArgument
+from vrg.config.setup import MatchSetup
+from vrg.errors import ConfigError
+
+app = typer.Typer(no_args_is_help=True, help="Make and show the keys of a match's seats; see docs/seats.md.")
+
+FolderOption = Annotated[Path, typer.Option("--keys", envvar="VRG_KEYS", help="Folder of the keys.")]
+DaysOption = Annotated[float, typer.Option(min=0.01, max=730, help="For how many days the keys are valid.")]
+HostOption = Annotated[
+    list[str] | None,
+    typer.Option("--host", help="Host name or IP address of the router's machine, besides this machine's; may repeat."),
+]
+KEYS = Path("keys")
+"""The folder of keys, unless another one is named."""
+
+
+@app.command()
+def init(
+    match: MatchArgument,
+    keys: FolderOption = KEYS,
+    days: DaysOption = 30.0,
+    host: HostOption = None,
+    replace: Annotated[
+        bool,
+        typer.Option("--replace", help="Remove these keys, and make others: none that was handed out is good."),
+    ] = False,
+) -> None:
+    """Make an authority and the keys of all seats of a match."""
+    from vrg.seats.folder import KeysFolder
+
+    setup = _setup(match)
+    roster, folder = setup.roster, KeysFolder(keys)
+    if folder.has_keys and not replace:
+        raise ConfigError(
+            [
+                f"{keys}: there are keys already: renew them by `vrg keys renew` where they were made, choose another "
+                "folder, or add --replace, which removes them"
+            ]
+        )
+    now, lasts = datetime.now(UTC), timedelta(days=days)
+    folder.make(roster.match, roster.seats, now, lasts=lasts, hosts=_hosts(setup, host))
+    typer.echo(f"{keys}: the keys of {len(roster.seats)} seats, valid until {now + lasts:%Y-%m-%d}")
+
+
+@app.command()
+def renew(
+    match: MatchArgument,
+    keys: FolderOption = KEYS,
+    days: DaysOption = 30.0,
+    host: HostOption = None,
+) -> None:
+    """Make new keys for all seats, those new in the match file too. Old ones are good until they expire."""
+    from vrg.seats.folder import KeysFolder
+
+    setup, now, lasts = _setup(match), datetime.now(UTC), timedelta(days=days)
+    roster = setup.roster
+    KeysFolder(keys).renew(roster.match, roster.seats, now, lasts=lasts, hosts=_hosts(setup, host))
+    typer.echo(
+        f"{keys}: the keys of {len(roster.seats)} seats, valid until {now + lasts:%Y-%m-%d}: hand them out again"
+    )
+
+
+@app.command()
+def show(
+    keys: FolderOption = KEYS, as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False
+) -> None:
+    """List the seats that a folder has keys of, and until when they are valid."""
+    from vrg.seats.folder import KeysFolder
+
+    now = datetime.now(UTC)
+    rows = []
+    for entry in KeysFolder(keys).entries():
+        told = entry.validity
+        kind, _, name = told.common_name.partition(".")
+        seat = f"{kind}.{name_of(name)}" if name else kind
+        state = "of another authority" if not entry.genuine else "expired" if told.is_over(now) else "valid"
+        rows.append({"seat": seat, "state": state, "until": told.ends.isoformat(), "hosts": list(told.hosts)})
+    if as_json:
+        typer.echo(json.dumps(rows))
+        return
+    for row in rows:
+        hosts = f"  for {', '.join(row['hosts'])}" if row["hosts"] else ""
+        typer.echo(f"{row['seat']:<28} {row['state']:<8} until {str(row['until'])[:16]}{hosts}")
+
+
+@app.command()
+def hand(
+    seats: Annotated[list[str], typer.Argument(metavar="SEAT...", help="Such as player.ann or commander.red.")],
+    to: Annotated[Path, typer.Option("--to", help="Folder to copy them to, such as a USB stick.")],
+    keys: FolderOption = KEYS,
+) -> None:
+    """Copy the keys of some seats, and nothing else, for one machine."""
+    from vrg.seats.folder import KeysFolder
+
+    for made in KeysFolder(keys).hand_out([seat_of(text) for text in seats], to):
+        typer.echo(made)
+
+
+@app.command()
+def rules(
+    match: MatchArgument,
+    keys: FolderOption = KEYS,
+    listen: Annotated[str, typer.Option(help="Endpoint that the router listens at.")] = "tls/0.0.0.0:7447",
+    write: Annotated[Path | None, typer.Option(help="File to write; without it, the text is printed.")] = None,
+) -> None:
+    """Print the whole configuration of the router of a match, as JSON5 for a stock `zenohd -c FILE`."""
+    credentials = find_credentials(keys, seats_of_node("router", ""))
+    check_endpoint(listen, credentials)
+    roster = _setup(match).roster
+    text = json.dumps(router_settings(listen, credentials, access_rules(roster)), indent=2)
+    if write is None:
+        typer.echo(text)
+        return
+    try:
+        write.write_text(f"{text}\n", encoding="utf-8")
+    except OSError as error:
+        raise ConfigError([f"{write}: cannot be written: {error.strerror}: choose another place"]) from None
+    typer.echo(f"{write}: {len(roster.seats) - 1} seats may connect; the files of the keys are named, not copied")
+
+
+def seat_of(text: str) -> Seat:
+    """The seat that a person means.
+
+    Raises:
+        ConfigError: there is no such seat.
+    """
+    kind, _, name = text.partition(".")
+    try:
+        return Seat(SeatKind(kind), check_name(name) if name else "")
+    except ValueError:
+        known = ", ".join(f"{k}.NAME" if k in NAMED else k for k in SeatKind)
+        raise ConfigError([f"expected a seat ({known}), got {text!r}"]) from None
+
+
+def _setup(match: str) -> MatchSetup:
+    from vrg.config.loading import load_match, match_path  # `vrg keys show` needs no match file
+
+    return load_match(match_path(match))
+
+
+def _hosts(setup: MatchSetup, given: list[str] | None) -> list[str]:
+    """What the machines of routers are called: this one, those of the match file, and what was typed besides.
+
+    Raises:
+        ConfigError: what was typed is no host.
+    """
+    from vrg.seats.folder import LOCAL_HOSTS
+
+    own = socket.gethostname()
+    addresses = [machine.address for machine in setup.machines.values() if machine.address]
+    try:
+        typed = [check_host(host) for host in given or ()]
+    except ValueError as error:
+        raise ConfigError([f"--host: {error}"]) from None
+    return [*LOCAL_HOSTS, *([own] if is_host(own) else []), *addresses, *typed]
