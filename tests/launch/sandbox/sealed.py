@@ -1,0 +1,56 @@
+"""Runs something in a process that has sealed itself."""
+
+import os
+import pickle
+import signal
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+
+from vrg.launch.sandbox.player import entries_of, libraries
+from vrg.launch.sandbox.policy import Policy, files
+from vrg.launch.sandbox.seal import seal
+
+PATIENCE = 60
+"""s of real time that a sealed process may take."""
+
+
+def policy(folder: Path, *, port: int = 7447, hidden: tuple[Path, ...] = (), core: int = 0) -> Policy:
+    """One by which `folder/code` can be read, and `folder/own` be written."""
+    allowed = files(
+        own=[folder / "code"],
+        libraries=libraries(),
+        hidden=hidden,
+        folder=folder / "own",
+        written=[folder / "statistics.json"],
+        entries=entries_of,
+    )
+    return Policy(files=allowed, port=port, folder=folder / "own", memory=400, core=core)
+
+
+def sealed(wanted: Policy, action: Callable[[], object]) -> object:
+    """What an action returns or raises in a sealed process. `ChildProcessError` if the process did not survive it."""
+    reader, writer = os.pipe()
+    pid = os.fork()
+    if pid == 0:
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)
+        signal.alarm(PATIENCE)
+        result: object
+        try:
+            seal(wanted)
+            result = action()
+        except BaseException as error:
+            result = error if isinstance(error, OSError | RuntimeError | MemoryError | ValueError) else repr(error)
+            traceback.print_exc()
+        try:
+            os.write(writer, pickle.dumps(result))
+        finally:
+            os._exit(0)
+    os.close(writer)
+    with os.fdopen(reader, "rb") as answer:
+        data = answer.read()
+    _, status = os.waitpid(pid, 0)
+    if not data:
+        return ChildProcessError(status)
+    found: object = pickle.loads(data)
+    return found

@@ -1,0 +1,94 @@
+"""A sealed player that has too many threads, or that writes too much."""
+
+import mmap
+import os
+import socket
+import threading
+from pathlib import Path
+
+import pytest
+
+from vrg.launch.sandbox import excess as bounds
+from vrg.launch.sandbox.excess import excess
+
+
+@pytest.fixture
+def own(tmp_path: Path) -> Path:
+    folder = tmp_path / "players" / "ann"
+    folder.mkdir(parents=True)
+    return folder
+
+
+def test_a_modest_player_uses_not_too_much(own: Path, tmp_path: Path) -> None:
+    (own / "notes").write_text("hello")
+    assert excess(tmp_path, "ann", os.getpid()) is None
+
+
+def test_many_threads_are_too_many(own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bounds, "THREADS", threading.active_count() - 1)
+    assert "threads" in (excess(tmp_path, "ann", os.getpid()) or "")
+
+
+def test_a_large_file_is_too_large_and_takes_no_room_itself(own: Path, tmp_path: Path) -> None:
+    with (own / "big").open("wb") as file:
+        file.truncate(bounds.WRITTEN + 1)
+    assert excess(tmp_path, "ann", os.getpid()) == "it keeps 100 MB in 1 files in its folder"
+
+
+def test_many_small_files_are_too_many(own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bounds, "ENTRIES", 3)
+    (own / "deep").mkdir()
+    for number in range(3):
+        (own / "deep" / str(number)).touch()
+    assert excess(tmp_path, "ann", os.getpid()) == "it keeps 0 MB in 4 files in its folder"
+
+
+def test_a_file_that_was_deleted_and_is_still_open_counts(
+    own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(bounds, "WRITTEN", 1_500_000)
+    with (own / "gone").open("wb") as file:
+        file.write(bytes(2_000_000))
+        file.flush()
+        (own / "gone").unlink()
+        assert excess(tmp_path, "ann", os.getpid()) == "it keeps 2 MB in 0 files in its folder"
+    assert excess(tmp_path, "ann", os.getpid()) is None
+
+
+def test_a_file_that_was_deleted_and_is_mapped_counts(
+    own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(bounds, "WRITTEN", 1_500_000)
+    (own / "gone").write_bytes(bytes(2_000_000))
+    with (own / "gone").open("r+b") as file:
+        held = mmap.mmap(file.fileno(), 0)
+    (own / "gone").unlink()
+    # The mapping has a descriptor of its own, which another program would not need.
+    monkeypatch.setattr(bounds, "_descriptors", lambda _pid: iter(()))
+    assert (excess(tmp_path, "ann", os.getpid()) or "").startswith("it keeps 2 MB")
+    held.close()
+    assert excess(tmp_path, "ann", os.getpid()) is None
+
+
+def test_a_folder_that_cannot_be_listed_is_told(own: Path, tmp_path: Path) -> None:
+    (own / "secret").mkdir(mode=0o300)
+    assert "nobody can look into" in (excess(tmp_path, "ann", os.getpid()) or "")
+
+
+def test_many_sockets_are_too_many(own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bounds, "SOCKETS", 3)
+    pairs = [socket.socketpair() for _ in range(2)]
+    assert "sockets" in (excess(tmp_path, "ann", os.getpid()) or "")
+    for ends in pairs:
+        for end in ends:
+            end.close()
+
+
+def test_a_player_that_is_not_sealed_is_not_looked_at(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bounds, "THREADS", 0)
+    assert excess(tmp_path, "ann", os.getpid()) is None
+
+
+def test_a_player_that_has_ended_uses_nothing(own: Path, tmp_path: Path) -> None:
+    assert own.is_dir()
+    assert excess(tmp_path, "ann", 2**22 + 1) is None

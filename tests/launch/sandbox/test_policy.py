@@ -1,0 +1,170 @@
+"""What a player's process may reach, by its match."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.system.harness import short_match
+from vrg.config.loading import load_match
+from vrg.config.setup import MatchSetup
+from vrg.errors import SandboxError
+from vrg.launch.run_folder import RunFolder
+from vrg.launch.sandbox.player import policy_of
+from vrg.launch.sandbox.policy import Access, Policy, readable
+
+TREE = {
+    Path("/a"): [Path("/a/b"), Path("/a/c"), Path("/a/f")],
+    Path("/a/b"): [Path("/a/b/x"), Path("/a/b/y")],
+    Path("/a/c"): [Path("/a/c/z")],
+}
+LEAVES = [Path(name) for name in ("/a/b/x", "/a/b/y", "/a/c/z", "/a/f")]
+
+
+def entries(folder: Path) -> list[Path]:
+    return TREE.get(folder, [])
+
+
+@given(hidden=st.sets(st.sampled_from([*TREE, *LEAVES])))
+def test_all_that_is_not_hidden_can_be_read_and_nothing_else(hidden: set[Path]) -> None:
+    found = list(readable(Path("/a"), hidden, entries))
+    for leaf in LEAVES:
+        secret = any(leaf.is_relative_to(place) for place in hidden)
+        assert any(leaf.is_relative_to(place) for place in found) is not secret
+
+
+def test_a_folder_without_secrets_is_one_entry() -> None:
+    assert list(readable(Path("/a"), {Path("/b")}, entries)) == [Path("/a")]
+    assert list(readable(Path("/a"), {Path("/a/b/x")}, entries)) == [Path("/a/b/y"), Path("/a/c"), Path("/a/f")]
+
+
+@pytest.fixture
+def match(tmp_path: Path) -> MatchSetup:
+    """A match with a strategy for each team, a module that both import, and runs, keys and notes beside them."""
+    for name in ("red", "blue"):
+        (tmp_path / f"{name}.py").write_text(f"import shared\nimport {name}_tricks\n")
+        (tmp_path / f"{name}_tricks.py").touch()
+    for name in ("shared.py", "weights.bin"):
+        (tmp_path / name).touch()
+    for name in ("runs/now/logs", "runs/now/players", "runs/before", "keys/player.ann", "keys/player.bob"):
+        (tmp_path / name).mkdir(parents=True)
+    text = short_match("m")
+    for player in ("shark", "ann", "bob", "cid"):
+        file = "red.py" if player == "shark" else "blue.py"
+        text = text.replace(f'name = "{player}"', f'name = "{player}"\nstrategy = "{file}:S"')
+    (tmp_path / "match.toml").write_text(text)
+    return load_match(tmp_path / "match.toml")
+
+
+def policy(match: MatchSetup, name: str = "ann", router: str = "tls/127.0.0.1:7450") -> Policy:
+    base = Path(match.base)
+    return policy_of(match, name, router=router, run=RunFolder(base / "runs/now"), seat=base / f"keys/player.{name}")
+
+
+def allowed(wanted: Policy, path: Path, access: Access) -> bool:
+    return any(path.is_relative_to(place) and access in what for place, what in wanted.files)
+
+
+@pytest.mark.parametrize(
+    ("path", "may"),
+    [
+        ("blue.py", True),
+        ("blue_tricks.py", True),
+        ("shared.py", True),
+        ("weights.bin", True),
+        ("match.toml", True),
+        ("keys/player.ann/seat.key", True),
+        ("red.py", False),
+        ("red_tricks.py", False),
+        ("keys/player.bob/seat.key", False),
+        ("keys/authority/ca.key", False),
+        ("runs/before/red.py", False),
+        ("runs/now/red.py", False),
+        ("runs/now/world.snapshot", False),
+        ("runs/now/logs/referee.log", False),
+        ("runs/now/players/bob/notes", False),
+        ("runs/now/players/ann/notes", True),
+        ("runs/now/logs/ann.json", True),
+    ],
+)
+def test_a_player_reads_what_it_needs(match: MatchSetup, path: str, may: bool) -> None:
+    (Path(match.base) / "runs/now/logs/ann.json").touch()
+    assert allowed(policy(match), Path(match.base) / path, Access.READ) is may
+
+
+def test_a_player_writes_in_its_folder_and_its_statistics(match: MatchSetup) -> None:
+    run = Path(match.base) / "runs/now"
+    wanted = policy(match)
+    writable = {place for place, what in wanted.files if Access.WRITE in what and not place.is_relative_to("/dev")}
+    assert writable == {run / "players/ann", run / "logs/ann.json"}
+    assert {place for place, what in wanted.files if Access.MAKE in what} == {run / "players/ann"}
+    assert wanted.folder == run / "players/ann"
+
+
+def test_nobody_reads_another_process_of_the_system(match: MatchSetup) -> None:
+    for place in ("/proc/1/mem", "/dev/mem", "/tmp/x", "/etc/shadow", "/dev/shm/x", "/root/.ssh/id"):
+        assert not allowed(policy(match), Path(place), Access.READ), place
+
+
+@pytest.mark.parametrize(("router", "port"), [("tls/[::1]:7450", 7450), ("tcp/lab:9", 9), ("tcp/lab:9#iface=eth0", 9)])
+def test_it_connects_to_the_port_of_its_router(match: MatchSetup, router: str, port: int) -> None:
+    assert policy(match, router=router).port == port
+
+
+def test_a_router_without_a_port_is_told(match: MatchSetup) -> None:
+    with pytest.raises(SandboxError, match="expected a router with a TCP port"):
+        policy(match, router="unixsock-stream//tmp/x")
+
+
+def test_players_are_sealed_by_default_if_their_strategy_is_a_file_of_a_match_with_seats(match: MatchSetup) -> None:
+    assert match.sandboxed("ann", seats=True)
+    assert not match.sandboxed("ann", seats=False)
+    built_in = match.substituted("ann", "sharks-and-minnows")
+    assert not built_in.sandboxed("ann", seats=True)
+
+
+@pytest.mark.parametrize("wanted", [True, False])
+def test_the_match_file_decides_about_sandboxes(match: MatchSetup, wanted: bool) -> None:
+    decided = load_match(Path(match.origin), sandbox=wanted)
+    for seats in (True, False):
+        assert decided.sandboxed("ann", seats=seats) is wanted
+        assert decided.substituted("ann", "sharks-and-minnows").sandboxed("ann", seats=seats) is wanted
+
+
+def test_to_import_a_strategy_of_others_is_not_enough_to_read_it(match: MatchSetup) -> None:
+    base = Path(match.base)
+    (base / "blue.py").write_text("import shared\nimport blue_tricks\nif False:\n    import red\n")
+    assert not allowed(policy(match), base / "red.py", Access.READ)
+    assert allowed(policy(match), base / "shared.py", Access.READ)
+
+
+@pytest.mark.parametrize("package", [False, True])
+def test_a_strategy_that_is_named_as_a_module_is_hidden_and_sealed_too(tmp_path: Path, package: bool) -> None:
+    where = tmp_path / "red" / "__init__.py" if package else tmp_path / "red.py"
+    where.parent.mkdir(exist_ok=True)
+    where.touch()
+    (tmp_path / "blue.py").touch()
+    text = short_match("m").replace('name = "shark"', 'name = "shark"\nstrategy = "red:S"')
+    (tmp_path / "match.toml").write_text(text.replace('name = "ann"', 'name = "ann"\nstrategy = "blue:S"'))
+    match = load_match(tmp_path / "match.toml")
+    assert not allowed(policy(match), where, Access.READ)
+    assert allowed(policy(match, "shark"), where, Access.READ)
+    assert match.sandboxed("shark", seats=True)
+
+
+def test_on_another_machine_substitutes_of_others_are_hidden(match: MatchSetup) -> None:
+    """There the match file lies in the run folder itself."""
+    base = Path(match.base)
+    for name in ("1", "2"):
+        (base / "substitutes" / name).mkdir(parents=True)
+        (base / "substitutes" / name / "new.py").touch()
+    (base / ".agent").touch()
+    played = match.substituted("ann", "substitutes/2/new.py:S")
+    run = RunFolder(base)
+    of_ann = policy_of(played, "ann", router="tcp/lab:9", run=run, seat=None)
+    of_bob = policy_of(played, "bob", router="tcp/lab:9", run=run, seat=None)
+    assert allowed(of_ann, base / "substitutes/2/new.py", Access.READ)
+    assert not allowed(of_ann, base / "substitutes/1/new.py", Access.READ)
+    assert not allowed(of_bob, base / "substitutes/1/new.py", Access.READ)
+    assert not allowed(of_bob, base / ".agent", Access.READ)

@@ -1,0 +1,48 @@
+"""A player's process on a machine that cannot seal it, and the statistics of players that are not to be trusted."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.system.harness import short_match
+from vrg.config.loading import load_match
+from vrg.errors import SandboxError
+from vrg.launch.result import write_result
+from vrg.launch.run_folder import RunFolder
+from vrg.launch.sandbox import seal
+from vrg.launch.serving import serve
+
+
+def test_a_player_that_cannot_be_sealed_does_not_start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = short_match("m").replace('name = "ann"', 'name = "ann"\nstrategy = "ann.py:Ann"')
+    (tmp_path / "ann.py").write_text("from pathlib import Path\nPath(__file__).with_name('loaded').touch()\n")
+    (tmp_path / "match.toml").write_text(text)
+    setup = load_match(tmp_path / "match.toml", sandbox=True)
+    monkeypatch.setattr(seal, "missing", lambda: "a sandbox needs Linux: `sandbox = false` goes on without")
+    # No router is there: it is not even looked for.
+    with pytest.raises(SandboxError, match="a sandbox needs Linux: `sandbox = false` goes on without"):
+        serve("player", setup, router="tcp/127.0.0.1:9", run=tmp_path / "run", name="ann")
+    assert not (tmp_path / "loaded").exists()
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "[" * 100_000,
+        '"' + "x" * 2_000_000 + '"',
+        "no json",
+        "",
+        "7",
+        '{"radio": 5}',
+        '{"radio": {"bob": {"lost": "x"}}}',
+    ],
+)
+def test_a_result_is_written_whatever_a_player_says_of_itself(tmp_path: Path, said: str) -> None:
+    (tmp_path / "match.toml").write_text(short_match("m"))
+    setup = load_match(tmp_path / "match.toml")
+    folder = RunFolder(tmp_path / "run")
+    folder.prepare()
+    (folder.logs / "ann.json").write_text(said)
+    (folder.logs / "bob.json").write_text('{"ticks": 3}')
+    result = write_result(setup, folder, None, "interrupted")
+    assert result["processes"] == {"bob": {"ticks": 3}}

@@ -1,0 +1,101 @@
+"""What a sealed process may reach, as data."""
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from enum import Flag, auto
+from pathlib import Path
+
+
+class Access(Flag):
+    """What may be done with a file, or with everything in a folder.
+
+    LIST names the files of a folder, READ reads and runs code, WRITE changes files that are there, MAKE makes and
+    removes files too, and DEVICE sets up a device.
+    """
+
+    LIST = auto()
+    READ = auto()
+    WRITE = auto()
+    MAKE = auto()
+    DEVICE = auto()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Policy:
+    """What a sealed process may reach.
+
+    Args:
+        files: files and folders, and what may be done there. Nothing else can be read or written.
+        port: the TCP port of the router, the only one that may be connected to.
+        folder: the folder of its own, where it may write.
+        memory: the most memory that the strategy may use, MB.
+        core: chooses the one processor core that it runs on, by the player's number in the match. With it, the process
+            steps back behind the others. None for a physical robot, whose guard must not wait.
+        udp, can: True allows such sockets, for a robot's bus.
+    """
+
+    files: tuple[tuple[Path, Access], ...]
+    port: int
+    folder: Path
+    memory: int
+    core: int | None
+    udp: bool = False
+    can: bool = False
+
+
+SYSTEM = (
+    *(Path(name) for name in ("/usr", "/lib", "/lib32", "/lib64", "/bin", "/proc/self", "/proc/stat", "/proc/meminfo")),
+    *(Path("/proc", name) for name in ("cpuinfo", "version", "filesystems")),
+    *(Path("/etc", name) for name in ("ld.so.cache", "ld.so.conf", "ld.so.conf.d", "localtime", "timezone")),
+    *(Path("/etc", name) for name in ("hosts", "host.conf", "nsswitch.conf", "gai.conf", "resolv.conf", "services")),
+    *(Path("/etc", name) for name in ("passwd", "group", "mime.types", "alternatives", "fonts", "ssl/openssl.cnf")),
+    *(Path("/sys/devices/system", name) for name in ("cpu", "node")),
+)
+"""What of the system a sealed process may read. `/proc/self` is its own alone."""
+DEVICES = tuple(Path("/dev", name) for name in ("null", "full", "random", "urandom"))
+"""The devices that it may read and write. Memory could be taken from `/dev/zero` that no bound counts."""
+
+
+def readable(root: Path, hidden: Collection[Path], entries: Callable[[Path], Iterable[Path]]) -> Iterator[Path]:
+    """What of a folder may be read if some of it is hidden: as few folders and files as possible.
+
+    Args:
+        root: the folder or file. hidden: what may not be read, as absolute paths without links.
+        entries: the files and folders in a folder, as absolute paths.
+    """
+    place = root.resolve()
+    if any(place.is_relative_to(secret) for secret in hidden):
+        return
+    if any(secret.is_relative_to(place) for secret in hidden):
+        for entry in entries(root):
+            yield from readable(entry, hidden, entries)
+    else:
+        yield root
+
+
+def files(
+    *,
+    own: Sequence[Path],
+    libraries: Sequence[Path],
+    hidden: Collection[Path],
+    folder: Path,
+    written: Sequence[Path],
+    entries: Callable[[Path], Iterable[Path]],
+) -> tuple[tuple[Path, Access], ...]:
+    """What a player may do with which files.
+
+    Args:
+        own: the files and folders that are for its eyes. libraries: the folders of Python and its packages.
+        hidden: what is in these folders and not for its eyes.
+        folder: its own folder. written: files that it may write, and that exist.
+        entries: as for `readable`.
+    """
+    found = [(path, Access.READ) for path in SYSTEM]
+    found += [(path, Access.READ | Access.WRITE) for path in DEVICES]
+    for root in (*libraries, *own):
+        # Python looks for modules in a list of a folder's files.
+        found.append((root, Access.LIST))
+        found += [(path, Access.READ) for path in readable(root, hidden, entries)]
+    found += [(folder, Access.READ | Access.WRITE | Access.MAKE)]
+    found += [(path, Access.READ | Access.WRITE) for path in written]
+    return tuple(dict.fromkeys(found))

@@ -1,0 +1,158 @@
+"""Seals this process: from then on it can do only what its policy allows, whatever code runs in it.
+
+It must have one thread when it is sealed, because Landlock holds for the thread that asks for it and those that it
+starts, and code in an unsealed thread of the same process could be made to work for a sealed one.
+"""
+
+import ctypes
+import os
+import platform
+import resource
+import struct
+import sys
+from pathlib import Path
+
+from vrg.errors import SandboxError
+from vrg.launch.sandbox import landlock
+from vrg.launch.sandbox.bpf import Instruction, packed
+from vrg.launch.sandbox.policy import Policy
+from vrg.launch.sandbox.seccomp import program, rules
+from vrg.launch.sandbox.syscalls import ARCHITECTURES, Architecture
+
+FILE_SIZE = 50_000_000
+"""The longest file that a sealed process may write, bytes."""
+OPEN_FILES = 256
+"""The number of files and sockets that it may have open."""
+NICENESS = 5
+"""How much it steps back behind the processes of the match itself, on a busy machine."""
+OWN_MEMORY = 500
+"""The memory that VRG may use besides what the strategy may, MB."""
+_NO_NEW_PRIVILEGES, _AMBIENT, _AMBIENT_CLEAR, _DROP_BOUND = 38, 47, 4, 24
+"""PR_SET_NO_NEW_PRIVS, PR_CAP_AMBIENT, PR_CAP_AMBIENT_CLEAR_ALL and PR_CAPBSET_DROP."""
+_CAPABILITY_VERSION = 0x20080522
+_SET_FILTER, _ALL_THREADS = 1, 1
+"""SECCOMP_SET_MODE_FILTER and SECCOMP_FILTER_FLAG_TSYNC."""
+_WHAT_TO_DO = "`sandbox = false` in the match file, or `vrg play --no-sandbox`, goes on without"
+
+
+def missing() -> str | None:
+    """What this machine lacks to seal a process, in a sentence; None if it can."""
+    if sys.platform != "linux":
+        return f"a sandbox needs Linux, and this is {sys.platform}: {_WHAT_TO_DO}"
+    if platform.machine() not in ARCHITECTURES or sys.byteorder != "little" or sys.maxsize < 1 << 32:
+        known = " or ".join(ARCHITECTURES)
+        return f"a sandbox needs a processor {known}, and this is {platform.machine()}: {_WHAT_TO_DO}"
+    abi = landlock.abi()
+    if abi < landlock.NETWORK_ABI:
+        found = "Landlock is not there, or switched off (see /sys/kernel/security/lsm)" if not abi else f"ABI {abi}"
+        return (
+            f"a sandbox needs Landlock with ABI {landlock.NETWORK_ABI} (Linux 6.7 or later), and Linux "
+            f"{platform.release()} has less: {found}: {_WHAT_TO_DO}"
+        )
+    return None
+
+
+def seal(policy: Policy) -> None:
+    """Seal this process. The folder of the policy is made if it is missing.
+
+    Raises:
+        SandboxError: the machine cannot do it, or the process has more than one thread.
+    """
+    lacking = missing()
+    if lacking is not None:
+        raise SandboxError(lacking)
+    threads = len(os.listdir("/proc/self/task"))
+    if threads != 1:
+        raise SandboxError(f"a process is sealed before it starts threads, and this one has {threads}")
+    try:
+        _use_folder(policy.folder)
+        _bound(policy)
+        _drop_capabilities()
+        landlock.restrict(policy.files, [policy.port])
+        architecture = ARCHITECTURES[platform.machine()]
+        _filter(architecture, program(architecture, rules(os.getpid(), udp=policy.udp, can=policy.can)))
+    except OSError as error:
+        raise SandboxError(f"this process cannot be sealed: {error}: {_WHAT_TO_DO}") from error
+
+
+def _use_folder(folder: Path) -> None:
+    """Let libraries put temporary files and caches into the folder that may be written."""
+    folder.mkdir(parents=True, exist_ok=True)
+    own = str(folder)
+    os.environ.update(TMPDIR=own, XDG_CACHE_HOME=own, MPLCONFIGDIR=own, NUMBA_CACHE_DIR=own, VRG_PLAYER_FOLDER=own)
+    if "tempfile" in sys.modules:
+        # It remembers the folder that it has found before.
+        import tempfile  # noqa: PLC0415 - it is loaded already
+
+        tempfile.tempdir = own
+    # Compiled code could not be kept beside its source.
+    sys.dont_write_bytecode = True
+
+
+def _bound(policy: Policy) -> None:
+    """Bound what it uses. Nobody can raise these bounds again: capabilities are dropped afterwards."""
+    own = resource.getrlimit(resource.RLIMIT_DATA)[1]
+    memory = (policy.memory + OWN_MEMORY) * 1_000_000
+    limits = {
+        resource.RLIMIT_DATA: memory if own == resource.RLIM_INFINITY else min(memory, own),
+        resource.RLIMIT_FSIZE: FILE_SIZE,
+        resource.RLIMIT_NOFILE: min(OPEN_FILES, resource.getrlimit(resource.RLIMIT_NOFILE)[1]),
+        resource.RLIMIT_CORE: 0,
+    }
+    for limit, value in limits.items():
+        resource.setrlimit(limit, (value, value))
+    if policy.core is not None:
+        cores = sorted(os.sched_getaffinity(0))
+        os.sched_setaffinity(0, {cores[policy.core % len(cores)]})
+        _step_back()
+
+
+def _step_back() -> None:
+    """Leave the processor to the others when it is scarce."""
+    os.nice(NICENESS)
+    try:
+        # Where sessions share the processor, niceness counts only within one, and each process has one of its own.
+        Path("/proc/self/autogroup").write_text(str(NICENESS))
+    except OSError:
+        return  # this kernel has no such groups
+
+
+def _drop_capabilities() -> None:
+    """Give up every capability, so that root's process is like anybody's; and that of getting any."""
+    library = ctypes.CDLL(None, use_errno=True)
+    unsigned = ctypes.c_ulong
+
+    def prctl(option: int, *arguments: int) -> bool:
+        padded = [*arguments, *[0] * (4 - len(arguments))]
+        return bool(library.prctl(ctypes.c_int(option), *map(unsigned, padded)) == 0)
+
+    number = 0
+    # It ends at the first capability that this kernel does not have, or at once for who has none to drop.
+    while prctl(_DROP_BOUND, number):
+        number += 1
+    prctl(_AMBIENT, _AMBIENT_CLEAR)
+    header = struct.pack("=Ii", _CAPABILITY_VERSION, 0)
+    if library.capset(header, bytes(24)) != 0 or not prctl(_NO_NEW_PRIVILEGES, 1):
+        raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
+
+
+class _Program(ctypes.Structure):
+    """The kernel's `struct sock_fprog`."""
+
+    _fields_ = (("length", ctypes.c_ushort), ("filter", ctypes.c_char_p))
+
+
+def _filter(architecture: Architecture, instructions: list[Instruction]) -> None:
+    """Let the kernel filter the system calls of this process."""
+    library = ctypes.CDLL(None, use_errno=True)
+    library.syscall.restype = ctypes.c_long
+    wanted = _Program(len(instructions), packed(instructions))
+    failed = library.syscall(
+        ctypes.c_long(architecture.seccomp),
+        ctypes.c_uint(_SET_FILTER),
+        ctypes.c_uint(_ALL_THREADS),
+        ctypes.byref(wanted),
+    )
+    if failed:
+        error = ctypes.get_errno()
+        raise OSError(error, os.strerror(error))

@@ -1,0 +1,176 @@
+"""Which system calls a sealed process is refused: rules as data, and the program that the kernel runs for them.
+
+What is not named here is allowed, because the libraries of students use many harmless calls. System calls that are
+newer than the list are refused as if the kernel did not have them.
+"""
+
+import errno
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from vrg.launch.sandbox.bpf import (
+    AND,
+    ARCHITECTURE,
+    AT_LEAST,
+    EQUAL,
+    LOAD,
+    NUMBER,
+    RETURN,
+    Instruction,
+    Step,
+    argument,
+    assembled,
+)
+from vrg.launch.sandbox.syscalls import NEWEST, Architecture
+
+ALLOW, ERRNO = 0x7FFF0000, 0x00050000
+"""SECCOMP_RET_ALLOW and SECCOMP_RET_ERRNO."""
+_AF_UNIX, _AF_INET, _AF_INET6, _AF_CAN = 1, 2, 10, 29
+_STREAM, _DATAGRAM, _RAW, _KIND = 1, 2, 3, 0xF
+_TCP, _UDP = 6, 17
+_CLONE_THREAD = 0x10000
+_FAST_OPEN = 0x20000000
+"""MSG_FASTOPEN connects where Landlock does not look."""
+_OTHERS_NOTICE = (8, 10, 15, 1024)
+"""F_SETOWN, F_SETSIG and F_SETOWN_EX let the kernel send a signal to another process; F_SETLEASE makes others wait."""
+_SHARED_NOWHERE = 0x21
+"""MAP_SHARED and MAP_ANONYMOUS: memory that RLIMIT_DATA does not count, and that the process need not have mapped."""
+_DEVICE_SIGNALS = (0x8901, 0x8902, 0x5412, 0x541C)
+"""FIOSETOWN and SIOCSPGRP do so, too; TIOCSTI and TIOCLINUX type into a terminal."""
+
+REFUSED = (
+    # other processes
+    "fork", "vfork", "execve", "execveat", "unshare", "setns", "ptrace", "process_vm_readv", "process_vm_writev",
+    "process_madvise", "process_mrelease", "pidfd_open", "pidfd_getfd", "pidfd_send_signal", "kcmp", "tkill",
+    "rt_tgsigqueueinfo",
+    # a share of the machine
+    "sched_setaffinity", "sched_setattr", "sched_setscheduler", "sched_setparam", "setpriority", "ioprio_set", "mbind",
+    "migrate_pages", "move_pages", "set_mempolicy", "set_mempolicy_home_node",
+    # the file system's shape, and what Landlock does not regulate of files
+    "mount", "umount2", "pivot_root", "chroot", "move_mount", "open_tree", "fsopen", "fsconfig", "fsmount", "fspick",
+    "mount_setattr", "swapon", "swapoff", "quotactl", "quotactl_fd", "name_to_handle_at", "open_by_handle_at",
+    "fanotify_init", "chmod", "fchmod", "fchmodat", "chown", "fchown", "lchown", "fchownat", "utime", "utimes",
+    "futimesat", "utimensat", "setxattr", "lsetxattr", "fsetxattr", "removexattr", "lremovexattr", "fremovexattr",
+    "mknod", "mknodat",
+    # room on the disk that no size tells of, and what slows or uses up what all programs share
+    "fallocate", "sync", "syncfs", "inotify_init", "inotify_init1",
+    # the kernel
+    "keyctl", "add_key", "request_key", "bpf", "perf_event_open", "userfaultfd", "io_uring_setup", "io_uring_enter",
+    "io_uring_register", "io_setup", "io_submit", "vmsplice", "reboot", "kexec_load", "kexec_file_load", "init_module",
+    "finit_module", "delete_module", "acct", "settimeofday", "clock_settime", "adjtimex", "clock_adjtime",
+    "sethostname", "setdomainname", "syslog", "iopl", "ioperm", "personality",
+    # memory that no bound counts, and that outlives the process
+    "memfd_create", "memfd_secret", "shmget", "shmat", "shmctl", "semget", "semop", "semtimedop", "semctl", "msgget",
+    "msgsnd", "msgrcv", "msgctl", "mq_open", "mq_unlink",
+    # who is connected to
+    "listen", "accept", "accept4",
+)  # fmt: skip
+"""The system calls that are refused altogether."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """A condition on an argument of a system call: its lower 32 bits, masked, are one of some values.
+
+    Args:
+        argument: the number of the argument, from 0. values: what is looked for.
+        mask: the bits that count. not_in: True if it must be none of the values instead.
+    """
+
+    argument: int
+    values: tuple[int, ...]
+    mask: int = 0xFFFFFFFF
+    not_in: bool = False
+
+
+@dataclass(frozen=True)
+class Rule:
+    """What a system call may be used for.
+
+    Args:
+        call: its name. unless: it is allowed if all checks of one of these hold.
+        error: the error that it ends with otherwise, from `errno`.
+    """
+
+    call: str
+    unless: tuple[tuple[Check, ...], ...] = ()
+    error: int = errno.EPERM
+
+
+def rules(pid: int, *, udp: bool = False, can: bool = False) -> list[Rule]:
+    """What a sealed process is refused.
+
+    Args:
+        pid: the process itself, which may send itself signals.
+        udp: True allows UDP too, for a robot whose bus is made of it. can: True allows sockets of a CAN bus.
+    """
+    own = Check(0, (pid,))
+    plain = Check(1, (_STREAM,), _KIND), Check(2, (0, _TCP))
+    sockets: list[tuple[Check, ...]] = [(Check(0, (_AF_INET, _AF_INET6)), *plain)]
+    if udp:
+        sockets.append((Check(0, (_AF_INET, _AF_INET6)), Check(1, (_DATAGRAM,), _KIND), Check(2, (0, _UDP))))
+    if can:
+        sockets.append((Check(0, (_AF_CAN,)), Check(1, (_RAW,), _KIND)))
+    # A pair of connected sockets is what an event loop wakes itself with. Datagrams could be sent elsewhere over it.
+    pair = (Check(0, (_AF_UNIX,)), Check(1, (_STREAM,), _KIND))
+    found = [Rule(name) for name in REFUSED]
+    found += [
+        Rule("clone", ((Check(0, (_CLONE_THREAD,), _CLONE_THREAD),),)),
+        # The C library then uses `clone`, whose flags can be looked at.
+        Rule("clone3", error=errno.ENOSYS),
+        Rule("kill", ((own,),)),
+        Rule("tgkill", ((own,),)),
+        Rule("rt_sigqueueinfo", ((own,),)),
+        Rule("prlimit64", ((Check(0, (0, pid)),),)),
+        Rule("socket", tuple(sockets), errno.EACCES),
+        Rule("socketpair", (pair,), errno.EACCES),
+        Rule("sendto", ((Check(3, (0,), _FAST_OPEN),),), errno.EACCES),
+        Rule("sendmsg", ((Check(2, (0,), _FAST_OPEN),),), errno.EACCES),
+        Rule("sendmmsg", ((Check(3, (0,), _FAST_OPEN),),), errno.EACCES),
+        Rule("fcntl", ((Check(1, _OTHERS_NOTICE, not_in=True),),)),
+        Rule("mmap", ((Check(3, (_SHARED_NOWHERE,), _SHARED_NOWHERE, not_in=True),),)),
+        Rule("ioctl", ((Check(1, _DEVICE_SIGNALS, not_in=True),),)),
+    ]
+    if not (udp or can):
+        found.append(Rule("bind", error=errno.EACCES))
+    return found
+
+
+def program(architecture: Architecture, wanted: Sequence[Rule]) -> list[Instruction]:
+    """The program by which the kernel keeps these rules.
+
+    Calls of another processor's (32-bit calls on a 64-bit machine) are refused, and so are those of x32.
+    """
+    steps = [
+        Step(LOAD, ARCHITECTURE),
+        Step(EQUAL, architecture.audit, yes="known"),
+        Step(RETURN, ERRNO | errno.EPERM),
+        Step(label="known"),
+        Step(LOAD, NUMBER),
+        Step(AT_LEAST, NEWEST + 1, no="old"),
+        Step(RETURN, ERRNO | errno.ENOSYS),
+        Step(label="old"),
+    ]
+    for rule in wanted:
+        number = architecture.numbers.get(rule.call)
+        if number is not None:
+            steps += _steps(rule, number)
+    steps.append(Step(RETURN, ALLOW))
+    return assembled(steps)
+
+
+def _steps(rule: Rule, number: int) -> list[Step]:
+    after = f"{rule.call} after"
+    steps = [Step(EQUAL, number, no=after)]
+    for index, checks in enumerate(rule.unless):
+        other = f"{rule.call} other {index}"
+        for place, check in enumerate(checks):
+            good = f"{rule.call} good {index} {place}"
+            steps += [Step(LOAD, argument(check.argument)), Step(AND, check.mask)]
+            steps += [Step(EQUAL, value, yes=other if check.not_in else good) for value in check.values]
+            # A comparison that is never true and leads on either way is a jump.
+            steps += [] if check.not_in else [Step(AT_LEAST, 0, yes=other)]
+            steps.append(Step(label=good))
+        steps += [Step(RETURN, ALLOW), Step(label=other)]
+    steps += [Step(RETURN, ERRNO | rule.error), Step(label=after)]
+    return steps
