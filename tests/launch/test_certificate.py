@@ -1,0 +1,334 @@
+"""The stop certificate of run folders: of matches in one process, and of folders in which something is missing."""
+
+import itertools
+import json
+import math
+import os
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from datetime import datetime
+from pathlib import Path
+
+import pytest
+
+from tests.system.harness import long_match
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import Estop, EstopRelease, Message, Official, OfficialAction, Poses, at_rest
+from vrg.bus.node import Node, Tick
+from vrg.bus.topics import Topic
+from vrg.commands.stops import rows
+from vrg.config.loading import load_match
+from vrg.config.setup import MatchSetup, write_setup
+from vrg.launch.certificate import BUDGETS, Certificate, certificate_of, data_of, sentence
+from vrg.launch.events import Event, EventLog, Link, What
+from vrg.launch.in_process import play
+from vrg.launch.nodes import open_journal, recorder_node
+from vrg.launch.result import write_result
+from vrg.launch.run_folder import RunFolder
+from vrg.recording import reader
+from vrg.recording.stops import Incident, Kind, Motion, Outcome, Rest, Stop
+
+TICK = 0.02
+
+
+class Official_(Node):  # noqa: N801 - the message has the name
+    """Decides at given match times, and watches the robots at each tick of the world."""
+
+    kind = "official"
+
+    def __init__(self, setup: MatchSetup, plan: Sequence[tuple[float, Topic[Message], Message]]) -> None:
+        super().__init__("eve", Mailbox(), TICK)
+        self._plan = list(plan)
+        self._poses = self.mailbox.subscribe(setup.keys.poses)
+        self.seen: list[tuple[float, Poses]] = []
+
+    def tick(self, tick: Tick) -> None:
+        self.seen += [(received.stamp, received.body) for received in self._poses.take()]
+        while self._plan and tick.time >= self._plan[0][0] - 1e-9:
+            _, topic, message = self._plan.pop(0)
+            self.mailbox.publish(topic, message)
+
+    def stood(self, name: str, since: float) -> float:
+        """The match time of the first tick from which a robot stood for a while."""
+        later = [(time, next(b for b in p.bodies if b.name == name)) for time, p in self.seen if time >= since]
+        rests = [at_rest(body.v, body.w) for _, body in later]
+        return next(time for i, (time, _) in enumerate(later) if all(rests[i : i + 10]))
+
+
+def decide(action: OfficialAction) -> Official:
+    return Official(action=action, by="eve", reason="a test")
+
+
+def played(
+    folder: Path, plan: str, *, record: bool = True, until: float = 12.0
+) -> tuple[RunFolder, MatchSetup, Official_]:
+    """Play a match in one process to a match time, with what an official does: `halt@3 resume@5 estop@7 ...`."""
+    (folder / "match.toml").write_text(long_match("certified"), encoding="utf-8")
+    setup = load_match(folder / "match.toml").at_rate(0.0)
+    keys = setup.keys
+    said = {
+        "halt": (keys.official, decide(OfficialAction.HALT)),
+        "resume": (keys.official, decide(OfficialAction.RESUME)),
+        "estop": (keys.estop, Estop(by="eve", reason="a dog")),
+        "release": (keys.estop_release, EstopRelease(by="eve")),
+    }
+    words = [word.split("@") for word in plan.split()]
+    eve = Official_(setup, [(float(at), *said[what]) for what, at in words])  # type: ignore[misc]
+    run = RunFolder.create(folder / "runs", setup.name, datetime(2026, 11, 22), setup.text)
+    write_setup(setup, run.setup)
+    watchers: list[Node] = [eve, *([recorder_node(setup, run)] if record else [])]
+    with open_journal(setup, run) as journal:
+        play(setup, journal, watchers=watchers, limit=until)
+    return run, setup, eve
+
+
+PLAN = "halt@5.05 resume@7 estop@9.04 release@10 resume@11"
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[RunFolder, MatchSetup, Official_]:
+    return played(tmp_path_factory.mktemp("match"), PLAN, until=13.0)
+
+
+def test_a_match_in_one_process_is_certified_from_its_journal_and_its_recording(
+    run: tuple[RunFolder, MatchSetup, Official_],
+) -> None:
+    folder, setup, eve = run
+    certificate = certificate_of(setup, folder)
+    halt, estop = certificate.incidents
+    assert (halt.kind, halt.time, halt.until) == ("halt", pytest.approx(5.1), pytest.approx(7.0, abs=0.11))
+    assert "called by eve (a test)" in halt.what
+    assert (estop.kind, estop.time, estop.until) == ("estop", pytest.approx(9.04), pytest.approx(11.0, abs=0.11))
+    assert "a dog" in estop.what
+    minnows = [stop for stop in certificate.stops if stop.robot != "shark"]
+    assert len(minnows) == 6
+    for stop in minnows:
+        began = certificate.incidents[stop.incident].time
+        assert stop.outcome is Outcome.STOPPED
+        assert began + stop.seconds == pytest.approx(eve.stood(stop.robot, began), abs=1e-6), "to the tick"
+        places = [next(b for b in p.bodies if b.name == stop.robot).pose for t, p in eve.seen
+                  if began - 1e-6 <= t <= began + stop.seconds + 1e-6]  # fmt: skip
+        rolled = sum(math.dist((a.x, a.y), (b.x, b.y)) for a, b in itertools.pairwise(places))
+        assert stop.distance == pytest.approx(rolled, abs=0.02)
+        assert stop.resolution <= 0.1 + TICK + 1e-6
+    assert [note.split(",")[0] for note in certificate.notes] == ["There is no events.jsonl"]
+    assert sentence(certificate).startswith("worst stop: ")
+
+
+def test_the_result_holds_the_certificate(run: tuple[RunFolder, MatchSetup, Official_]) -> None:
+    folder, setup, _ = run
+    result = write_result(setup, folder, None, "interrupted")
+    told = json.loads(folder.result.read_text(encoding="utf-8"))["stops"]
+    assert (
+        told
+        == json.loads(json.dumps(result["stops"]))
+        == json.loads(json.dumps(data_of(certificate_of(setup, folder))))
+    )
+    assert [i["kind"] for i in told["incidents"]] == ["halt", "estop"]
+    assert told["worst"]["seconds"] == max(r["seconds"] for i in told["incidents"] for r in i["robots"].values())
+
+
+def vrg(*arguments: str) -> str:
+    done = subprocess.run(
+        [sys.executable, "-P", "-m", "vrg", *arguments], capture_output=True, text=True, timeout=120, check=False,
+        stdin=subprocess.DEVNULL,
+        env={**os.environ, "COLUMNS": "250"},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_the_command_prints_a_table_whose_last_line_names_the_worst(
+    run: tuple[RunFolder, MatchSetup, Official_],
+) -> None:
+    folder, setup, _ = run
+    said = vrg("stops", str(folder.path))
+    assert said.strip().splitlines()[-1] == sentence(certificate_of(setup, folder))
+    assert all(words in said for words in ("called by eve", "a dog", "ann", "bob", "cid", *BUDGETS))
+    assert json.loads(vrg("stops", str(folder.path), "--json")) == json.loads(
+        json.dumps(data_of(certificate_of(setup, folder)))
+    )
+
+
+def test_a_match_in_which_nothing_happened_has_nothing_to_tell(tmp_path: Path) -> None:
+    folder, setup, _ = played(tmp_path, "", until=2.0)
+    certificate = certificate_of(setup, folder)
+    assert (certificate.incidents, certificate.stops, certificate.worst) == ([], [], None)
+    assert sentence(certificate) == ""
+    assert "No HALT, no emergency stop and no death" in vrg("stops", str(folder.path))
+
+
+def test_a_robot_that_moved_again_is_in_the_table_and_in_the_last_line() -> None:
+    estop = Incident(Kind.ESTOP, "emergency stop by eve", 5.0, 12.0)
+    stops = [
+        Stop(0, "ann", Outcome.STOPPED, 7.0, 0.1, 0.6, TICK),
+        Stop(0, "bob", Outcome.MOVED_AGAIN, 6.5, 4.6, 0.0, TICK, again=0.4),
+    ]
+    certificate = Certificate([estop], stops, {}, 1.0)
+    assert sentence(certificate) == "worst stop: bob moved again 0.40 s after the emergency stop: 4.60 m in 6.50 s"
+    assert [row[2:5] for row in rows(certificate)] == [
+        ("ann", "7.00 ± 0.02", "0.100"),
+        ("bob", "moved again after 0.40 (6.50)", "4.600"),
+    ]
+    assert data_of(certificate)["worst"]["again"] == 0.4
+
+
+def test_without_a_recording_the_incidents_are_told_and_that_no_stop_is_known(tmp_path: Path) -> None:
+    folder, setup, _ = played(tmp_path, "halt@2", record=False, until=3.0)
+    certificate = certificate_of(setup, folder)
+    assert len(certificate.incidents) == 1
+    assert {stop.outcome for stop in certificate.stops} == {Outcome.UNKNOWN}
+    assert any("--no-record" in note for note in certificate.notes)
+    assert sentence(certificate) == "no stop is known: the robots were not recorded"
+    assert "was not recorded" in vrg("stops", str(folder.path))
+
+
+def test_a_recording_that_is_torn_is_good_up_to_where_it_is_torn(tmp_path: Path) -> None:
+    folder, setup, _ = played(tmp_path, PLAN, until=13.0)
+    whole = certificate_of(setup, folder)
+    data = folder.recording.read_bytes()
+    folder.recording.write_bytes(data[: round(len(data) * 0.6)])
+    torn = certificate_of(setup, folder)
+    first = [[stop for stop in c.stops if stop.incident == 0] for c in (whole, torn)]
+    assert first[0] == first[1]
+    assert {stop.outcome for stop in torn.stops if stop.incident == 1} <= {Outcome.UNKNOWN, Outcome.CUT}
+    folder.recording.write_bytes(b"no recording at all, but long enough")
+    assert any("cannot be read" in note for note in certificate_of(setup, folder).notes)
+    folder.recording.write_bytes(b"")
+    assert any("holds no pose" in note for note in certificate_of(setup, folder).notes)
+
+
+def test_without_a_journal_no_halt_is_known(tmp_path: Path) -> None:
+    folder, setup, _ = played(tmp_path, "halt@2", until=3.0)
+    folder.journal.unlink()
+    certificate = certificate_of(setup, folder)
+    assert certificate.incidents == []
+    assert any("Without the journal" in note for note in certificate.notes)
+
+
+def test_a_launcher_that_was_killed_is_told(tmp_path: Path) -> None:
+    folder, setup, _ = played(tmp_path, "", until=2.0)
+    EventLog(folder.events).write(Event(what=What.BEGAN, monotonic=0.0, time=0.0))
+    certificate = certificate_of(setup, folder)
+    [incident] = certificate.incidents
+    assert incident.process == "vrg play"
+    assert any("did not end by itself" in note for note in certificate.notes)
+    assert "vrg play" in sentence(certificate)
+
+
+def test_robots_that_were_not_seen_to_stand_are_named_before_the_worst_stop(tmp_path: Path) -> None:
+    folder, setup, _ = played(tmp_path, "halt@3", until=5.0)
+    certificate = certificate_of(setup, folder)
+    known = sentence(certificate)
+    cut = Stop(0, "ghost", Outcome.CUT)
+    more = replace(certificate, stops=[*certificate.stops, cut])
+    assert sentence(more) == f"not seen to stand before the recording ended: ghost; {known}"
+
+
+def stop_in_a_dead_world(
+    folder: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    measured: Sequence[tuple[float, float, float]],
+    *,
+    at: float = 2.0,
+    back: float | None = None,
+) -> tuple[Stop, Motion]:
+    """How ann, a physical robot, stopped when the world died at a match time, and how it was recorded before.
+
+    Args:
+        measured: what the launcher heard of ann: (the real time since the last clock, s; how far it had rolled since
+            then, m; its speed, m/s).
+        at: the match time of the last clock, s. back: that from which the next world goes on, if it is another one.
+    """
+    run, setup, _ = played(folder, "", until=at + TICK)
+    ann = reader.read_motions(run.recordings())["ann"]
+    log = EventLog(run.events)
+    log.write(Event(what=What.BEGAN, monotonic=50.0))
+    for after, rolled, v in measured:
+        y = ann.y[-1] - rolled
+        log.write(Event(what=What.MEASURED, process="ann", monotonic=100.0 + after, time=at, x=ann.x[-1], y=y, v=v))
+    links = {"world": Link(age=0.4, time=at)}
+    log.write(Event(what=What.DIED, process="world", monotonic=100.4, time=at, links=links))
+    log.write(Event(what=What.STEPPED_BACK, process="world", monotonic=102.0, time=at if back is None else back))
+    log.write(Event(what=What.ENDED, monotonic=103.0, time=at))
+    virtual = certificate_of(setup, run)
+    assert [stop.real for stop in virtual.stops] == [False] * 4, "virtual robots stand because the world stands"
+    read, since = reader.read_motions, at if back is None else back
+
+    def as_recorded(path: Sequence[Path]) -> dict[str, Motion]:
+        """The next world has begun with every robot at rest."""
+        motions = read(path)
+        v = [v if t < since - TICK / 2 else 0.0 for t, v in zip(ann.times, ann.v, strict=True)]
+        rests = [rest if rest.end < since else Rest(rest.begin) for rest in ann.rests if rest.begin < since - TICK / 2]
+        if not any(rest.end > since for rest in rests):
+            rests.append(Rest(since))
+        return {**motions, "ann": replace(ann, physical=True, v=v, rests=rests)}
+
+    monkeypatch.setattr(reader, "read_motions", as_recorded)
+    return next(stop for stop in certificate_of(setup, run).stops if stop.robot == "ann"), ann
+
+
+ROLLS = ((0.1, 0.06, 0.6), (0.2, 0.1, 0.4))
+STANDS = ((0.3, 0.12, 0.0), (0.4, 0.12, 0.0), (0.5, 0.12, 0.0))
+
+
+def test_a_physical_robot_rolls_on_in_real_time_while_the_world_is_dead(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stop, _ = stop_in_a_dead_world(tmp_path, monkeypatch, (*ROLLS, *STANDS))
+    assert (stop.real, stop.outcome) == (True, Outcome.STOPPED)
+    assert stop.seconds == pytest.approx(0.3)
+    assert stop.distance == pytest.approx(0.12, abs=0.02)
+    assert stop.resolution == pytest.approx(0.1)
+    assert stop.speed == pytest.approx(0.6, abs=0.1), "as it was before, although the next world begins with it at rest"
+
+
+def test_a_physical_robot_that_was_heard_of_late_stood_by_then(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    stop, _ = stop_in_a_dead_world(tmp_path, monkeypatch, ((0.45, 0.1, 0.0), (0.55, 0.1, 0.0), (0.66, 0.1, 0.0)))
+    assert (stop.outcome, stop.seconds) == (Outcome.STOPPED, pytest.approx(0.45))
+    assert stop.resolution == pytest.approx(0.45)
+
+
+def test_a_physical_robot_rolls_from_the_instant_from_which_the_next_world_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stop, ann = stop_in_a_dead_world(tmp_path, monkeypatch, (*ROLLS, *STANDS), back=1.9)
+    before = math.dist(ann.place(1.9), ann.place(2.0))
+    assert before > 0.04
+    assert stop.seconds == pytest.approx(0.4), "from the place at 1.9 s, so also from the time"
+    assert stop.distance == pytest.approx(before + 0.12, abs=0.02)
+
+
+def test_a_physical_robot_whose_speed_is_zero_for_a_moment_does_not_stand(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    moment = ((0.25, 0.11, 0.0), (0.28, 0.12, 0.4), (0.32, 0.13, 0.4))
+    stands = ((0.6, 0.2, 0.0), (0.7, 0.2, 0.0), (0.8, 0.2, 0.0))
+    stop, _ = stop_in_a_dead_world(tmp_path, monkeypatch, (*ROLLS, *moment, *stands))
+    assert (stop.outcome, stop.seconds) == (Outcome.STOPPED, pytest.approx(0.6))
+
+
+def test_a_physical_robot_that_was_measured_at_rest_only_once_is_not_known_to_stand(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stop, _ = stop_in_a_dead_world(tmp_path, monkeypatch, (*ROLLS, *STANDS[:1]))
+    assert (stop.outcome, stop.seconds) == (Outcome.CUT, pytest.approx(0.3))
+
+
+def test_a_physical_robot_that_rolls_on_in_a_dead_world_after_it_stood_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    on = ((1.0, 0.12, 0.5), (1.1, 0.2, 0.5))
+    stop, _ = stop_in_a_dead_world(tmp_path, monkeypatch, (*ROLLS, *STANDS, *on))
+    assert (stop.outcome, stop.real) == (Outcome.MOVED_AGAIN, True)
+    assert stop.again == pytest.approx(1.0)
+    assert stop.distance == pytest.approx(0.2, abs=0.02)
+
+
+def test_a_physical_robot_that_stood_when_the_world_died_stood_already(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stop, _ = stop_in_a_dead_world(tmp_path, monkeypatch, ((0.12, 0.0, 0.0),), at=0.1)
+    assert (stop.outcome, stop.real) == (Outcome.STOOD, True)

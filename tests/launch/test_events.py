@@ -1,0 +1,296 @@
+"""The launcher's log of what happens to processes, and what it hears on the bus for it."""
+
+import itertools
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vrg.bus.codec import encode
+from vrg.bus.messages import Call, Clock, Estop, EstopRelease, MeasuredPose, Message, Report
+from vrg.bus.topics import Keys, Topic, key_matches
+from vrg.launch.events import Event, EventLog, Link, What, read_events
+from vrg.launch.listening import Listening
+from vrg.recording.stops import HOLD
+from vrg.types import Pose
+
+KEYS = Keys("test")
+
+links = st.builds(Link, st.floats(0, 1e6), st.floats(0, 1e6), st.integers(0, 10**9), st.integers(0, 10**9))
+events = st.builds(
+    Event,
+    what=st.sampled_from(What),
+    monotonic=st.floats(0, 1e9),
+    time=st.none() | st.floats(0, 1e8),
+    process=st.none() | st.text(min_size=1),
+    text=st.text(),
+    status=st.none() | st.integers(-64, 255),
+    number=st.none() | st.integers(0, 1000),
+    links=st.dictionaries(st.text(), links, max_size=3),
+    x=st.floats(-1e5, 1e5),
+)
+
+
+@given(st.lists(events, max_size=5))
+def test_what_is_written_is_read_back(tmp_path_factory: pytest.TempPathFactory, written: list[Event]) -> None:
+    path = tmp_path_factory.mktemp("events") / "events.jsonl"
+    path.touch()
+    log = EventLog(path)
+    for event in written:
+        log.write(event)
+    assert read_events(path) == written
+
+
+def test_a_last_line_that_is_torn_loses_nothing_else(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    path = tmp_path / "events.jsonl"
+    log = EventLog(path)
+    event = Event(what=What.DIED, monotonic=1.0, process="ann", status=-9)
+    log.write(event)
+    log.write(event)
+    path.write_bytes(path.read_bytes()[:-10])
+    assert read_events(path) == [event]
+    assert "left out a line" in caplog.text
+
+
+def test_a_log_that_cannot_be_written_is_told_once_and_disturbs_nobody(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    log = EventLog(tmp_path / "missing" / "events.jsonl")
+    for _ in range(3):
+        log.write(Event(what=What.BEGAN, monotonic=0.0))
+    assert caplog.text.count("cannot be written") == 1
+    EventLog(None).write(Event(what=What.BEGAN, monotonic=0.0))
+
+
+class FakeSession:
+    """Brings messages to who listens, as a session of the bus does."""
+
+    def __init__(self) -> None:
+        self._raw: list[tuple[str, Callable[[str, bytes], None]]] = []
+
+    def watch_raw(self, expression: str, arrived: Callable[[str, bytes], None], *, history: bool) -> None:
+        self._raw.append((expression, arrived))
+
+    def say(self, topic: Topic[Message], body: Message, stamp: float, sequence: int) -> None:
+        self.say_raw(topic.key, encode(body, stamp, sequence))
+
+    def say_raw(self, key: str, payload: bytes) -> None:
+        for expression, arrived in self._raw:
+            if key_matches(expression, key):
+                arrived(key, payload)
+
+
+class Bench:
+    """A launcher's ear, and what it logs."""
+
+    def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.path = folder / "events.jsonl"
+        self.now = 100.0
+        monkeypatch.setattr(time, "monotonic", lambda: self.now)
+        self.session = FakeSession()
+        self.listening = Listening(KEYS, EventLog(self.path))
+        self.listening.attach(self.session)  # type: ignore[arg-type]
+        self._clocks = 0
+
+    def clock(self, at: float, *, estop: bool = False) -> None:
+        self.session.say(
+            KEYS.clock, Clock(time=at, tick=round(at * 50), epoch=0, rate=1.0, estop=estop), at, self._clocks
+        )
+        self._clocks += 1
+
+    def report(self, player: str, at: float, sequence: int) -> None:
+        self.session.say(KEYS.report(player), Report(mode="Play", armed=True), at, sequence)
+
+    def events(self) -> list[Event]:
+        self.listening.look()
+        return read_events(self.path)
+
+
+@pytest.fixture
+def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Bench:
+    return Bench(tmp_path, monkeypatch)
+
+
+def test_an_event_has_the_match_time_and_the_ages_of_the_links(bench: Bench) -> None:
+    bench.clock(4.0)
+    bench.report("ann", 3.9, 7)
+    bench.now = 100.25
+    bench.clock(4.26)
+    bench.listening.note(What.DIED, "ann", "was killed by signal 9", status=-9)
+    [event] = bench.events()
+    assert (event.what, event.process, event.status, event.time) == (What.DIED, "ann", -9, 4.26)
+    assert event.monotonic == 100.25
+    assert event.links["ann"] == Link(0.25, 3.9, 1)
+    assert (event.links["world"].age, event.links["world"].time) == (0.0, 4.26)
+
+
+def test_messages_that_are_missing_are_counted_and_a_program_that_begins_anew_has_lost_none(bench: Bench) -> None:
+    for pause, sequence in ((0.0, 5), (0.1, 6), (0.4, 9), (3.0, 0), (0.1, 1)):
+        bench.now += pause
+        bench.report("ann", 1.0, sequence)
+    bench.listening.note(What.ENDED)
+    link = bench.events()[-1].links["ann"]
+    assert (link.arrived, link.lost) == (5, 2)
+    assert link.longest == pytest.approx(0.4), "while a program is away nobody waits for its messages"
+
+
+def test_an_emergency_stop_has_the_time_of_its_arrival_not_of_the_look(bench: Bench) -> None:
+    bench.clock(4.0)
+    bench.now = 100.01
+    bench.session.say(KEYS.estop, Estop(by="ann", reason="a dog"), 0.0, 0)
+    bench.now = 100.03
+    bench.clock(4.04)
+    bench.session.say(KEYS.estop_release, EstopRelease(by="ann"), 0.0, 1)
+    first, second = bench.events()
+    assert (first.what, first.text, first.time, first.monotonic) == (What.ESTOP, "by ann: a dog", 4.0, 100.01)
+    assert second.what is What.RELEASE
+
+
+def test_what_comes_while_the_launcher_looks_keeps_its_own_time_and_its_place_among_the_others(bench: Bench) -> None:
+    begin = Call(number=1, rule="begin", text="play begins", players=[], poses=[], clock=0.0)
+    halt = Call(number=2, rule="halt", text="play is halted", players=[], poses=[], clock=0.0)
+    bench.clock(4.0)
+    bench.session.say(KEYS.referee_event, begin, 4.0, 0)
+    bench.listening.look()
+    bench.now = 100.02
+    bench.session.say(KEYS.referee_event, halt, 4.02, 1)
+    bench.session.say(KEYS.estop, Estop(by="ann"), 0.0, 0)
+    bench.now = 100.5  # the launcher is busy, and match time goes on
+    bench.clock(4.5)
+    bench.session.say(KEYS.estop_release, EstopRelease(by="eve"), 0.0, 0)
+    assert [(event.what, event.time, event.monotonic) for event in bench.events()] == [
+        (What.HALT, 4.0, 100.02),
+        (What.ESTOP, 4.0, 100.02),
+        (What.RELEASE, 4.5, 100.5),
+    ]
+
+
+def test_an_order_that_comes_during_a_look_is_not_taken_for_one_of_the_next_look(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench.clock(4.0)
+    write = EventLog.write
+
+    def another_comes(log: EventLog, event: Event) -> None:
+        write(log, event)
+        if event.what is What.ESTOP:
+            bench.session.say(KEYS.estop_release, EstopRelease(by="eve"), 0.0, 0)
+
+    monkeypatch.setattr(EventLog, "write", another_comes)
+    bench.session.say(KEYS.estop, Estop(by="ann"), 0.0, 0)
+    bench.listening.look()
+    bench.now = 100.5
+    bench.clock(4.5)
+    release = bench.events()[-1]
+    assert (release.what, release.time, release.monotonic) == (What.RELEASE, 4.0, 100.0)
+
+
+def test_of_a_flood_of_orders_only_those_are_logged_that_change_something(bench: Bench) -> None:
+    bench.clock(4.0)
+    for number in range(2000):
+        bench.session.say(KEYS.estop, Estop(by="ann", reason="x" * 80), 0.0, number)
+    for number in range(3):
+        bench.session.say(KEYS.estop_release, EstopRelease(by="eve"), 0.0, number)
+    bench.session.say(KEYS.estop, Estop(by="bob"), 0.0, 0)
+    first, release, second = bench.events()
+    assert (first.what, release.what, second.what) == (What.ESTOP, What.RELEASE, What.ESTOP)
+    assert release.text == "by eve (1999 more orders to engage it changed nothing)"
+    assert second.text == "by bob"
+
+
+def test_an_order_is_logged_after_a_release_that_was_not_heard(bench: Bench) -> None:
+    bench.session.say(KEYS.estop, Estop(by="ann"), 0.0, 0)
+    bench.clock(4.0)
+    bench.clock(4.1, estop=True)
+    bench.clock(7.0, estop=False)
+    bench.session.say(KEYS.estop, Estop(by="bob"), 0.0, 0)
+    assert [event.text for event in bench.events()] == ["by ann", "by bob"]
+
+
+def test_only_halts_are_logged_of_the_referees_calls(bench: Bench) -> None:
+    for number, rule in enumerate(("begin", "halt", "resume")):
+        call = Call(number=number, rule=rule, text=f"{rule}!", players=[], poses=[], clock=0.0)
+        bench.session.say(KEYS.referee_event, call, 1.0, number)
+    [event] = bench.events()
+    assert (event.what, event.number, event.text) == (What.HALT, 1, "halt!")
+
+
+def test_a_world_that_steps_back_is_logged_and_who_waits_for_its_clock_is_told(bench: Bench) -> None:
+    bench.clock(4.0)
+    bench.listening.look()
+    bench.listening.note_at_next_clock(What.READY, "router")
+    assert bench.path.exists() is False
+    bench.clock(3.9)
+    back, ready = bench.events()
+    assert (back.what, back.process, back.time) == (What.STEPPED_BACK, "world", 3.9)
+    assert (ready.what, ready.process, ready.time) == (What.READY, "router", 3.9)
+
+
+class Physical:
+    """A physical robot on the bench that is measured every 0.02 s."""
+
+    def __init__(self, bench: Bench) -> None:
+        self._bench = bench
+        bench.clock(4.0)
+
+    def drives(self, v: float, seconds: float, *, every: float = 0.02) -> None:
+        for _ in range(round(seconds / every)):
+            self._bench.now += every
+            pose = MeasuredPose(pose=Pose(v, 1.0, 0.0), v=v, w=0.0)
+            self._bench.session.say(KEYS.robot_pose("ann"), pose, 4.0, 0)
+
+    def logged(self) -> list[tuple[float, float]]:
+        """(the real time since the clock, s; the speed, m/s) of each pose in the log."""
+        found = [event for event in self._bench.events() if event.what is What.MEASURED]
+        return [(round(event.monotonic - 100.0, 2), event.v) for event in found]
+
+
+def test_physical_robots_are_logged_while_match_time_stands_until_they_have_stood_for_a_while(bench: Bench) -> None:
+    robot = Physical(bench)
+    for v, seconds in ((0.9, 0.1), (0.8, 0.04), (0.0, 1.0)):
+        robot.drives(v, seconds)
+    logged = robot.logged()
+    assert logged[:3] == [(0.12, 0.8), (0.14, 0.8), (0.16, 0.0)]
+    begin, end = logged[2][0], logged[-1][0]
+    assert HOLD <= end - begin <= HOLD + 0.04
+    assert {v for _, v in logged[2:]} == {0.0}
+
+
+def test_a_physical_robot_that_rests_for_a_moment_or_moves_again_is_logged_on(bench: Bench) -> None:
+    robot = Physical(bench)
+    for v, seconds in ((0.9, 0.2), (0.0, 0.04), (0.5, 0.1), (0.0, 2.0), (0.3, 0.1), (0.0, 2.0)):
+        robot.drives(v, seconds)
+    speeds = [v for v, _ in itertools.groupby(v for _, v in robot.logged())]
+    assert speeds == [0.9, 0.0, 0.5, 0.0, 0.3, 0.0]
+
+
+def test_a_physical_robot_that_rests_when_match_time_goes_on_is_logged_until_it_is_known_to_stand(bench: Bench) -> None:
+    robot = Physical(bench)
+    robot.drives(0.5, 0.2)
+    robot.drives(0.0, 0.04)
+    bench.listening.look()
+    bench.clock(4.02)
+    robot.drives(0.0, 0.04)
+    robot.drives(0.4, 0.04)
+    assert [v for _, v in robot.logged()][-5:] == [0.0, 0.0, 0.0, 0.0, 0.4]
+
+
+def test_a_robot_that_is_measured_very_often_or_moves_for_ever_fills_no_disk(bench: Bench) -> None:
+    robot = Physical(bench)
+    robot.drives(0.5, 2.0, every=0.001)
+    assert len(robot.logged()) <= 200
+    robot.drives(0.5, 60.0, every=0.5)
+    assert robot.logged()[-1][0] <= 10.0
+
+
+@pytest.mark.parametrize("payload", [b"", b"\xc1", b"\x94\x01\x02\x03\x04", b"\x81\xa1a\x01"])
+def test_what_is_no_message_is_passed_over(bench: Bench, payload: bytes) -> None:
+    for topic in (KEYS.clock, KEYS.report("ann"), KEYS.robot_pose("ann"), KEYS.referee_state):
+        bench.session.say_raw(topic.key, payload)
+    bench.listening.note(What.ENDED)
+    last = bench.events()[-1]
+    assert last.time is None
+    assert "world" not in last.links

@@ -1,0 +1,258 @@
+"""Which incidents a journal and a log of events tell of: each once, with its time, its robots and its end."""
+
+import math
+
+import pytest
+
+from vrg.bus.messages import Call, Stage
+from vrg.coordinator.journal import Record
+from vrg.coordinator.match import Standing
+from vrg.launch.events import Event, Link, What
+from vrg.launch.incidents import LAUNCHER, Evidence, incidents_of
+from vrg.recording.foxglove import time_of
+from vrg.recording.records import EstopRecord
+from vrg.recording.stops import Incident, Kind
+
+PLAYERS = ("ann", "bob")
+
+
+class Run:
+    """Writes what a match leaves. Times are match time, s; the launcher's clock is 1000 s ahead of it."""
+
+    def __init__(self, *, logged: bool = True) -> None:
+        self.records: list[Record] = []
+        self.events: list[Event] = []
+        self.estops: list[tuple[float, EstopRecord]] = []
+        self._calls = 0
+        self._halted: str | None = None
+        if logged:
+            self.event(What.BEGAN, None, 0.0)
+
+    def call(self, rule: str, time: float, text: str = "") -> "Run":
+        """The referee's call, with the standing that follows from it."""
+        self._calls += 1
+        if rule == "halt":
+            self._halted = f"{self._halted}; {text}" if self._halted else text
+            text = f"play is halted: {text}"
+        elif rule in ("resume", "game_over"):
+            self._halted = None
+        call = Call(number=self._calls, rule=rule, text=text, players=[], poses=[], clock=time)
+        standing = Standing(
+            stage=Stage.PLAY_ROUND, halted=self._halted, clock=time, total=time, in_stage=time, calls=self._calls,
+            winner=None, game={},
+        )  # fmt: skip
+        self.records.append(Record(n=self._calls, time=time, stages=[], calls=[call], standing=standing))
+        return self
+
+    def event(
+        self, what: What, process: str | None, time: float | None, *, heard: dict[str, float] | None = None,
+        text: str = "", lost: int = 0,
+    ) -> "Run":  # fmt: skip
+        """A line of the log. `heard`: the match time of the newest message of each link."""
+        at = 1000.0 + (time or 0.0)
+        links = {name: Link((time or 0.0) - stamp, stamp, 10, lost) for name, stamp in (heard or {}).items()}
+        number = self._calls if what is What.HALT else None
+        event = Event(what=what, process=process, monotonic=at, time=time, text=text, links=links, number=number)
+        self.events.append(event)
+        return self
+
+    def end(self) -> "Run":
+        return self.event(What.ENDED, None, 100.0)
+
+    def incidents(self, **more: object) -> list[Incident]:
+        return incidents_of(Evidence(self.records, self.events, self.estops, PLAYERS, **more))  # type: ignore[arg-type]
+
+
+def test_a_match_in_which_nothing_happened_has_no_incident() -> None:
+    run = Run().call("begin", 1.0).event(What.READY, "ann", 0.5).call("tag", 5.0).call("game_over", 9.0).end()
+    assert run.incidents() == []
+    assert Run(logged=False).incidents() == []
+
+
+def test_a_halt_lasts_from_the_referees_decision_to_the_resume() -> None:
+    run = Run().call("begin", 1.0).call("halt", 5.0, "called by eve")
+    run.event(What.HALT, None, 5.01, heard={"ann": 4.9}).call("halt", 6.0, "ann fails").call("resume", 8.0).end()
+    [halt] = run.incidents()
+    assert (halt.kind, halt.time, halt.until, halt.robots) == (Kind.HALT, 5.0, 8.0, None)
+    assert "called by eve" in halt.what
+    assert halt.ages == {"ann": pytest.approx(0.11)}
+
+
+def test_a_halt_that_nobody_ended_has_no_end_and_the_end_of_the_game_ends_one() -> None:
+    assert Run().call("halt", 5.0, "x").end().incidents()[0].until == math.inf
+    assert Run().call("halt", 5.0, "x").call("game_over", 7.0).end().incidents()[0].until == 7.0
+
+
+def test_each_of_two_halts_is_an_incident() -> None:
+    run = Run().call("halt", 5.0, "x").call("resume", 6.0).call("halt", 7.0, "y").call("resume", 8.0).end()
+    assert [(i.time, i.until) for i in run.incidents()] == [(5.0, 6.0), (7.0, 8.0)]
+
+
+def test_an_emergency_stop_begins_with_its_order_and_its_halt_is_a_part_of_it() -> None:
+    run = Run().event(What.ESTOP, None, 4.93, text="by eve: a dog", heard={"ann": 4.9, "bob": 4.8})
+    run.call("halt", 5.0, "emergency stop by eve: a dog").event(What.ESTOP, None, 5.5, text="by eve")
+    run.event(What.RELEASE, None, 6.0).call("resume", 8.0).end()
+    [estop] = run.incidents()
+    assert (estop.kind, estop.time, estop.until, estop.robots) == (Kind.ESTOP, 4.93, 8.0, None)
+    assert estop.resolution == pytest.approx(0.02)
+    assert sorted(estop.ages) == ["ann", "bob"]
+
+
+def test_an_emergency_stop_in_a_halt_is_an_incident_of_its_own() -> None:
+    run = Run().call("halt", 5.0, "called by eve").event(What.ESTOP, None, 5.95)
+    run.call("halt", 6.0, "emergency stop by eve").event(What.RELEASE, None, 7.0).call("resume", 8.0).end()
+    assert [(i.kind, i.time) for i in run.incidents()] == [(Kind.HALT, 5.0), (Kind.ESTOP, 5.95)]
+
+
+@pytest.mark.parametrize("rate", [1.0, 50.0])
+def test_a_halt_that_the_referee_calls_late_belongs_to_the_emergency_stop(rate: float) -> None:
+    late = 0.03 * rate
+    run = Run().event(What.ESTOP, None, 5.0).call("halt", 5.0 + late, "emergency stop by eve")
+    run.event(What.RELEASE, None, 500.0).call("resume", 600.0).end()
+    [estop] = run.incidents(rate=rate)
+    assert (estop.time, estop.until) == (5.0, 600.0)
+    assert estop.resolution == pytest.approx(0.02 * rate), "the launcher, too, hears it a little late"
+
+
+@pytest.mark.parametrize("rate", [1.0, 50.0])
+def test_a_halt_of_a_referee_that_is_behind_the_launcher_belongs_to_the_emergency_stop(rate: float) -> None:
+    run = Run().call("halt", 3.0, "emergency stop by dan").call("resume", 4.0)
+    run.call("halt", 15.0 - 0.03 * rate, "emergency stop by eve").event(What.ESTOP, None, 15.0).call(
+        "resume", 60.0
+    ).end()
+    assert [(i.time, i.until) for i in run.incidents(rate=rate)] == [(3.0, 4.0), (15.0, 60.0)]
+
+
+def test_a_referee_that_is_started_again_while_the_emergency_stop_is_engaged_calls_no_second_one() -> None:
+    run = Run().event(What.DIED, "referee", 5.0).event(What.ESTOP, None, 5.1).event(What.READY, "referee", 8.0)
+    run.call("halt", 8.1, "emergency stop, latched in the world").event(What.RELEASE, None, 9.0).call(
+        "resume", 10.0
+    ).end()
+    assert [(i.kind, i.time, i.until) for i in run.incidents()] == [(Kind.DEATH, 5.0, 10.0), (Kind.ESTOP, 5.1, 10.0)]
+
+
+def test_an_emergency_stop_that_is_called_long_after_the_release_is_another_one() -> None:
+    run = Run().event(What.ESTOP, None, 5.0).call("halt", 5.1, "emergency stop by eve").event(What.RELEASE, None, 6.0)
+    run.call("halt", 7.5, "emergency stop by dan").call("halt", 7.6, "emergency stop by ann").call("resume", 9.0).end()
+    assert [(i.time, i.until) for i in run.incidents()] == [(5.0, 9.0), (7.5, 9.0)]
+
+
+def test_an_emergency_stop_after_play_went_on_is_another_one_even_if_no_release_was_heard() -> None:
+    run = Run().event(What.ESTOP, None, 5.0).call("halt", 5.1, "emergency stop by eve").call("resume", 7.0)
+    run.event(What.ESTOP, None, 8.0).call("halt", 8.1, "emergency stop by eve").call("resume", 9.0).end()
+    assert [(i.time, i.until) for i in run.incidents()] == [(5.0, 7.0), (8.0, 9.0)]
+
+
+def test_without_a_log_the_recording_tells_of_emergency_stops_and_without_it_the_journal() -> None:
+    run = Run(logged=False).call("halt", 5.0, "emergency stop by eve: a dog").call("resume", 8.0)
+    [journal] = run.incidents()
+    assert (journal.kind, journal.time, journal.until, journal.resolution) == (Kind.ESTOP, 5.0, 8.0, 0.1)
+    run.estops = [(4.94, EstopRecord(time_of(4.94), True, "eve", "a dog"))]
+    [recorded] = run.incidents()
+    assert (recorded.kind, recorded.time, recorded.until) == (Kind.ESTOP, 4.94, 8.0)
+    assert recorded.what == journal.what
+
+
+def test_a_players_death_begins_with_its_newest_message_and_ends_when_the_next_one_is_ready() -> None:
+    run = Run().event(What.DIED, "ann", 5.0, heard={"ann": 4.9, "bob": 4.95}, text="was killed by signal 9")
+    run.event(What.STARTED, "ann", 5.0).event(What.READY, "ann", 5.6).end()
+    [death] = run.incidents()
+    assert (death.kind, death.process, death.time, death.until) == (Kind.DEATH, "ann", 4.9, 5.6)
+    assert death.soonest == 5.0, "the next process may move the robot before the launcher knows that it is ready"
+    assert death.robots == frozenset(["ann"])
+    assert death.what == "ann was killed by signal 9"
+
+
+def test_a_process_that_hangs_is_killed_and_found_dead_and_has_died_once() -> None:
+    run = Run().event(What.KILLED, "ann", 7.6, heard={"ann": 4.9}, text="hangs").event(What.DIED, "ann", 7.7)
+    run.event(What.STARTED, "ann", 7.7).event(What.READY, "ann", 8.0).end()
+    [death] = run.incidents()
+    assert (death.time, death.what) == (4.9, "ann hangs: killed")
+    assert death.ages["ann"] == pytest.approx(2.7)
+
+
+def test_two_deaths_of_one_player_are_two_incidents_and_a_disqualification_is_a_part_of_the_second() -> None:
+    run = Run().event(What.DIED, "ann", 5.0).event(What.STARTED, "ann", 5.0).event(What.READY, "ann", 5.5)
+    run.event(What.DIED, "ann", 7.0).event(What.VACATED, "ann", 7.0).end()
+    assert [(i.time, i.until) for i in run.incidents()] == [(5.0, 5.5), (7.0, math.inf)]
+
+
+def test_a_player_that_is_replaced_or_a_window_that_is_closed_has_not_died() -> None:
+    run = Run().event(What.REPLACED, "ann", 5.0).event(What.READY, "ann", 6.0).event(What.CLOSED, "spectator", 7.0)
+    assert run.end().incidents() == []
+
+
+def test_a_world_that_died_begins_anew_where_match_time_goes_on() -> None:
+    run = Run().event(What.DIED, "world", 5.1, heard={"world": 5.1}).event(What.STARTED, "world", 5.1)
+    run.event(What.STEPPED_BACK, "world", 5.0).call("halt", 5.1, "the world was restarted").call("resume", 9.0).end()
+    death, halt = run.incidents()
+    assert (death.process, death.time, death.until, death.robots) == ("world", 5.0, 9.0, None)
+    assert halt.kind is Kind.HALT
+
+
+def test_a_referees_death_ends_with_a_resume_and_the_halt_of_its_successor_is_no_call() -> None:
+    run = Run().call("begin", 1.0).event(What.DIED, "referee", 5.04, heard={"referee": 5.0, "world": 5.04})
+    run.event(What.READY, "referee", 6.0).call("resume", 9.0).end()
+    [death] = run.incidents()
+    assert (death.time, death.until, death.robots) == (5.0, 9.0, None)
+
+
+def test_a_routers_death_ends_when_time_is_heard_again_or_with_the_resume_of_a_halt_that_follows() -> None:
+    def cut() -> Run:
+        run = Run().event(What.DIED, "router", 5.0, heard={"world": 4.98})
+        return run.event(What.STARTED, "router", 5.0).event(What.READY, "router", 6.0)
+
+    [death] = cut().end().incidents()
+    assert (death.time, death.until, death.robots) == (4.98, 6.0, None)
+    assert death.soonest == 4.98, "robots may be connected again before the launcher is"
+    death, _ = cut().call("halt", 6.1, "the world's clock has stopped").call("resume", 9.0).end().incidents()
+    assert death.until == 9.0
+    for why in ("called by eve", "emergency stop by eve"):
+        death = cut().call("halt", 7.0, why).call("resume", 9.0).end().incidents()[0]
+        assert death.until == 6.0, "play had gone on before somebody stopped it"
+
+
+def test_who_watches_stops_no_robot_and_emulated_drives_stop_the_physical_ones() -> None:
+    run = Run().event(What.DIED, "recorder", 5.0).event(What.DIED, "drives", 6.0).end()
+    recorder, drives = run.incidents(companions=["drives"], physical=["bob"])
+    assert (recorder.robots, drives.robots) == (frozenset(), frozenset(["bob"]))
+
+
+def test_a_launcher_that_did_not_end_by_itself_was_killed_at_some_time() -> None:
+    run = Run().event(What.READY, "ann", 1.0)
+    [death] = run.incidents(end=60.0)
+    assert (death.process, death.time, death.robots) == (LAUNCHER, 60.0, None)
+    assert death.resolution == 59.0
+
+
+def test_what_was_lost_after_an_incident_is_counted_up_to_the_next_one() -> None:
+    def heard(time: float) -> dict[str, float]:
+        return {"ann": time - 0.1, "bob": time - 0.1}
+
+    run = Run().event(What.READY, "ann", 0.5, heard=heard(0.5), lost=2)
+    run.event(What.DIED, "router", 5.0, heard=heard(5.0), lost=2).event(
+        What.STARTED, "router", 5.0, heard=heard(5.0), lost=2
+    )
+    run.event(What.MEASURED, "bob", 5.0).event(What.READY, "router", 6.0, heard=heard(5.0), lost=2)
+    run.event(What.KILLED, "ann", 9.0, heard=heard(9.0), lost=11).event(
+        What.DIED, "ann", 9.1, heard=heard(9.1), lost=11
+    )
+    run.event(What.STARTED, "ann", 9.1, heard=heard(9.1), lost=11).event(
+        What.READY, "ann", 9.5, heard=heard(9.5), lost=12
+    )
+    run.event(What.ENDED, None, 20.0, heard={**heard(20.0), "world": 20.0}, lost=12)
+    router, ann = run.incidents()
+    assert router.lost == "9 of ann, 9 of bob"
+    assert ann.lost == "1 of ann, 1 of bob, 12 of world"
+
+
+def test_a_halt_that_follows_from_a_death_has_lost_nothing_of_its_own() -> None:
+    run = Run().event(What.DIED, "world", 5.0, heard={"bob": 5.0}).event(What.STARTED, "world", 5.0, heard={"bob": 5.0})
+    run.event(What.STEPPED_BACK, "world", 4.9).call("halt", 5.1, "the world was restarted")
+    run.event(What.HALT, None, 5.1, heard={"bob": 5.0}, lost=3).call("resume", 9.0).call("halt", 12.0, "called by eve")
+    run.event(What.HALT, None, 12.0, heard={"bob": 12.0}, lost=8).event(
+        What.ENDED, None, 20.0, heard={"bob": 20.0}, lost=9
+    )
+    assert [(i.kind, i.lost) for i in run.incidents()] == [
+        (Kind.DEATH, "8 of bob"), (Kind.HALT, ""), (Kind.HALT, "1 of bob"),
+    ]  # fmt: skip

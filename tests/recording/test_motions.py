@@ -1,0 +1,138 @@
+"""What a recording tells of how robots moved and stood, although it holds only some of the world's ticks."""
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from vrg.bus import messages as m
+from vrg.bus.codec import Received
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import Message
+from vrg.bus.node import Tick
+from vrg.bus.topics import Keys, Topic
+from vrg.recording.reader import read_estops, read_motions
+from vrg.recording.recorder import Recorder
+from vrg.recording.stops import Motion, Rest
+from vrg.types import Pose
+
+KEYS = Keys("test")
+TICK = 0.02
+
+
+class World:
+    """Says at each tick where `ann` is; the recorder hears every fifth of them, as it does in a match.
+
+    Args:
+        path: the recording. speed: of ann at a match time, m/s.
+    """
+
+    def __init__(self, path: Path, speed: Callable[[float], float], *, physical: bool = False) -> None:
+        self.recorder = Recorder("recorder", Mailbox(), KEYS, path)
+        self._speed = speed
+        self._physical = physical
+        self.x = 0.0
+        self.rest: float | None = 0.0
+        self.number = 0
+
+    def play(self, begin: float, end: float, *, deaf: tuple[float, float] = (0.0, 0.0)) -> "World":
+        """Let the world tick. `deaf`: the recorder hears nothing from the one time to the other, s."""
+        for tick in range(round(begin / TICK), round(end / TICK)):
+            time = round(tick * TICK, 6)
+            v = self._speed(time)
+            self.x += v * TICK
+            self.rest = None if not m.at_rest(v, 0.0) else self.rest if self.rest is not None else time
+            if tick % 5 == 0 and not deaf[0] <= time < deaf[1]:
+                body = m.Body("ann", Pose(self.x, 0.0, 0.0), v, 0.0, self._physical, 0.0, self.rest)
+                self.say(KEYS.poses, m.Poses(bodies=[body]), time)
+                self.say(KEYS.clock, m.Clock(time=time, tick=tick, epoch=0, rate=1.0, estop=False), time)
+                self.recorder.mailbox.handover(time)
+                self.recorder.tick(Tick(time))
+        return self
+
+    def say(self, topic: Topic[Message], body: Message, stamp: float) -> None:
+        """Let the recorder hear a message at its next tick."""
+        self.number += 1
+        for inlet in self.recorder.mailbox.inlets:
+            if inlet.topic.key == topic.key:
+                inlet.offer(Received(topic.key, stamp, self.number, body))
+
+
+def motion_of(world: World) -> Motion:
+    world.recorder.stop()
+    assert world.recorder.path is not None
+    return read_motions(world.recorder.path)["ann"]
+
+
+def until(stop: float, again: float = math.inf) -> Callable[[float], float]:
+    """The speed of a robot that moves, stands from one time on, and moves again from another one on."""
+    return lambda time: 1.0 if time < stop or time >= again else 0.0
+
+
+def test_a_rest_is_known_to_the_tick_at_which_it_began(tmp_path: Path) -> None:
+    motion = motion_of(World(tmp_path / "r.mcap", until(1.34)).play(0.0, 3.0))
+    assert motion.rests == [Rest(1.34, math.inf, pytest.approx(TICK))]
+    assert len(motion.times) == 30, "only every fifth tick was heard"
+    assert motion.place(1.34)[0] == pytest.approx(1.34, abs=TICK)
+
+
+def test_a_rest_that_began_while_nothing_was_heard_is_known_to_the_tick_too(tmp_path: Path) -> None:
+    world = World(tmp_path / "r.mcap", until(1.34)).play(0.0, 4.0, deaf=(1.2, 3.0))
+    assert motion_of(world).rests == [Rest(1.34, math.inf, pytest.approx(TICK))]
+
+
+def test_who_moves_again_was_at_rest_up_to_the_sample_that_shows_it(tmp_path: Path) -> None:
+    motion = motion_of(World(tmp_path / "r.mcap", until(1.34, 2.0)).play(0.0, 3.0))
+    assert [(rest.begin, rest.end) for rest in motion.rests] == [(1.34, pytest.approx(2.0, abs=TICK + 1e-9))]
+
+
+def test_a_motion_that_was_not_heard_at_all_parts_two_rests(tmp_path: Path) -> None:
+    speed = lambda time: 1.0 if 1.0 <= time < 1.5 else 0.0  # noqa: E731
+    world = World(tmp_path / "r.mcap", speed).play(0.0, 4.0, deaf=(0.9, 2.0))
+    first, second = motion_of(world).rests
+    assert (first.begin, second.begin, second.end) == (0.0, 1.5, math.inf)
+    assert first.end <= 1.5
+
+
+def test_a_world_that_steps_back_begins_a_rest_anew_and_the_old_one_goes_on(tmp_path: Path) -> None:
+    world = World(tmp_path / "r.mcap", until(1.0)).play(0.0, 3.0)
+    world.rest = None
+    world.play(2.9, 4.0)
+    assert [rest.begin for rest in motion_of(world).rests] == [1.0]
+
+
+def test_a_recorder_that_is_started_again_goes_on_with_the_same_rest(tmp_path: Path) -> None:
+    world = World(tmp_path / "r.mcap", until(1.0)).play(0.0, 2.0)
+    world.recorder.stop()
+    world.recorder = Recorder("recorder", Mailbox(), KEYS, tmp_path / "r.mcap")
+    world.play(3.0, 4.0)
+    world.recorder.stop()
+    motion = read_motions([tmp_path / "r.mcap", tmp_path / "r-2.mcap"])["ann"]
+    assert [(rest.begin, rest.end) for rest in motion.rests] == [(1.0, math.inf)]
+
+
+def test_a_physical_robot_is_known_as_well_as_it_was_measured(tmp_path: Path) -> None:
+    [rest] = motion_of(World(tmp_path / "r.mcap", until(1.34), physical=True).play(0.0, 3.0)).rests
+    assert rest.begin == 1.34
+    assert rest.resolution == pytest.approx(0.04), "from the sample at 1.30 s, the last that showed it moving"
+
+
+def test_a_recording_of_an_older_release_is_as_good_as_its_samples(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr(Recorder, "_write_rest", lambda *_: None)
+    [rest] = motion_of(World(tmp_path / "r.mcap", until(1.34)).play(0.0, 3.0)).rests
+    assert (rest.begin, rest.resolution) == (pytest.approx(1.4), pytest.approx(0.1))
+
+
+def test_the_orders_of_the_emergency_stop_are_recorded_with_their_match_time(tmp_path: Path) -> None:
+    world = World(tmp_path / "r.mcap", until(1.0)).play(0.0, 1.0)
+    world.say(KEYS.estop, m.Estop(by="window", reason="a dog"), 0.94)
+    world.play(1.0, 2.0)
+    world.say(KEYS.estop_release, m.EstopRelease(by="command"), 0.0)
+    world.play(2.0, 3.0)
+    world.recorder.stop()
+    orders = read_estops(tmp_path / "r.mcap")
+    assert [(time, o.engaged, o.by, o.reason) for time, o in orders] == [
+        (0.94, True, "window", "a dog"),
+        (2.0, False, "command", ""),
+    ], "a command hears no clock, so that the recorder's own time must do"

@@ -1,0 +1,142 @@
+"""What happens to the processes of a match, in a file of the run folder: one JSON object a line.
+
+The launcher writes a line for each process that is ready, dies, is killed or started again, for each order of the
+emergency stop and each HALT that it hears, and one at its own end. A launcher that was killed leaves a file without
+that last line.
+"""
+
+import enum
+import logging
+from pathlib import Path
+from typing import Protocol
+
+import msgspec
+from msgspec import Struct
+
+log = logging.getLogger(__name__)
+
+_json = msgspec.json.Encoder()
+
+
+class What(enum.StrEnum):
+    """What has happened."""
+
+    BEGAN = "began"
+    READY = "ready"
+    DIED = "died"
+    KILLED = "killed"
+    VACATED = "vacated"
+    STARTED = "started"
+    REPLACED = "replaced"
+    CLOSED = "closed"
+    ESTOP = "estop"
+    RELEASE = "release"
+    HALT = "halt"
+    STEPPED_BACK = "stepped back"
+    MEASURED = "measured"
+    ENDED = "ended"
+
+
+class Link(Struct, frozen=True, omit_defaults=True):
+    """What the launcher has heard of one sender: a player's reports, the referee's states, or the world's clock.
+
+    Args:
+        age: the real time in s since its newest message.
+        time: the stamp of that message, s of match time.
+        arrived, lost: the number of messages that came, and of those that are missing among them, by their numbers.
+        longest: the longest real time in s between two of them, while it was not started again.
+    """
+
+    age: float
+    time: float = 0.0
+    arrived: int = 0
+    lost: int = 0
+    longest: float = 0.0
+
+
+class Event(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """One line of the file.
+
+    Args:
+        what: what has happened. process: the process, or for MEASURED the robot; None where it is about none.
+        monotonic: the launcher's monotonic time at which it noticed this, s.
+        time: the match time that it had heard by then, s; None before the first clock.
+        text: what happened, in words. status: the exit status of a process that has ended.
+        number: the number of the referee's call, for HALT.
+        links: what was heard of each sender by then, by the name of the player, or `referee`, or `world`.
+        x, y: where a physical robot was measured while match time stood, m. v, w: its velocity then, m/s and rad/s.
+    """
+
+    what: What
+    monotonic: float
+    time: float | None = None
+    process: str | None = None
+    text: str = ""
+    status: int | None = None
+    number: int | None = None
+    links: dict[str, Link] = {}
+    x: float = 0.0
+    y: float = 0.0
+    v: float = 0.0
+    w: float = 0.0
+
+
+class EventLog:
+    """Appends events to a file. An event that cannot be written is logged and forgotten: the match goes on.
+
+    Args:
+        path: the file; None keeps no events.
+    """
+
+    def __init__(self, path: Path | None) -> None:
+        self._path = path
+        self._failed = False
+
+    def write(self, event: Event) -> None:
+        """Append an event, and hand it to the operating system."""
+        if self._path is None:
+            return
+        try:
+            with self._path.open("ab") as file:
+                file.write(_json.encode(event) + b"\n")
+        except OSError as error:
+            if not self._failed:
+                log.error("%s: cannot be written: %s", self._path, error.strerror or error)
+            self._failed = True
+
+
+class Notes(Protocol):
+    """Where a supervisor tells what happens to its processes."""
+
+    def note(self, what: What, process: str | None = None, text: str = "", *, status: int | None = None) -> None:
+        """It happens now."""
+
+    def note_at_next_clock(self, what: What, process: str) -> None:
+        """It counts as soon as the world's clock is heard again, so that its match time is known."""
+
+
+class NoNotes:
+    """Forgets everything."""
+
+    def note(self, what: What, process: str | None = None, text: str = "", *, status: int | None = None) -> None:
+        """Forget it."""
+
+    def note_at_next_clock(self, what: What, process: str) -> None:
+        """Forget it."""
+
+
+def read_events(path: Path) -> list[Event]:
+    """All events of a run, in order; a last line that is torn, or lines of another release, are left out.
+
+    Raises:
+        OSError: the file cannot be read.
+    """
+    events = []
+    for line in path.read_bytes().split(b"\n"):
+        if not line:
+            continue
+        try:
+            events.append(msgspec.json.decode(line, type=Event))
+        except (msgspec.DecodeError, msgspec.ValidationError) as error:
+            log.warning("%s: left out a line that is no event: %s", path, error)
+    return events

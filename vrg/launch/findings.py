@@ -1,0 +1,78 @@
+"""What was found out about a machine on which processes of a match are to run."""
+
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import msgspec
+from msgspec import Struct
+
+from vrg.config.setup import HERE, MatchSetup
+from vrg.hal.backends import BACKENDS
+from vrg.launch.sandbox.seal import missing
+
+_PATIENCE = 120.0
+"""The real time in s for one of the commands below, which load everything that VRG has."""
+
+
+class Finding(Struct, frozen=True):
+    """The result of one check.
+
+    Args:
+        what: the name of what was checked. text: the result in words.
+        good: True or False for what VRG needs; None for what is only good to know.
+    """
+
+    what: str
+    good: bool | None
+    text: str
+
+
+def examine(setup: MatchSetup, match_file: Path, machine: str) -> list[Finding]:
+    """Check whether processes of a match can run on this machine. Nothing of the match is started.
+
+    Args:
+        match_file: the match file on this machine. machine: the name of this machine in it.
+    """
+    found = [finding for finding in _doctor() if finding.good is False or finding.what in ("python", "physics")]
+    said = _run("check", str(match_file))
+    good = said.returncode == 0
+    text = _last_lines(said.stdout if good else said.stderr).replace(f"{match_file}", match_file.name)
+    found.append(Finding("match", good, text))
+    here = [player.name for player in setup.players if setup.place.get(player.name, HERE) == machine]
+    sealed = [name for name in here if setup.sandboxed(name, seats=setup.seats)]
+    if sealed:
+        lacking = missing()
+        found.append(Finding("sandbox", lacking is None, lacking or f"the players {', '.join(sealed)} can be sealed"))
+    for backend, table in setup.backends.items():
+        kind = BACKENDS.get(backend)
+        robots = [player.name for player in setup.players if player.backend == backend and player.name in here]
+        if kind.settings is not None and robots:
+            lacks = kind.settings.model_validate(table).missing_here(robots)
+            found += [Finding(backend, False, text) for text in lacks]
+            if not lacks:
+                found.append(Finding(backend, True, f"what {', '.join(robots)} need is there"))
+    return found
+
+
+def _doctor() -> Sequence[Finding]:
+    done = _run("doctor", "--json")
+    try:
+        return msgspec.json.decode(done.stdout, type=list[Finding])
+    except msgspec.DecodeError:
+        return [Finding("doctor", False, f"vrg doctor has failed: {_last_lines(done.stderr)}")]
+
+
+def _run(*arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-P", "-m", "vrg", *arguments]
+    try:
+        return subprocess.run(
+            command, capture_output=True, text=True, timeout=_PATIENCE, check=False, stdin=subprocess.DEVNULL
+        )
+    except subprocess.TimeoutExpired:
+        return subprocess.CompletedProcess(command, 1, "", f"it has not ended within {_PATIENCE:g} s")
+
+
+def _last_lines(text: str) -> str:
+    return "; ".join(text.strip().splitlines()[-5:])
