@@ -1,0 +1,167 @@
+"""Units of systemd with which the processes of a match start by themselves, on the machines that the match file names.
+
+This module computes texts; it starts and writes nothing. Directives are those of systemd.unit(5), systemd.service(5)
+and systemd.exec(5).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import PurePosixPath
+
+from vrg.config.setup import HERE, MatchSetup
+from vrg.launch.sandbox.excess import THREADS
+from vrg.launch.specs import WINDOW, further_router, placed
+
+RUN = "run"
+"""The name of the unit of the run folder."""
+_HARDENING = """\
+NoNewPrivileges=yes
+ProtectSystem=full
+ProtectHome=read-only
+PrivateTmp=yes
+RestrictSUIDSGID=yes
+LockPersonality=yes
+"""
+_CAN = "RestrictAddressFamilies=AF_INET AF_INET6 AF_UNIX AF_CAN AF_NETLINK\n"
+_NO_CAN = "RestrictAddressFamilies=AF_INET AF_INET6 AF_UNIX AF_NETLINK\n"
+
+
+@dataclass(frozen=True)
+class Installation:
+    """How VRG and a match are installed on a machine.
+
+    Args:
+        vrg: the path of the command `vrg`. folder: the folder of the match file.
+        match_file: the name of the match file in it. user: who runs the processes.
+        router: the endpoint of the router that the machine's processes use.
+        upstream: the endpoint of the router of the match, if the machine has a further one.
+        keys: the folder of the keys of the machine's seats; None in a match without seats.
+        display: the display for windows.
+    """
+
+    vrg: PurePosixPath
+    folder: PurePosixPath
+    match_file: str
+    user: str
+    router: str
+    upstream: str | None = None
+    keys: PurePosixPath | None = None
+    display: str | None = None
+
+
+def units(setup: MatchSetup, installations: Mapping[str, Installation], *, window: bool) -> dict[str, dict[str, str]]:
+    """The units of a match, by machine and by the file's name.
+
+    On each machine a target starts all processes of the match. The units of players come after those of the world, so
+    that systemd, which stops in the reverse order, stops players first and routers last. A process that is started
+    again after it died finds the journal and the snapshot of the match. When the target is stopped, the run folder is
+    put aside, so that the next start is another match.
+
+    Args:
+        installations: of each machine that the match uses. window: True adds the window.
+    """
+    where = placed(setup, window=window, record=True)
+    found: dict[str, dict[str, str]] = {machine: {} for machine in installations}
+    for process, machine in where.items():
+        if machine in found:
+            found[machine][f"{_unit(setup, process)}.service"] = _service(setup, process, where, installations[machine])
+    for machine, at in installations.items():
+        found[machine][f"{_unit(setup, RUN)}.service"] = _run_service(setup, at)
+    for machine, texts in found.items():
+        services = " ".join(name for name in texts)
+        texts[f"{_stem(setup)}.target"] = (
+            f"[Unit]\nDescription=VRG match {setup.name} on {machine}\nWants={services}\n\n"
+            "[Install]\nWantedBy=multi-user.target\n"
+        )
+    return found
+
+
+def _stem(setup: MatchSetup) -> str:
+    return f"vrg-{setup.name}"
+
+
+def _unit(setup: MatchSetup, process: str) -> str:
+    return f"{_stem(setup)}-{process}"
+
+
+def _run_service(setup: MatchSetup, at: Installation) -> str:
+    """The unit that makes the run folder before all others start, and puts it aside when all have stopped."""
+    run = f"/var/lib/{_stem(setup)}/run"
+    return (
+        f"[Unit]\nDescription=VRG match {setup.name}: the run folder\nPartOf={_stem(setup)}.target\n\n"
+        f"[Service]\nType=oneshot\nRemainAfterExit=yes\nUser={at.user}\nStateDirectory={_stem(setup)}\n"
+        f"ExecStart=/bin/mkdir -p {run}\n"
+        f"ExecStop=/bin/sh -c 'mv {run} {run}-$$(date +%%Y%%m%%d-%%H%%M%%S)'\n{_HARDENING}"
+    )
+
+
+def _service(setup: MatchSetup, process: str, where: Mapping[str, str], at: Installation) -> str:
+    players = {player.name: player for player in setup.players}
+    player = players.get(process)
+    before = _started_before(setup, process, where)
+    lines = ["[Unit]", f"Description=VRG match {setup.name}: {process}"]
+    lines += [f"After={' '.join(['network-online.target', *before])}", "Wants=network-online.target"]
+    # A CAN adapter may come much later than the computer.
+    lines += [
+        "StartLimitIntervalSec=0",
+        f"Requires={_unit(setup, RUN)}.service",
+        f"PartOf={_stem(setup)}.target",
+        "",
+        "[Service]",
+    ]
+    lines += [f"ExecStart={' '.join(map(_quoted, _command(setup, process, at)))}", f"User={at.user}"]
+    lines += [f"WorkingDirectory={at.folder}", f"StateDirectory={_stem(setup)}"]
+    if process == WINDOW and at.display is not None:
+        lines.append(f"Environment=DISPLAY={at.display}")
+    # A process that comes back takes the place of the one that died; a window that was closed stays closed.
+    lines += ["Restart=on-failure" if process == WINDOW else "Restart=always", "RestartSec=1", "TimeoutStopSec=10"]
+    if player is not None:
+        lines += [f"MemoryMax={setup.memory + 500}M", f"TasksMax={THREADS}"]
+    physical = player is not None and player.physical
+    companion = process in [companion.name for companion in setup.companions]
+    return "\n".join(lines) + "\n" + _HARDENING + (_CAN if physical or companion else _NO_CAN)
+
+
+def _started_before(setup: MatchSetup, process: str, where: Mapping[str, str]) -> list[str]:
+    """The units of the same machine that start before this one, and stop after it."""
+    players = [player.name for player in setup.players]
+    companions = [companion.name for companion in setup.companions]
+    routers = [name for name in where if name in ("router", *map(further_router, setup.machines))]
+    first = [] if process in routers else routers
+    if process in players:
+        first = [*first, "world", *companions]
+    here = [name for name in first if where.get(name) == where[process]]
+    return [f"{_unit(setup, name)}.service" for name in (RUN, *here)]
+
+
+def _command(setup: MatchSetup, process: str, at: Installation) -> list[str]:
+    """The command line of a process."""
+    keys = [] if at.keys is None else ["--keys", str(at.keys)]
+    match, run = at.match_file, f"/var/lib/{_stem(setup)}/run"
+    companions = {companion.name: companion for companion in setup.companions}
+    if process in companions:
+        return [str(at.vrg), *companions[process].arguments]
+    if process in ("router", *map(further_router, setup.machines)):
+        upstream = ["--upstream", at.upstream] if process != "router" and at.upstream else []
+        seats = [match, *keys] if keys else []
+        return [str(at.vrg), "router", *seats, "--router", at.router, *upstream]
+    kinds = {"world": ["world"], "referee": ["coordinator"], "recorder": ["recorder"], WINDOW: ["spectator"]}
+    kind = kinds.get(process, ["player"])
+    name = [process] if kind == ["player"] else []
+    return [str(at.vrg), *kind, match, *name, "--router", at.router, "--run", run, *keys]
+
+
+def _quoted(word: str) -> str:
+    """A word of a command line, as systemd reads it."""
+    plain = word.replace("\\", "\\\\").replace('"', '\\"').replace("%", "%%").replace("$", "$$")
+    return f'"{plain}"' if any(sign in word for sign in " \"'\\;") else plain
+
+
+def used_machines(setup: MatchSetup, *, window: bool) -> list[str]:
+    """The machines on which something of a match runs, the launcher's first.
+
+    Args:
+        window: True counts the window.
+    """
+    used = set(placed(setup, window=window, record=True).values())
+    return [name for name in (HERE, *setup.hosts) if name in used]
