@@ -1,0 +1,174 @@
+"""A match is judged again from its evidence: an honest journal agrees, and whatever was altered is found."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import pytest
+from msgspec import structs
+
+from tests.coordinator.test_coordinator import KEYS, Table
+from vrg.bus import messages as m
+from vrg.coordinator.evidence import Exhibit, Looked, TickEvidence, read_evidence
+from vrg.coordinator.journal import Record, read_journal
+from vrg.coordinator.judging import Judgement, judge_again
+from vrg.types import Pose
+
+
+@pytest.fixture
+def table(tmp_path: Path) -> Table:
+    return Table(tmp_path)
+
+
+def play(table: Table) -> None:
+    """A round with a tag, a halt, a player that falls silent, and an official who overrules."""
+    table.ticks(12)
+    table.tag()
+    table.ticks(5)
+    table.decide(m.OfficialAction.HALT)
+    table.ticks(3)
+    table.decide(m.OfficialAction.RESUME)
+    table.silent.add("m1")
+    table.ticks(80)
+    table.hear(KEYS.estop, m.Estop(by="ann"))
+    table.ticks(3)
+    assert {"begin", "tag", "halt", "resume", "disqualified"} <= set(table.rules())
+
+
+def told(table: Table) -> tuple[list[Exhibit], list[Record]]:
+    table.journal.close()
+    folder = table.journal.path.parent
+    return read_evidence(folder / "evidence.bin"), read_journal(table.journal.path)[1]
+
+
+def judged(table: Table, exhibits: Sequence[Exhibit], records: Sequence[Record]) -> Judgement:
+    return judge_again(table.book, exhibits, records)
+
+
+def test_an_honest_journal_agrees_with_the_rule_book(table: Table) -> None:
+    play(table)
+    exhibits, records = told(table)
+    judgement = judged(table, exhibits, records)
+    assert judgement.disagreements == []
+    assert judgement.calls == len(table.calls) > 5
+    assert judgement.unjudged == 0
+    assert all(record.evidence for record in records)
+
+
+def test_a_match_that_another_coordinator_went_on_with_is_judged_to_its_end(tmp_path: Path) -> None:
+    first = Table(tmp_path)
+    first.ticks(12)
+    first.journal.close()
+    second = Table(tmp_path)
+    second.time = first.time
+    second.ticks(3)
+    second.decide(m.OfficialAction.RESUME)
+    second.tag()
+    second.ticks(5)
+    exhibits, records = told(second)
+    judgement = judged(second, exhibits, records)
+    assert judgement.disagreements == []
+    assert judgement.calls == len(first.calls) + len(second.calls)
+
+
+def another_text(calls: list[m.Call]) -> list[m.Call]:
+    return [structs.replace(calls[0], text="s0 tags m1")]
+
+
+def another_player(calls: list[m.Call]) -> list[m.Call]:
+    return [structs.replace(calls[0], players=["s0", "m1"])]
+
+
+@pytest.mark.parametrize(
+    ("alter", "words"),
+    [(another_text, "by the rules it is tag: "), (another_player, "its players are")],
+    ids=["text", "players"],
+)
+def test_a_call_that_was_altered_is_found_once(
+    table: Table, alter: Callable[[list[m.Call]], list[m.Call]], words: str
+) -> None:
+    play(table)
+    exhibits, records = told(table)
+    at = next(i for i, record in enumerate(records) if any(call.rule == "tag" for call in record.calls))
+    records[at] = structs.replace(records[at], calls=alter(records[at].calls))
+    (found,) = judged(table, exhibits, records).disagreements
+    assert words in found.what
+    assert found.time == records[at].time
+
+
+def test_a_call_that_was_left_out_and_one_that_was_invented_are_found(table: Table) -> None:
+    play(table)
+    exhibits, records = told(table)
+    at = next(i for i, record in enumerate(records) if any(call.rule == "tag" for call in record.calls))
+    tag = records[at].calls
+    left_out = [*records[:at], structs.replace(records[at], calls=[]), *records[at + 1 :]]
+    assert "a call that was not made: tag" in judged(table, exhibits, left_out).disagreements[0].what
+    invented = structs.replace(tag[0], number=tag[0].number + 1)
+    too_many = [*records[:at], structs.replace(records[at], calls=[*tag, invented]), *records[at + 1 :]]
+    assert "there is no such call" in judged(table, exhibits, too_many).disagreements[0].what
+
+
+def test_a_score_that_was_altered_is_found(table: Table) -> None:
+    play(table)
+    exhibits, records = told(table)
+    last = records[-1]
+    records[-1] = structs.replace(last, standing=structs.replace(last.standing, total=last.standing.total + 1.0))
+    (found,) = judged(table, exhibits, records).disagreements
+    assert "total is" in found.what
+
+
+def test_each_pose_that_was_altered_in_the_file_is_found_and_where(table: Table, tmp_path: Path) -> None:
+    play(table)
+    exhibits, records = told(table)
+    path = tmp_path / "evidence.bin"
+    content = path.read_bytes()
+    at, length = 0, 0
+    for exhibit in exhibits:
+        length = int.from_bytes(content[at : at + 4], "little")
+        place = content.find(b"\xcb", at + 12, at + 12 + length)  # the first number with a point: the time, or a pose
+        changed = bytearray(content)
+        changed[place + 5] ^= 0x10
+        path.write_bytes(bytes(changed))
+        found = judged(table, read_evidence(path), records).disagreements
+        assert any("was changed" in one.what for one in found)
+        at += 12 + length
+        assert exhibit.genuine
+
+
+def test_evidence_that_was_written_anew_as_a_whole_is_not_that_of_the_journal(table: Table) -> None:
+    play(table)
+    exhibits, records = told(table)
+    other = [Exhibit(exhibit.tick, digest=f"{number:016x}", genuine=True) for number, exhibit in enumerate(exhibits)]
+    (found,) = judged(table, other, records).disagreements
+    assert "not that of this journal" in found.what
+
+
+def test_poses_that_would_have_been_a_tag_are_told_as_the_call_that_is_missing(table: Table) -> None:
+    table.ticks(15)
+    exhibits, records = told(table)
+    last = exhibits[-1].tick
+    close = {**last.field.poses, "s0": Pose(1.0, 5.0, 0.0), "m0": Pose(1.0, 5.7, 0.0)}
+    field = type(last.field)(close, frozenset(), frozenset(), last.field.time + 0.1)
+    tick = TickEvidence(after=records[-1].n, time=last.time + 0.1, field=field, entries=[Looked(0.1, [])])
+    (found,) = judged(table, [*exhibits, Exhibit(tick, "", genuine=True)], records).disagreements
+    assert "the journal lacks" in found.what
+
+
+def test_a_torn_tick_is_left_out_and_what_it_would_have_told_counts_as_unjudged(table: Table, tmp_path: Path) -> None:
+    play(table)
+    exhibits, records = told(table)
+    path = tmp_path / "evidence.bin"
+    path.write_bytes(path.read_bytes()[:-7])
+    again = read_evidence(path)
+    assert len(again) == len(exhibits) - 1
+    early = [exhibit for exhibit in exhibits if exhibit.tick.after < 2]
+    judgement = judged(table, early, records)
+    assert judgement.disagreements == []
+    assert judgement.unjudged == sum(len(record.calls) for record in records[2:])
+
+
+def test_evidence_with_a_hole_is_told(table: Table) -> None:
+    play(table)
+    exhibits, records = told(table)
+    left = [exhibit for exhibit in exhibits if exhibit.tick.after != 1]
+    found = judged(table, left, records).disagreements
+    assert any("is missing" in one.what for one in found)

@@ -1,0 +1,183 @@
+"""Why calls were made: of every call of whole matches the deciding numbers hold, and they are drawn to scale."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+from msgspec import structs
+from typer.testing import CliRunner
+
+from tests.games.roboflag.playing import four_each, match_text
+from vrg.bus.messages import Call
+from vrg.cli import make_app
+from vrg.config.loading import load_match, match_path
+from vrg.config.rules import rulebook_of
+from vrg.config.setup import MatchSetup, write_setup
+from vrg.coordinator.cases import cases_of
+from vrg.coordinator.evidence import Exhibit, TickEvidence, read_evidence
+from vrg.coordinator.journal import read_journal
+from vrg.coordinator.judging import judge_again, unproved
+from vrg.coordinator.proof import Case, Measure, Relation
+from vrg.coordinator.rulebook import Field
+from vrg.games import game_of
+from vrg.launch.in_process import play
+from vrg.launch.nodes import open_journal, recorder_node
+from vrg.launch.run_folder import RunFolder
+from vrg.types import Pose
+
+
+def played(folder: Path, setup: MatchSetup, seconds: float) -> RunFolder:
+    run = RunFolder(folder)
+    run.prepare()
+    write_setup(setup, run.setup)
+    recorder = recorder_node(setup, run)
+    with open_journal(setup, run) as journal:
+        play(setup, journal, limit=seconds, watchers=[recorder])
+    return run
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Mapping[str, tuple[MatchSetup, RunFolder]]:
+    base = tmp_path_factory.mktemp("runs")
+    flags = base / "flags.toml"
+    flags.write_text(match_text(four_each("aggressive", "balanced"), rules="round_time = 60.0"))
+    setups = {
+        "sharks-and-minnows": (load_match(match_path("sharks-and-minnows"), engine="planar", seed=3), 300.0),
+        "pursuit-evasion": (load_match(match_path("pursuit-evasion"), engine="planar").at_rate(0), 300.0),
+        "roboflag": (load_match(flags), 90.0),
+    }
+    return {name: (setup, played(base / name, setup, limit)) for name, (setup, limit) in setups.items()}
+
+
+GAMES = {
+    "sharks-and-minnows": {"tag", "pass_over"},
+    "pursuit-evasion": {"capture", "launch"},
+    "roboflag": {"tag", "home", "flag"},
+}
+
+
+@pytest.mark.parametrize("game", GAMES)
+def test_the_numbers_that_decided_every_call_of_a_match_hold(
+    runs: Mapping[str, tuple[MatchSetup, RunFolder]], game: str
+) -> None:
+    setup, run = runs[game]
+    book, prover = rulebook_of(setup), game_of(game).load_prover()
+    assert prover is not None
+    records = read_journal(run.journal)[1]
+    cases = list(cases_of(book, read_evidence(run.evidence), records))
+    assert [case.call for case in cases] == [call for record in records for call in record.calls]
+    proved = {case.call.rule for case in cases if prover(book, case)}
+    assert proved >= GAMES[game]
+    assert unproved(prover, book, cases) == []
+
+
+@pytest.mark.parametrize("game", GAMES)
+def test_every_rule_that_was_called_can_be_told_in_words(
+    runs: Mapping[str, tuple[MatchSetup, RunFolder]], game: str
+) -> None:
+    _, run = runs[game]
+    rules = {call.rule for record in read_journal(run.journal)[1] for call in record.calls}
+    assert {rule for rule in rules if game_of(game).rule_text(rule) is None} == set()
+
+
+@pytest.mark.parametrize("game", GAMES)
+def test_a_whole_match_is_judged_again_without_a_disagreement(
+    runs: Mapping[str, tuple[MatchSetup, RunFolder]], game: str
+) -> None:
+    setup, run = runs[game]
+    records = read_journal(run.journal)[1]
+    judgement = judge_again(rulebook_of(setup), read_evidence(run.evidence), records)
+    assert judgement.disagreements == []
+    assert judgement.calls == sum(len(record.calls) for record in records)
+    said = CliRunner().invoke(make_app("judge"), ["judge", str(run.path)])
+    assert said.exit_code == 0, said.output
+    assert "no disagreement" in said.output
+
+
+def test_a_shark_that_was_moved_away_is_found_by_the_rules_alone(
+    runs: Mapping[str, tuple[MatchSetup, RunFolder]],
+) -> None:
+    """Even where somebody has made the file of the evidence anew: what was called does not follow from it."""
+    setup, run = runs["sharks-and-minnows"]
+    records = read_journal(run.journal)[1]
+    tag = next(call for record in records for call in record.calls if call.rule == "tag")
+    at = next(record.n for record in records if tag in record.calls)
+    moved = [_moved(exhibit, tag.players[1]) if exhibit.tick.after == at - 1 else exhibit
+             for exhibit in read_evidence(run.evidence)]  # fmt: skip
+    found = judge_again(rulebook_of(setup), moved, records).disagreements
+    assert any(f"call {tag.number}, tag" in one.what for one in found)
+
+
+def _moved(exhibit: Exhibit, name: str) -> Exhibit:
+    field = exhibit.tick.field
+    poses = {**field.poses, name: Pose(field.poses[name].x + 3.0, field.poses[name].y, 0.0)}
+    tick: TickEvidence = structs.replace(exhibit.tick, field=type(field)(poses, time=field.time))
+    return Exhibit(tick, exhibit.digest, genuine=True)
+
+
+def test_a_recording_that_shows_a_robot_elsewhere_is_found(
+    runs: Mapping[str, tuple[MatchSetup, RunFolder]], tmp_path: Path
+) -> None:
+    """Its evidence and its journal agree, but what people watch is of another match."""
+    setup, run = runs["sharks-and-minnows"]
+    other = played(tmp_path / "other", load_match(match_path("sharks-and-minnows"), engine="planar", seed=4), 20.0)
+    run_with_other = RunFolder(tmp_path / "mixed")
+    run_with_other.prepare()
+    for source, target in ((run.journal, run_with_other.journal), (run.evidence, run_with_other.evidence)):
+        target.write_bytes(source.read_bytes())
+    run_with_other.recording.write_bytes(other.recording.read_bytes())
+    write_setup(setup, run_with_other.setup)
+    said = CliRunner().invoke(make_app("judge"), ["judge", str(run_with_other.path)])
+    assert said.exit_code == 1
+    assert "from where the referee saw it" in said.output
+
+
+def test_a_call_is_told_with_its_rule_its_number_and_a_picture(
+    runs: Mapping[str, tuple[MatchSetup, RunFolder]],
+) -> None:
+    _, run = runs["sharks-and-minnows"]
+    tag = next(call for record in read_journal(run.journal)[1] for call in record.calls if call.rule == "tag")
+    said = CliRunner().invoke(make_app("why"), ["why", str(run.path), str(tag.number)])
+    assert said.exit_code == 0, said.output
+    assert "Rule (thesis 4.3): A minnow whose outline" in said.output
+    assert (
+        f"distance between the outlines of {tag.players[0]} and {tag.players[1]}: 0.30 m (at most 0.30 m)"
+        in said.output
+    )
+    picture = run.path / f"why-{tag.number}.png"
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_calls_are_listed_and_one_that_was_not_made_is_told(
+    runs: Mapping[str, tuple[MatchSetup, RunFolder]],
+) -> None:
+    _, run = runs["sharks-and-minnows"]
+    listed = CliRunner().invoke(make_app("why"), ["why", str(run.path)])
+    assert "begin: pass 1 of 2 begins" in listed.output
+    missing = CliRunner().invoke(make_app("why"), ["why", str(run.path), "999"])
+    assert missing.exit_code == 1
+    assert "expected a call from 1 to" in str(missing.exception)
+
+
+@pytest.mark.parametrize(
+    ("relation", "value", "holds"),
+    [
+        (Relation.AT_MOST, 0.3, True),
+        (Relation.AT_MOST, 0.31, False),
+        (Relation.AT_LEAST, 0.3, True),
+        (Relation.AT_LEAST, 0.29, False),
+        (Relation.MORE_THAN, 0.31, True),
+        (Relation.MORE_THAN, 0.29, False),
+    ],
+)
+def test_a_number_holds_as_its_relation_says(relation: Relation, value: float, holds: bool) -> None:
+    assert Measure("distance", value, relation, 0.3).holds is holds
+
+
+def test_a_call_whose_number_is_wrong_is_told() -> None:
+    call = Call(number=3, rule="tag", text="ann is tagged by bob", players=[], poses=[], clock=1.0)
+    wrong = Measure("distance between ann and bob", 0.35, Relation.AT_MOST, 0.3)
+    case = Case(call, None, Field({}), Field({}, time=7.0))
+    (found,) = unproved(lambda _book, _case: [wrong], None, [case])  # type: ignore[arg-type]
+    assert found.time == 7.0
+    assert "0.35 m (at most 0.30 m)" in found.what

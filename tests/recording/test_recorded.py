@@ -1,0 +1,150 @@
+"""A recording turned back into messages."""
+
+import pytest
+
+from tests.recording.recordings import KEYS, go_on, record
+from tests.ui import synthetic
+from vrg.bus import messages as m
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.node import Tick
+from vrg.errors import MessageError
+from vrg.recording.foxglove import Time
+from vrg.recording.mcap_file import McapFile
+from vrg.recording.recorded import read_match
+from vrg.recording.recorder import Recorder
+from vrg.recording.records import StateRecord
+
+
+def test_everything_that_windows_hear_comes_back(file):
+    match = read_match(file)
+    assert [stamp for stamp, _ in match.poses] == [tick / 10 for tick in range(400)]
+    stamp, poses = match.poses[123]
+    for body, said in zip(poses.bodies, synthetic.poses(stamp).bodies, strict=True):
+        assert (body.name, body.v, body.w, body.physical) == (said.name, said.v, said.w, said.physical)
+        assert (body.pose.x, body.pose.y) == (said.pose.x, said.pose.y)
+    assert [call for _, call in match.calls] == synthetic.calls(40.0)
+    stamp, state = match.states[300]
+    said = synthetic.state(stamp)
+    for name in ("game", "stage", "halted", "way_out", "waiting", "clock", "total", "round", "rounds", "score"):
+        assert getattr(state, name) == getattr(said, name)
+    assert (state.zones, state.winner, state.estop) == (said.zones, None, False)
+    assert [(p.name, p.team, p.role, p.state) for p in state.players] == [
+        (p.name, p.team, p.role, p.state) for p in said.players
+    ]
+    assert match.reports["nemo"] == [(0.0, m.Report(mode="Minnow/Cross", armed=True, battery=0.8))]
+    assert not match.torn
+
+
+def hear(recorder, match, *said):
+    """Let a recorder hear messages of a match, each (topic, message, stamp)."""
+    for number, (topic, body, stamp) in enumerate(said):
+        match.say(recorder.mailbox, topic, body, stamp, number)
+    time = max(stamp for _, _, stamp in said)
+    recorder.mailbox.handover(time)
+    recorder.tick(Tick(time))
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "match.mcap"
+
+
+@pytest.fixture
+def recorder(path):
+    return Recorder("recorder", Mailbox(), KEYS, path)
+
+
+def test_orders_of_the_emergency_stop_and_sketches_come_back(recorder, path):
+    match = synthetic.Match(KEYS)
+    sketch = m.Sketch(strokes=[m.Stroke(points=[(1.0, 2.0), (3.0, 4.0)], label="goal")])
+    hear(recorder, match, (KEYS.estop, m.Estop(by="ann", reason="smoke"), 1.0), (KEYS.sketch("nemo"), sketch, 1.0))
+    hear(recorder, match, (KEYS.estop_release, m.EstopRelease(by="bob"), 2.0))
+    recorder.stop()
+    found = read_match(path)
+    assert found.estops == [(1.0, m.Estop(by="ann", reason="smoke")), (2.0, m.EstopRelease(by="bob"))]
+    [(stamp, back)] = found.sketches["nemo"]
+    assert (stamp, [(list(map(tuple, s.points)), s.label) for s in back.strokes]) == (1.0, [([(1, 2), (3, 4)], "goal")])
+
+
+def test_a_robot_that_was_taken_out_of_the_world_is_not_there_any_more(recorder, path):
+    match = synthetic.Match(KEYS)
+    hear(recorder, match, (KEYS.poses, synthetic.poses(1.0), 1.0))
+    hear(recorder, match, (KEYS.poses, m.Poses(bodies=synthetic.poses(1.1).bodies[2:]), 1.1))
+    recorder.stop()
+    assert [len(poses.bodies) for _, poses in read_match(path).poses] == [7, 5]
+
+
+def test_a_battery_that_empties_is_a_part_of_the_report(recorder, path):
+    match = synthetic.Match(KEYS)
+    for tick, charge in enumerate((0.9, 0.9, 0.5)):
+        report = m.Report(mode="Play", armed=True, battery=charge)
+        hear(recorder, match, (KEYS.report("nemo"), report, tick / 10))
+    recorder.stop()
+    assert [(stamp, report.mode, report.battery) for stamp, report in read_match(path).reports["nemo"]] == [
+        (0.0, "Play", 0.9),
+        (0.2, "Play", 0.5),
+    ]
+
+
+def test_the_parts_of_a_recorder_that_was_started_again_are_one_match(tmp_path):
+    first, second = tmp_path / "recording.mcap", tmp_path / "recording-2.mcap"
+    recorder = record(first, 11.0)
+    torn = first.read_bytes()
+    recorder.stop()
+    first.write_bytes(torn)
+    recorder = Recorder("recorder", Mailbox(), KEYS, second)
+    go_on(recorder, 12.0, 15.0)
+    recorder.stop()
+    match = read_match([first, second])
+    assert match.torn == [first]
+    assert [call.number for _, call in match.calls] == [1, 2]
+    times = [stamp for stamp, _ in match.poses]
+    assert times == sorted(times)
+    assert (times[0], times[-1]) == (0.0, 14.9)
+
+
+def test_after_a_restart_of_the_world_only_what_happened_is_left_and_all_that_was_said(path):
+    recorder = record(path, 10.0)
+    go_on(recorder, 8.0, 9.5)
+    recorder.stop()
+    match = read_match(path)
+    assert [stamp for stamp, _ in match.poses] == [tick / 10 for tick in range(95)]
+    assert [(stamp, call.number) for stamp, call in match.calls] == [(8.0, 1)], "it is not called twice"
+    assert max(stamp for stamp, _ in match.states) == 9.4
+    stamps = [stamp for stamp, _ in match.states]
+    assert stamps == sorted(stamps)
+
+
+def test_an_instant_of_which_a_part_is_missing_is_left_out(file, tmp_path):
+    whole, cut = file.read_bytes(), tmp_path / "cut.mcap"
+    for size in range(len(whole) // 2, len(whole) // 2 + 2000, 40):
+        cut.write_bytes(whole[:size])
+        match = read_match(cut)
+        assert match.torn == [cut]
+        assert {len(poses.bodies) for _, poses in match.poses} == {len(synthetic.NAMES)}
+
+
+def test_a_recording_of_another_version_is_refused(path):
+    file = McapFile(path)
+    file.write("/referee/state", Time(0, 0), 0.0, 0)
+    file.finish()
+    with pytest.raises(MessageError, match=r"/referee/state: expected vrg\.RefereeState"):
+        read_match(path)
+
+
+def test_a_stage_that_this_version_does_not_know_is_refused(path):
+    at = Time(0, 0)
+    record = StateRecord(at, "chess", "siesta", "", "", [], 0.0, 0.0, 1, 1, {}, "", False, [], [])
+    file = McapFile(path)
+    file.write("/referee/state", record, 0.0, 0)
+    file.finish()
+    with pytest.raises(MessageError, match=r"stage: expected one of initialize, .*, got 'siesta'"):
+        read_match(path)
+
+
+def test_a_file_of_another_kind_is_refused_and_an_empty_one_is_torn(path):
+    path.write_bytes(b"this is some other file, long enough")
+    with pytest.raises(MessageError, match="expected an MCAP recording"):
+        read_match(path)
+    path.write_bytes(b"")
+    assert read_match(path).torn == [path]

@@ -1,0 +1,287 @@
+"""The window of a replay, on SDL's dummy display; keys and the mouse come as events."""
+
+from dataclasses import replace
+
+import pygame
+import pytest
+
+from tests.ui import synthetic
+from vrg.games import game_of
+from vrg.recording.recorded import read_match
+from vrg.ui.replay import KEYS, ReplayWindow, show
+from vrg.ui.text import Fonts
+from vrg.ui.timeline import Timeline
+
+SIZE = (1280, 720)
+
+
+@pytest.fixture(scope="module")
+def timeline(recorded):
+    return Timeline(read_match(recorded), obstacles=synthetic.OBSTACLES)
+
+
+@pytest.fixture
+def window(timeline):
+    window = ReplayWindow(timeline, title="test", size=SIZE)
+    window.open()
+    window.frame(0.0)
+    yield window
+    window.close()
+
+
+SIGNS = {".": pygame.K_PERIOD, ",": pygame.K_COMMA, "+": pygame.K_PLUS, "-": pygame.K_MINUS, "?": pygame.K_SLASH}
+
+
+def press(window, *keys, seconds=0.0):
+    """Press and release keys, one after the other, and let the window draw."""
+    for key in keys:
+        code, sign = (SIGNS[key], key) if isinstance(key, str) else (key, "")
+        pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=code, mod=0, unicode=sign))
+        pygame.event.post(pygame.event.Event(pygame.KEYUP, key=code, mod=0))
+    window.frame(seconds)
+
+
+def mouse(window, kind, x, y=None):
+    y = window.bar.track.centery if y is None else y
+    fields = {"pos": (x, y), "rel": (0, 0), "buttons": (1, 0, 0)} if kind == pygame.MOUSEMOTION else {
+        "pos": (x, y), "button": pygame.BUTTON_LEFT,
+    }  # fmt: skip
+    pygame.event.post(pygame.event.Event(kind, **fields))
+    window.frame(0.0)
+
+
+def picture_of(window):
+    window.frame(0.0)
+    return pygame.image.tobytes(pygame.display.get_surface(), "RGB")
+
+
+def test_it_opens_and_plays_from_the_beginning(window):
+    assert pygame.display.get_window_size() == SIZE
+    assert window.scene.time == 0.0
+    window.frame(0.5)
+    assert window.scene.time == 0.5
+
+
+def test_the_scene_and_the_panel_are_those_of_the_match(window):
+    window.playback = window.playback.to(21.0)
+    window.frame(0.0)
+    assert window.scene.clock == pytest.approx(1.0)
+    assert (window.scene.round, window.scene.stage) == (2, "play_round")
+    assert dict(window.scene.score) == {"sharks": 2, "minnows": 0}
+    assert [call.rule for call in window.scene.calls] == ["tag", "out_of_bounds"]
+
+
+@pytest.mark.parametrize("size", [(640, 480), SIZE, (1920, 1080)])
+@pytest.mark.parametrize("time", [0.0, 8.0, 30.0])
+def test_robots_are_drawn_where_the_recording_says(timeline, size, time):
+    window = ReplayWindow(timeline, title="test", size=size)
+    window.open()
+    window.playback = window.playback.to(time).toggle()
+    window.frame(0.0)
+    shown = pygame.display.get_surface()
+    style = game_of("sharks-and-minnows").style
+    for name in ("nemo", "dory", "squirt", "anchor"):
+        pose = synthetic.pose_at(name, time)
+        [status] = [player for player in synthetic.players(time) if player.name == name]
+        colour = style(status.role, status.state).colour
+        x, y = window.view.point(pose.x, pose.y)
+        around = [shown.get_at((round(x) + dx, round(y) + dy)) for dx in range(-9, 10) for dy in range(-9, 10)]
+        assert sum(max(abs(p[i] - colour[i]) for i in range(3)) < 30 for p in around) > 20, name
+    window.close()
+
+
+def test_space_pauses_and_goes_on(window):
+    press(window, pygame.K_SPACE, seconds=1.0)
+    assert (window.playback.playing, window.scene.time) == (False, 0.0)
+    press(window, pygame.K_SPACE, seconds=1.0)
+    assert window.scene.time == 1.0
+
+
+def test_steps_are_from_one_recorded_instant_to_the_next(window):
+    press(window, ".", ".", ".", seconds=1.0)
+    assert window.scene.time == 0.3
+    press(window, ",", seconds=1.0)
+    assert window.scene.time == 0.2
+
+
+@pytest.mark.parametrize(
+    ("keys", "speed"),
+    [
+        ([pygame.K_UP], 2.0),
+        (["+", "+"], 4.0),
+        ([pygame.K_KP_PLUS], 2.0),
+        ([pygame.K_DOWN], 0.5),
+        (["-", "-"], 0.25),
+        ([pygame.K_UP] * 9, 16.0),
+    ],
+)
+def test_the_speed(window, keys, speed):
+    press(window, *keys, seconds=0.5)
+    assert window.scene.time == pytest.approx(0.5 * speed)
+    assert window.scene.rate == speed
+
+
+def test_arrows_skip_and_home_and_end_go_to_the_ends(window):
+    press(window, pygame.K_SPACE, pygame.K_RIGHT, pygame.K_RIGHT)
+    assert window.scene.time == 10.0
+    press(window, pygame.K_LEFT)
+    assert window.scene.time == 5.0
+    press(window, pygame.K_END)
+    assert window.scene.time == 39.9
+    press(window, pygame.K_HOME)
+    assert window.scene.time == 0.0
+
+
+def test_n_and_p_go_from_call_to_call(window):
+    press(window, pygame.K_SPACE, pygame.K_n)
+    assert window.scene.time == synthetic.TAGGED_AT
+    assert [flash.word for flash in window.scene.flashes] == ["tag"]
+    press(window, pygame.K_n)
+    assert window.scene.time == synthetic.OUT_AT
+    press(window, pygame.K_p)
+    assert window.scene.time == synthetic.TAGGED_AT
+
+
+def test_a_key_that_is_held_goes_on_stepping_but_pauses_only_once(window):
+    for _ in range(5):
+        pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=pygame.K_PERIOD, mod=0, unicode="."))
+    window.frame(0.0)
+    assert window.scene.time == 0.5
+    for _ in range(4):
+        pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=pygame.K_SPACE, mod=0, unicode=" "))
+    window.frame(0.0)
+    assert window.playback.playing
+
+
+def test_a_click_on_the_bar_goes_there_and_the_replay_plays_on(window):
+    bar = window.bar
+    mouse(window, pygame.MOUSEBUTTONDOWN, bar.x_of(20.0))
+    assert window.scene.time == pytest.approx(20.0, abs=0.05)
+    window.frame(3.0)
+    assert window.scene.time == pytest.approx(20.0, abs=0.05), "the knob is held"
+    mouse(window, pygame.MOUSEBUTTONUP, bar.x_of(20.0))
+    window.frame(3.0)
+    assert window.scene.time == pytest.approx(23.0, abs=0.05)
+
+
+def test_the_knob_can_be_dragged_back_and_forth_also_off_the_bar(window):
+    bar = window.bar
+    mouse(window, pygame.MOUSEBUTTONDOWN, bar.x_of(10.0))
+    for time in (30.0, 5.0, 17.0):
+        mouse(window, pygame.MOUSEMOTION, bar.x_of(time), y=40)
+        assert window.scene.time == pytest.approx(time, abs=0.05)
+    mouse(window, pygame.MOUSEMOTION, 5000)
+    assert window.scene.time == 39.9
+    mouse(window, pygame.MOUSEBUTTONUP, 5000)
+    mouse(window, pygame.MOUSEMOTION, bar.x_of(3.0))
+    assert window.scene.time == 39.9, "it was let go"
+
+
+def test_the_knob_is_drawn_where_the_time_is(window):
+    for time in (4.0, 20.0, 36.0):
+        window.playback = window.playback.to(time)
+        window.frame(0.0)
+        bar = window.bar
+        shown = pygame.display.get_surface()
+        y = bar.track.centery - round(5 * bar.ui)
+        assert tuple(shown.get_at((bar.x_of(time), y)))[:3] == (236, 240, 245)
+        assert tuple(shown.get_at((bar.x_of(time) + 25, y)))[:3] != (236, 240, 245)
+
+
+def test_a_click_on_the_button_pauses_and_one_on_the_field_does_nothing(window):
+    x, y = window.bar.button.center
+    mouse(window, pygame.MOUSEBUTTONDOWN, x, y)
+    assert not window.playback.playing
+    before = window.playback
+    mouse(window, pygame.MOUSEBUTTONDOWN, 300, 300)
+    assert window.playback == before
+
+
+def test_the_keyboard_going_elsewhere_lets_go_of_the_knob(window):
+    mouse(window, pygame.MOUSEBUTTONDOWN, window.bar.x_of(20.0))
+    pygame.event.post(pygame.event.Event(pygame.WINDOWFOCUSLOST))
+    window.frame(0.0)
+    assert not window.playback.held
+
+
+def test_the_window_can_be_resized(window):
+    pygame.display.set_mode((1920, 1080), pygame.RESIZABLE)
+    window.frame(0.1)
+    assert window.bar.area.bottomright == (1920, 1080)
+    shown = pygame.display.get_surface()
+    assert len({tuple(shown.get_at((x, window.bar.track.centery))) for x in range(1920)}) > 3
+    pygame.display.set_mode((200, 90), pygame.RESIZABLE)
+    window.frame(0.1)
+    assert window.bar.area.bottomright == (200, 90)
+
+
+def test_a_question_mark_lists_the_keys_and_takes_them_away(window):
+    press(window, pygame.K_SPACE)
+    plain = picture_of(window)
+    press(window, "?")
+    assert picture_of(window) != plain
+    press(window, pygame.K_F1)
+    assert picture_of(window) == plain
+
+
+def test_the_keys_beside_the_field_and_in_banners_are_those_of_this_window(timeline, window):
+    """In the spectator's window H halts and U releases the emergency stop; here nobody can."""
+    words = []
+    render = Fonts.render
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Fonts, "render", lambda self, text, *rest: words.append(text) or render(self, text, *rest))
+        stopped = replace(timeline.at(5.0), estop=True)
+        patch.setattr(timeline, "at", lambda *_: stopped)
+        press(window, pygame.K_SPACE, pygame.K_RIGHT)
+    assert {"EMERGENCY STOP", "pause, go on", "next call"} <= set(words)
+    assert not [text for text in words if "releases" in text or text == "H"]
+
+
+def test_a_mouse_that_leaves_the_window_points_at_nothing(window):
+    press(window, pygame.K_SPACE)
+    before = picture_of(window)
+    mouse(window, pygame.MOUSEMOTION, window.bar.x_of(synthetic.TAGGED_AT))
+    assert picture_of(window) != before
+    pygame.event.post(pygame.event.Event(pygame.WINDOWLEAVE))
+    assert picture_of(window) == before
+
+
+def test_all_keys_are_listed():
+    listed = " ".join(key for key, _ in KEYS).split()
+    assert set(listed) == {"SPACE", ".", ",", "UP", "+", "DOWN", "-", "RIGHT", "LEFT", "N", "P", "HOME", "END", "F11",
+                           "?", "Q"}  # fmt: skip
+
+
+@pytest.mark.parametrize("how", ["key", "button"])
+def test_closing_the_window(window, how):
+    if how == "key":
+        press(window, pygame.K_q)
+    else:
+        pygame.event.post(pygame.event.Event(pygame.QUIT))
+        window.frame(0.0)
+    assert window.closed
+    assert not pygame.display.get_init()
+
+
+def test_a_paused_replay_is_not_drawn_again_and_again(window, monkeypatch):
+    frames = []
+    monkeypatch.setattr(pygame.display, "flip", lambda: frames.append(1))
+    press(window, pygame.K_SPACE)
+    for _ in range(20):
+        window.frame(0.03)
+    assert len(frames) == 1
+
+
+def test_it_runs_in_real_time_until_it_is_closed(timeline):
+    window = ReplayWindow(timeline, title="test", size=(640, 480))
+    seen = []
+
+    def frame(seconds):
+        seen.append(seconds)
+        if len(seen) == 3:
+            window.close()
+
+    window.frame = frame
+    show(window)
+    assert len(seen) == 3
+    assert not pygame.display.get_init()

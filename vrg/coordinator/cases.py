@@ -1,0 +1,37 @@
+"""Finds the instants of calls in the evidence, so that it can be shown why they were made. Pure."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from vrg.coordinator.evidence import Exhibit, begun, enact
+from vrg.coordinator.journal import Record
+from vrg.coordinator.match import Match
+from vrg.coordinator.proof import Case
+from vrg.coordinator.rulebook import Field, RuleBook
+
+
+def cases_of(book: RuleBook[Any], exhibits: Sequence[Exhibit], records: Sequence[Record]) -> Iterator[Case]:
+    """The case of each call of a match, in their order; calls that the evidence does not reach have none.
+
+    Args:
+        book: the rule book of the match. exhibits: the evidence. records: those of the journal.
+    """
+    match, before = Match(book), Field({})
+    for at, exhibit in enumerate(exhibits):
+        tick = exhibit.tick
+        match = begun(book, match, tick)
+        state = match.game
+        for entry in tick.entries:
+            enact(match, entry, tick.field)
+        decided = at + 1 == len(exhibits) or exhibits[at + 1].tick.after > tick.after
+        if decided and tick.after < len(records):
+            for call in records[tick.after].calls:
+                yield Case(call, state, before if before.poses else tick.field, tick.field)
+        before = tick.field
+
+
+def seconds_before(exhibits: Sequence[Exhibit], case: Case, seconds: float) -> list[Field]:
+    """The field at each look of the referee during the seconds before a case, and at the case itself, by time."""
+    end = case.now.time
+    fields = [e.tick.field for e in exhibits if end - seconds - 1e-9 <= e.tick.field.time <= end]
+    return sorted(fields, key=lambda field: field.time)

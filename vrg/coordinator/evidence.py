@@ -1,0 +1,265 @@
+"""The evidence: everything by which the referee decides, in the order in which it took it in.
+
+The journal tells what was called. The evidence tells why: it is enough to judge a match again, call by call, without a
+world and without players; see `vrg.coordinator.judging`. One entry is one thing that the coordinator did to the match:
+it looked at the field, applied what an official wants, halted play, or took a player out.
+"""
+
+import hashlib
+import logging
+import os
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+from msgspec import Struct
+
+from vrg.bus.messages import Official
+from vrg.coordinator.decisions import decide
+from vrg.coordinator.match import Match, Standing
+from vrg.coordinator.outcome import Outcome
+from vrg.coordinator.rulebook import Call, Field, RuleBook
+from vrg.errors import JournalError
+
+log = logging.getLogger(__name__)
+
+FORMAT = 1
+"""The version of the entries."""
+_HEAD = struct.Struct("<I8s")
+"""What comes before each tick: the number of its bytes, and its digest."""
+_START = bytes(8)
+"""The digest before the first tick."""
+
+
+class Began(Struct, frozen=True, kw_only=True, tag=True, array_like=True):
+    """A coordinator began.
+
+    Args:
+        format: the version of the entries. standing: the standing from which it went on; None for a new match.
+    """
+
+    format: int = FORMAT
+    standing: Standing | None = None
+
+
+class Halted(Struct, frozen=True, tag=True, array_like=True):
+    """Something outside the rules halted play, such as an emergency stop."""
+
+    reason: str
+
+
+class Disqualified(Struct, frozen=True, tag=True, array_like=True):
+    """A player was taken out, as it had failed."""
+
+    name: str
+    why: str
+
+
+class Reinstated(Struct, frozen=True, tag=True, array_like=True):
+    """A player that had failed reports again."""
+
+    name: str
+
+
+class Decided(Struct, frozen=True, tag=True, array_like=True):
+    """An official decided.
+
+    Args:
+        official: what the official said.
+        absent: the reasons outside the rules why play could not be resumed. silent: the players that did not report.
+    """
+
+    official: Official
+    absent: list[str]
+    silent: list[str]
+
+
+class Answered(Struct, frozen=True, tag=True, array_like=True):
+    """The world has put robots somewhere, or has refused to."""
+
+    calls: list[Call]
+
+
+class Looked(Struct, frozen=True, tag=True, array_like=True):
+    """The referee looked at the field and judged.
+
+    Args:
+        dt: the match time since it looked before, s.
+        absent: the reasons outside the rules why the match cannot go on.
+    """
+
+    dt: float
+    absent: list[str]
+
+
+Entry = Began | Halted | Disqualified | Reinstated | Decided | Answered | Looked
+
+
+class TickEvidence(Struct, frozen=True, array_like=True):
+    """What the referee took in and did in one tick.
+
+    Args:
+        after: the number of the last record of the journal before this tick; 0 before the first.
+        time: the match time, s. field: where everybody was, and what players have told the referee.
+        entries: what it did to the match, in order.
+    """
+
+    after: int
+    time: float
+    field: Field
+    entries: list[Entry]
+
+
+def begun(book: RuleBook[Any], match: Match, tick: TickEvidence) -> Match:
+    """The match to which the entries of a tick were done: another one where a coordinator began in this tick."""
+    first = tick.entries[0] if tick.entries else None
+    return Match(book, first.standing) if isinstance(first, Began) else match
+
+
+def enact(match: Match, entry: Entry, field: Field) -> Outcome:
+    """Do to a match what an entry tells, and return what follows from it. The result depends on the arguments alone.
+
+    Args:
+        field: the field at that tick.
+    """
+    match entry:
+        case Looked(dt, absent):
+            outcome = match.step(dt, field, absent)
+        case Halted(reason):
+            outcome = match.halt(reason)
+        case Disqualified(name, why):
+            outcome = match.disqualify(name, why, field)
+        case Reinstated(name):
+            outcome = match.reinstate(name, field)
+        case Decided(official, absent, silent):
+            outcome = decide(match, official, field, absent, silent)
+        case Answered(calls):
+            outcome = Outcome(calls)
+        case Began():
+            outcome = Outcome()
+    return outcome
+
+
+# What is recorded must not depend on the order in which Python happens to keep a set.
+_encoder = msgspec.msgpack.Encoder(order="deterministic")
+_decoder = msgspec.msgpack.Decoder(TickEvidence)
+
+
+class EvidenceFile:
+    """The file of the evidence of one match, which a restarted coordinator goes on writing.
+
+    Each tick is its length, a digest and MessagePack. The digest is of the tick and of the digest before it, so no tick
+    can be changed, added or left out later without a trace; and the journal has the digest of each of its records.
+
+    What cannot be written, for example on a full disk, is logged once; after that the file stays as it is, and what
+    follows in the journal has no digest. The match goes on.
+
+    Args:
+        path: the path of the file. Nothing is written before `open`.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._file = -1
+        self._digest = _START
+        self._broken = False
+
+    def open(self) -> None:
+        """Open the file, or make it, and go on after the last complete tick in it.
+
+        Raises:
+            OSError: it cannot be opened or read.
+        """
+        self._file = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o644)
+        end = 0
+        for digest, data in _pieces(self._path.read_bytes()):
+            self._digest = digest
+            end += _HEAD.size + len(data)
+        os.ftruncate(self._file, end)
+        os.lseek(self._file, end, os.SEEK_SET)
+
+    @property
+    def digest(self) -> str:
+        """The digest of the newest tick, as hexadecimal digits; empty if it could not be written."""
+        return "" if self._broken else self._digest.hex()
+
+    def write(self, tick: TickEvidence) -> None:
+        """Write what the referee took in and did in one tick."""
+        if self._broken:
+            return
+        data = _encoder.encode(tick)
+        digest = _chained(self._digest, data)
+        piece = _HEAD.pack(len(data), digest) + data
+        try:
+            problem = "" if os.write(self._file, piece) == len(piece) else "no space left"
+        except OSError as error:
+            problem = error.strerror or str(error)
+        if problem:
+            self._broken = True
+            log.error("%s: cannot be written: %s: what follows cannot be judged again", self._path, problem)
+        else:
+            self._digest = digest
+
+    def close(self) -> None:
+        """Close the file. Idempotent."""
+        if self._file >= 0:
+            os.close(self._file)
+        self._file = -1
+
+
+@dataclass(frozen=True)
+class Exhibit:
+    """One tick of the evidence as it was read.
+
+    Args:
+        digest: its digest, as hexadecimal digits. genuine: whether the digest fits it and what comes before.
+    """
+
+    tick: TickEvidence
+    digest: str
+    genuine: bool
+
+
+def read_evidence(path: Path) -> list[Exhibit]:
+    """Read all complete ticks.
+
+    Raises:
+        JournalError: the file cannot be read, or is damaged, or of another version.
+    """
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise JournalError(f"{path}: cannot be read: {error.strerror}") from error
+    found: list[Exhibit] = []
+    before = _START
+    for digest, data in _pieces(content):
+        try:
+            tick = _decoder.decode(data)
+        except (msgspec.DecodeError, msgspec.ValidationError) as error:
+            raise JournalError(f"{path}: expected the evidence of tick {len(found) + 1}: {error}") from None
+        for entry in tick.entries:
+            if isinstance(entry, Began) and entry.format != FORMAT:
+                raise JournalError(
+                    f"{path}: expected evidence of version {FORMAT}, got {entry.format}: use the VRG that recorded it"
+                )
+        found.append(Exhibit(tick, digest.hex(), _chained(before, data) == digest))
+        before = digest
+    return found
+
+
+def _chained(before: bytes, data: bytes) -> bytes:
+    return hashlib.blake2b(before + data, digest_size=len(_START)).digest()
+
+
+def _pieces(content: bytes) -> Iterator[tuple[bytes, bytes]]:
+    """The digest and the data of each tick in a file; a torn last one is left out."""
+    at = 0
+    while at + _HEAD.size <= len(content):
+        length, digest = _HEAD.unpack_from(content, at)
+        begin, at = at + _HEAD.size, at + _HEAD.size + length
+        if at > len(content):
+            return
+        yield digest, content[begin:at]

@@ -1,0 +1,161 @@
+"""Judges a recorded match again, by the evidence, and says where the journal tells something else. Pure."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from typing import Any
+
+import msgspec
+
+from vrg.bus.messages import Call, Stage
+from vrg.coordinator.evidence import Exhibit, begun, enact
+from vrg.coordinator.journal import Record
+from vrg.coordinator.match import Match, Standing
+from vrg.coordinator.outcome import Outcome, numbered
+from vrg.coordinator.proof import Case, Prover
+from vrg.coordinator.rulebook import RuleBook
+
+
+@dataclass(frozen=True)
+class Disagreement:
+    """Something that the journal tells otherwise than the rule book.
+
+    Args:
+        time: the match time, s. what: what differs, in words.
+    """
+
+    time: float
+    what: str
+
+    def __str__(self) -> str:
+        return f"{self.time:.1f} s: {self.what}"
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What came of judging a match again.
+
+    Args:
+        disagreements: where the journal tells something else, in the order of time.
+        ticks: how many ticks were judged. calls: how many calls of the journal were compared.
+        unjudged: how many calls of the journal the evidence does not reach.
+    """
+
+    disagreements: Sequence[Disagreement]
+    ticks: int
+    calls: int
+    unjudged: int
+
+
+def judge_again(book: RuleBook[Any], exhibits: Sequence[Exhibit], records: Sequence[Record]) -> Judgement:
+    """Judge a match again.
+
+    After a disagreement it goes on from what the journal says, so that each mistake is told once.
+
+    Args:
+        book: the rule book of the match. exhibits: the evidence. records: those of the journal.
+    """
+    match = Match(book)
+    found = [
+        Disagreement(exhibit.tick.time, "the evidence of this tick was changed after it was written, or one before it")
+        for exhibit in exhibits
+        if not exhibit.genuine
+    ]
+    chained = True
+    compared = reached = 0
+    for after, group in groupby(exhibits, key=lambda exhibit: exhibit.tick.after):
+        outcomes: list[Outcome] = []
+        for exhibit in group:
+            tick = exhibit.tick
+            match = begun(book, match, tick)
+            outcomes += [enact(match, entry, tick.field) for entry in tick.entries]
+        lost = records[reached:after]
+        if lost:
+            found.append(Disagreement(lost[0].time, f"the evidence of {_calls(lost)} is missing"))
+        reached = min(after + 1, len(records))
+        if after >= len(records):
+            further = [call.text for outcome in outcomes for call in outcome.calls]
+            if further:
+                found.append(Disagreement(tick.time, f"the journal lacks: {'; '.join(further)}"))
+            continue
+        record = records[after]
+        compared += len(record.calls)
+        if chained and record.evidence not in ("", exhibit.digest):
+            chained = False  # what follows has other digests, too
+            found.append(Disagreement(tick.time, "the evidence up to here is not that of this journal"))
+        wrong = _compared(match, outcomes, record)
+        if wrong:
+            found += [Disagreement(record.time, what) for what in wrong]
+            match.restore(record.standing, tick.field)
+        match.calls = record.standing.calls
+    unjudged = sum(len(record.calls) for record in records[reached:])
+    return Judgement(sorted(found, key=lambda d: d.time), len(exhibits), compared, unjudged)
+
+
+def unproved(prover: Prover | None, book: RuleBook[Any], cases: Iterable[Case]) -> list[Disagreement]:
+    """Calls whose deciding numbers, which the game tells in another way than it judges, are not as the rules want them.
+
+    Args:
+        prover: the game's; None for a game that has none. book: the rule book of the match. cases: of its calls.
+    """
+    if prover is None:
+        return []
+    found = []
+    for case in cases:
+        for measure in prover(book, case):
+            if not measure.holds:
+                what = f"call {case.call.number}, {case.call.rule}: {case.call.text}: but {measure}"
+                found.append(Disagreement(case.now.time, what))
+    return found
+
+
+def _compared(match: Match, outcomes: Sequence[Outcome], record: Record) -> list[str]:
+    """How what the rules say differs from a record, in words."""
+    standing = match.standing()
+    calls = numbered(outcomes, match.calls, standing.clock)
+    stages = [stage for outcome in outcomes for stage in outcome.stages]
+    wrong = [_differing(number, calls, record.calls) for number in range(max(len(calls), len(record.calls)))]
+    wrong = [what for what in wrong if what]
+    if stages != record.stages:
+        wrong.append(f"by the rules {_stages(stages)}, the journal says {_stages(record.stages)}")
+    if not wrong:
+        wrong = _standings(msgspec.structs.replace(standing, calls=record.standing.calls), record.standing)
+    return wrong
+
+
+def _differing(at: int, ours: Sequence[Call], theirs: Sequence[Call]) -> str:
+    """How one call differs, in words; empty if it does not."""
+    if at >= len(theirs):
+        return f"by the rules there is a call that was not made: {ours[at].rule}: {ours[at].text}"
+    made = f"call {theirs[at].number}, {theirs[at].rule}: {theirs[at].text}"
+    if at >= len(ours):
+        return f"{made}: by the rules there is no such call"
+    if ours[at].text != theirs[at].text or ours[at].rule != theirs[at].rule:
+        return f"{made}: by the rules it is {ours[at].rule}: {ours[at].text}"
+    names = [name for name in Call.__struct_fields__ if getattr(ours[at], name) != getattr(theirs[at], name)]
+    if names:
+        name = names[0]
+        return f"{made}: its {name} are {getattr(theirs[at], name)!r}, by the rules {getattr(ours[at], name)!r}"
+    return ""
+
+
+def _standings(ours: Standing, theirs: Standing) -> list[str]:
+    """The first thing in which two standings differ, in words."""
+    # As a file has them: there a pair is a list.
+    mine, its = (msgspec.json.decode(msgspec.json.encode(standing)) for standing in (ours, theirs))
+    for before, after in ((mine, its), (mine["game"], its["game"])):
+        for name in before:
+            if name != "game" and before[name] != after.get(name):
+                return [f"{name} is {after.get(name)!r} in the journal, by the rules {before[name]!r}"]
+    return []
+
+
+def _stages(stages: Sequence[Stage]) -> str:
+    return f"the match enters {', '.join(stages)}" if stages else "the stage stays"
+
+
+def _calls(records: Sequence[Record]) -> str:
+    numbers = [str(call.number) for record in records for call in record.calls]
+    if not numbers:
+        return f"record {records[0].n} of the journal"
+    return f"call{'s' if len(numbers) > 1 else ''} {', '.join(numbers)}"

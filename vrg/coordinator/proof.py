@@ -1,0 +1,85 @@
+"""Why a call was made: the numbers that decided it, as a rule book tells them after the match. Pure."""
+
+import enum
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from vrg.bus.messages import Call
+from vrg.coordinator.rulebook import Field
+from vrg.types import Vector
+
+ROUNDING = 1e-6
+"""The difference up to which a number and a limit count as equal: an instant between looks is found only so well."""
+
+
+class Relation(enum.StrEnum):
+    """How a number must be to a limit."""
+
+    AT_MOST = "at most"
+    AT_LEAST = "at least"
+    MORE_THAN = "more than"
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A number that decided a call, and the limit that the rules set.
+
+    Args:
+        what: what was measured, in words, such as `distance between the outlines of ann and bob`.
+        value, limit: in `unit`. relation: how the value must be to the limit for the call to be right.
+        ends: where it was measured, from and to, m; None for what is no distance on the field.
+    """
+
+    what: str
+    value: float
+    relation: Relation
+    limit: float
+    unit: str = "m"
+    ends: tuple[Vector, Vector] | None = None
+
+    def __str__(self) -> str:
+        return f"{self.what}: {self.short} ({self.relation} {_number(self.limit)}{self._unit})"
+
+    @property
+    def holds(self) -> bool:
+        """Whether the number is as the rules want it, as far as numbers can be told apart."""
+        return (
+            self.value <= self.limit + ROUNDING
+            if self.relation is Relation.AT_MOST
+            else (self.value >= self.limit - ROUNDING)
+        )
+
+    @property
+    def short(self) -> str:
+        """The value alone."""
+        return f"{_number(self.value)}{self._unit}"
+
+    @property
+    def _unit(self) -> str:
+        return f" {self.unit}" if self.unit else ""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A call and the instants between which it was made.
+
+    Args:
+        state: the rule book's state before. before, now: the field at the two looks.
+    """
+
+    call: Call
+    state: Any
+    before: Field
+    now: Field
+
+
+Prover = Callable[[Any, Case], Sequence[Measure]]
+"""A function of a rule book and a case that tells the numbers that decided it; none where no number did."""
+
+
+def _number(value: float) -> str:
+    """A number with two decimals; small ones have three, and whole ones none."""
+    if value == round(value):
+        return f"{value:.0f}"
+    return f"{value:.2f}" if abs(value) >= 0.1 else f"{value:.3f}"

@@ -1,0 +1,58 @@
+"""The numbers that decide the calls of Sharks and Minnows."""
+
+from collections.abc import Sequence
+
+from vrg.coordinator.proof import Case, Measure, Relation
+from vrg.games.sharks_and_minnows.rules import SharksAndMinnows
+from vrg.geometry import nearest_points, outline_distance
+
+
+def prove(book: SharksAndMinnows, case: Case) -> Sequence[Measure]:
+    """The numbers that decided a call; see `vrg.coordinator.proof.Prover`."""
+    match case.call.rule:
+        case "tag":
+            found = _tag(book, case)
+        case "out_of_bounds":
+            found = _out(book, case)
+        case "pass_limit":
+            found = [Measure("time of play in this pass", case.call.clock, Relation.AT_LEAST, book.pass_limit, "s")]
+        case "pass_over":
+            zone = book.safe_zone(case.state)
+            away = max((zone.distance(pose.x, pose.y) for pose in case.call.poses), default=0.0)
+            what = "distance of the centres of the minnows that are left from the end zone, the greatest"
+            found = [Measure(what, away, Relation.AT_MOST, 0)]
+        case _:
+            found = []
+    return found
+
+
+def _tag(book: SharksAndMinnows, case: Case) -> list[Measure]:
+    minnow, *sharks = case.call.players
+    here, *theirs = case.call.poses
+    size = book.contestants[minnow].size
+    found = []
+    for shark, pose in zip(sharks, theirs, strict=True):
+        own = book.contestants[shark].size
+        found.append(
+            Measure(
+                f"distance between the outlines of {minnow} and {shark}",
+                outline_distance(here, pose, size, own),
+                Relation.AT_MOST,
+                book.settings.tag_distance,
+                ends=nearest_points(here, pose, size, own),
+            )
+        )
+    zone = book.safe_zone(case.state)
+    away, nearest = zone.distance(here.x, here.y), zone.nearest(here.x, here.y)
+    what = f"distance of {minnow}'s centre from the end zone, where it would be safe"
+    found.append(Measure(what, away, Relation.MORE_THAN, 0, ends=((here.x, here.y), nearest)))
+    return found
+
+
+def _out(book: SharksAndMinnows, case: Case) -> list[Measure]:
+    name = case.call.players[0]
+    pose = case.now.poses[name]
+    field = book.settings.field
+    away, nearest = field.distance(pose.x, pose.y), field.nearest(pose.x, pose.y)
+    what = f"distance of {name}'s centre outside the field"
+    return [Measure(what, away, Relation.MORE_THAN, 0, ends=((pose.x, pose.y), nearest))]
