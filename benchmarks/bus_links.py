@@ -11,9 +11,10 @@ import numpy as np
 import zenoh
 
 from vrg.bus.codec import encode
+from vrg.bus.configuration import client_settings
 from vrg.bus.mailbox import Inlet, Mailbox
 from vrg.bus.messages import Message, Report
-from vrg.bus.session import configure, open_session
+from vrg.bus.session import configuration, open_session
 from vrg.bus.topics import Keys, Topic
 from vrg.bus.wake_up import AutoResetEvent
 from vrg.hal.sensors.laser import Laser
@@ -144,7 +145,7 @@ class ZenohLink(Link):
     def open(self) -> None:
         """Connect and begin to listen."""
         self._queue: queue.SimpleQueue[bytes] = queue.SimpleQueue()
-        self._session = zenoh.open(configure("client", connect=self.address))
+        self._session = zenoh.open(configuration(client_settings(self.address)))
         self._subscriber = self._session.declare_subscriber(f"{type(self).__name__}/{self.other}/*/*", self._enqueue)
         self._publishers = {
             size: [

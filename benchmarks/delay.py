@@ -30,6 +30,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -47,8 +48,10 @@ from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup, write_setup
 from vrg.hal.sim.config import WorldConfig
 from vrg.hal.sim.node import WorldNode
-from vrg.launch.local import free_endpoint, specs
+from vrg.launch.endpoints import free_endpoint
+from vrg.launch.host import GROUPS
 from vrg.launch.run_folder import RunFolder, write_json
+from vrg.launch.specs import specs
 from vrg.launch.supervisor import Supervisor
 
 PLAYERS = 8
@@ -150,14 +153,17 @@ def play(engine: str, lasers: bool, seconds: float) -> Run:
 
 def _play(setup: MatchSetup, folder: RunFolder, seconds: float) -> dict[str, float]:
     endpoint = free_endpoint()
-    wanted = [s for s in specs(setup, folder, endpoint, window=False, record=True) if s.name != "world"]
+    wanted = [s for s in specs(setup, folder.path, endpoint, window=False, record=True) if s.name != "world"]
     supervisor = Supervisor(wanted, endpoint, setup.keys, folder.logs, lambda text: print(text, file=sys.stderr))
     try:
         write_setup(setup, folder.setup)
         supervisor.start_router(threading.Event())
         with _world(folder, endpoint, Path(setup.base)) as world, open_session(endpoint) as session:
             _wait_for(lambda: bool(session.alive(setup.keys.alive("world", "world"))), "the world")
-            supervisor.start(session, threading.Event(), lambda _name: None)
+            supervisor.attach(session)
+            for group in GROUPS:
+                supervisor.begin(group)
+                _wait_for(partial(_all_started, supervisor), "the processes")
             _wait_for_play(setup, session)
             pids = {p.spec.name: p.pid for p in supervisor.processes if p.pid} | {"world": world.pid}
             assert world.stdin is not None
@@ -178,7 +184,12 @@ def _play(setup: MatchSetup, folder: RunFolder, seconds: float) -> dict[str, flo
                     process.wait_stopped(deadline)
         return cpu
     finally:
-        supervisor.stop()
+        supervisor.close()
+
+
+def _all_started(supervisor: Supervisor) -> bool:
+    supervisor.started()
+    return not supervisor.starting
 
 
 def _wait_for(condition: Callable[[], bool], what: str) -> None:

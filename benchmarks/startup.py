@@ -24,7 +24,8 @@ import psutil
 import zenoh
 from common import arguments, median, show
 
-from vrg.bus.session import configure
+from vrg.bus.configuration import client_settings
+from vrg.bus.session import configuration
 
 PLAYERS = 8
 PATIENCE = 300.0
@@ -140,7 +141,7 @@ def _pulses(launcher: "subprocess.Popen[bytes]", felt: set[str]) -> Iterator[Non
     endpoint = "tcp/127.0.0.1:7447"
     while True:
         try:
-            session = zenoh.open(configure("client", connect=endpoint))
+            session = zenoh.open(configuration(client_settings(endpoint)))
             break
         except zenoh.ZError:
             if launcher.poll() is not None:

@@ -1,9 +1,9 @@
 """A minnow of one's own: it hugs the border on the side where fewer sharks are, then runs home."""
 
 from vrg.agents import STILL, Twist, View
-from vrg.agents.avoidance import Obstacle, steer
-from vrg.agents.control import linearise, scaled
 from vrg.games.sharks_and_minnows.player import SharksAndMinnowsPlayer
+from vrg.navigation.avoidance import Obstacle, steer
+from vrg.navigation.control import linearise, scaled
 
 
 class WallHugger(SharksAndMinnowsPlayer):

@@ -36,9 +36,9 @@ class Match:
         match str(sample.key_expr).removeprefix(self.root), version:
             case "clock", 1:
                 self.time = stamp
-            case "referee/state", 3:
+            case "referee/state", 4:
                 self.referee = body
-            case "poses", 2:
+            case "poses", 3:
                 self.places = {seen["name"]: seen["pose"] for seen in body["bodies"]}
 
     def line(self, player: str) -> str:

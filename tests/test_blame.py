@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from vrg import blame
 from vrg.blame import OutputFloodError, failure_of, is_students, place_of_method
 
 
@@ -50,3 +51,12 @@ def test_whose_file_it_is() -> None:
     assert is_students("/home/ann/mine.py")
     assert not is_students(json.__file__)
     assert not is_students(str(Path(place_of_method.__code__.co_filename)))
+
+
+def test_a_refusal_of_the_sandbox_is_told_as_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(blame, "_REFUSED", [])
+    assert "sandbox" not in str(failure_of(PermissionError(13, "Permission denied")))
+    blame.tell_of_refusals("the sandbox refused it")
+    said = "PermissionError: [Errno 13] Permission denied; the sandbox refused it"
+    assert str(failure_of(PermissionError(13, "Permission denied"))) == said
+    assert "sandbox" not in str(failure_of(FileNotFoundError(2, "No such file")))

@@ -50,7 +50,7 @@ class World:
 def ask(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Result]:
     def run(world: World, *arguments: str, patience: float = 5.0) -> Result:
         @contextmanager
-        def listening(endpoint: str) -> Iterator[tuple[Stop, World]]:
+        def listening(endpoint: str, _keys: object = None) -> Iterator[tuple[Stop, World]]:
             yield Stop(), world
 
         monkeypatch.setattr(camera, "listening", listening)

@@ -29,7 +29,7 @@ def vrg(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp
     def start_nothing(*_: object, **__: object) -> None:
         raise AssertionError("a match was started")
 
-    monkeypatch.setattr("vrg.commands.playing.LocalMatch", start_nothing)
+    monkeypatch.setattr("vrg.commands.launching.LaunchedMatch", start_nothing)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     monkeypatch.setenv("COLUMNS", "200")
@@ -76,7 +76,8 @@ def test_a_good_match_file_is_called_good(vrg: Callable[..., Done]) -> None:
         ("nosuch.toml", "nosuch.toml: no such file"),
         (
             "chess",
-            "expected a match file (*.toml) or a game (practice, pursuit-evasion, sharks-and-minnows), got 'chess'",
+            "expected a match file (*.toml) or a game (practice, pursuit-evasion, roboflag, sharks-and-minnows), "
+            "got 'chess'",
         ),
     ],
 )
@@ -206,3 +207,25 @@ def test_an_endpoint_without_a_protocol_is_told(vrg: Callable[..., Done]) -> Non
     done = vrg("topic", "list", "--match", "m", "--router", "127.0.0.1:7447")
     assert done.status == 1
     assert "expected an endpoint such as tcp/127.0.0.1:7447, got '127.0.0.1:7447'" in done.err
+
+
+@pytest.mark.parametrize("option", ["--sandbox", "--seats"])
+def test_a_match_in_one_process_has_no_sandboxes_and_no_seats_and_says_so(
+    vrg: Callable[..., Done], option: str
+) -> None:
+    done = vrg("play", "sharks-and-minnows", "--in-process", option)
+    assert done.status == 2
+    assert f"{option} needs processes" in done.err
+
+
+def test_keys_that_are_typed_are_never_ignored(vrg: Callable[..., Done], tmp_path: Path) -> None:
+    (tmp_path / "keys").mkdir()
+    done = vrg("estop", "--match", "two", "--router", "tcp/127.0.0.1:7447", "--keys", "keys")
+    assert done.status == 1
+    assert "expected the keys of" in done.err
+
+
+def test_a_folder_of_keys_that_is_not_there_is_told(vrg: Callable[..., Done]) -> None:
+    done = vrg("estop", "--match", "two", "--router", "tls/127.0.0.1:7447", "--keys", "keyz")
+    assert done.status == 1
+    assert "keyz: expected the folder of the keys, found none" in done.err

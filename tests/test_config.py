@@ -77,7 +77,7 @@ def test_all_problems_are_told_at_once_in_the_order_of_the_file(load: Load) -> N
         (
             'game = "sharks-and-minnows"',
             'game = "chess"',
-            "game: expected one of practice, pursuit-evasion, sharks-and-minnows, got",
+            "game: expected one of practice, pursuit-evasion, roboflag, sharks-and-minnows, got",
         ),
         ('role = "shark"', 'role = "whale"', "players.0.role: expected one of shark, minnow, got 'whale'"),
         ('role = "shark"', 'role = "shark"\nbackend = "steam"', "players.0.backend: expected one of"),
@@ -292,6 +292,12 @@ def test_a_strategy_file_that_is_not_there_is_told_at_once(tmp_path: Path) -> No
 def test_only_a_physical_robot_is_localised(load: Load) -> None:
     found = problems(load, GOOD.replace('role = "shark"', 'role = "shark"\nlocalisation = "feed"'))
     assert found == ["20: players.0.localisation: a virtual robot has none: leave it out"]
+
+
+def test_only_the_robots_that_have_a_feed_are_located_by_a_tracker(load: Load) -> None:
+    line, wired = CAN_SHARK
+    assert load(WIRED.replace(line, wired)).roster.fed == ()
+    assert load(WIRED.replace(line, f'{wired}\nlocalisation = "feed"')).roster.fed == ("player1",)
 
 
 def test_the_set_up_that_processes_read_is_the_one_that_was_checked(load: Load, tmp_path: Path) -> None:

@@ -20,23 +20,42 @@ ONLY_IN = {
     "matplotlib": ("ui",),
     "mcap": ("recording",),
     "pytest": ("testing",),
+    "pyarrow": ("evaluation",),
+    "openskill": ("evaluation",),
+    "ray": ("evaluation/ray_cluster.py",),
+    "cryptography": ("seats",),
 }
 """Libraries, and the only room that imports each."""
-SHELLS = ("ui", "config", "launch", "commands", "recording")
+SHELLS = ("ui", "config", "launch", "evaluation", "commands", "recording")
 MAY_NOT = {
-    "bus": ("hal", "agents", "coordinator", "games", *SHELLS),
-    "hal": ("agents", "coordinator", "games", *SHELLS),
+    "bus": ("hal", "navigation", "agents", "coordinator", "games", *SHELLS),
+    "hal": ("navigation", "agents", "coordinator", "games", *SHELLS),
+    "navigation": ("bus", "hal", "agents", "coordinator", "games", *SHELLS),
     "agents": ("coordinator", "games", *SHELLS),
     "coordinator": ("agents", "games", *SHELLS),
-    "recording": ("agents", "coordinator", "ui", "config", "launch", "commands"),
+    "recording": ("agents", "coordinator", "ui", "config", "launch", "evaluation", "commands"),
     "games": SHELLS,
-    "ui": ("agents", "config", "launch", "commands"),
-    "config": ("agents", "ui", "launch", "commands"),
-    "launch": ("commands",),
-    "testing": ("ui", "commands"),
+    "ui": ("agents", "config", "launch", "evaluation", "commands"),
+    "config": ("agents", "ui", "launch", "evaluation", "commands"),
+    "seats": ("hal", "navigation", "agents", "coordinator", "games", *SHELLS),
+    "launch": ("evaluation", "commands"),
+    "evaluation": ("ui", "recording", "commands"),
+    "testing": ("ui", "evaluation", "commands"),
 }
 """What each room may not import."""
-LOWEST = ("types", "regions", "segments", "geometry", "errors", "registry", "toml_text", "colours", "blame")
+LOWEST = (
+    "types",
+    "regions",
+    "segments",
+    "geometry",
+    "errors",
+    "registry",
+    "modules",
+    "toml_text",
+    "colours",
+    "blame",
+    "shared",
+)
 """Modules that everybody may use; they use each other only."""
 
 
@@ -78,13 +97,23 @@ def test_a_module_imports_only_what_its_room_may(path: Path) -> None:
 def test_a_games_rules_and_its_player_do_not_know_each_other(folder: Path) -> None:
     """A referee loads the one and a player the other; what both need has a module of its own."""
     game = f"vrg.games.{folder.name}"
-    rules, player = f"{game}.rules", f"{game}.player"
-    for path in folder.glob("*.py"):
-        named = {name for name, _ in _imports(path)}
-        if path.stem != "player":
-            assert player not in named, f"{path} imports {player}"
-        if path.stem == "player":
-            assert rules not in named, f"{path} imports {rules}"
+    imports = {
+        f"{game}.{path.stem}": {name for name, _ in _imports(path) if name.startswith(f"{game}.")}
+        for path in folder.glob("*.py")
+    }
+
+    def reached(module: str) -> set[str]:
+        found, waiting = set[str](), [module]
+        while waiting:
+            name = waiting.pop()
+            if name in imports and name not in found:
+                found.add(name)
+                waiting += imports[name]
+        return found
+
+    assert f"{game}.player" not in reached(f"{game}.rules")
+    players = [module for module in imports if f"{game}.player" in reached(module)]
+    assert all(f"{game}.rules" not in reached(module) for module in players)
 
 
 def test_no_module_imports_itself_by_way_of_others() -> None:
@@ -114,7 +143,7 @@ def _loaded(code: str, names: tuple[str, ...]) -> list[str]:
 
 def test_a_window_is_not_loaded_by_the_command_line() -> None:
     """Whoever plays over ssh waits for no graphics library, and without a CAN bus for none of CAN."""
-    late = ("pygame", "matplotlib", "pybullet", "can", "canopen", "numpy", "pydantic")
+    late = ("pygame", "matplotlib", "pybullet", "can", "canopen", "numpy", "pydantic", "cryptography", "ssl")
     assert _loaded("import vrg.cli", late) == []
 
 
@@ -167,3 +196,11 @@ def test_a_player_loads_no_world_and_no_rules(setup_file: Path) -> None:
 def test_no_referee_world_or_recorder_loads_a_students_code(setup_file: Path, make: str) -> None:
     """A student's import may block or end its process: only that player's may suffer."""
     assert _loaded(A_MATCH.format(file=str(setup_file)) + make, ("vrg.agents.player", "deadly", "vrg.commands")) == []
+
+
+def test_tests_on_a_can_interface_are_where_make_vcan_looks_for_them() -> None:
+    tests = ROOT.parent / "tests"
+    marked = [path for path in tests.rglob("*.py") if "pytest.mark.vcan" in path.read_text(encoding="utf-8")]
+    assert len(marked) > 5
+    folders = (tests / "hal" / "can", tests / "system", tests / "test_layout.py")
+    assert [path for path in marked if not any(path.is_relative_to(folder) for folder in folders)] == []

@@ -2,18 +2,21 @@
 
 import os
 from contextlib import ExitStack
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
 from click.testing import Result
 from typer.testing import CliRunner
 
-from vrg.bus.messages import Estop
+from vrg.bus.messages import Estop, EstopRelease
+from vrg.bus.seats import Roster, Seat, SeatKind
 from vrg.cli import make_app
-from vrg.commands import official
-from vrg.commands.options import whole_target
-from vrg.errors import BusError, ConfigError
+from vrg.commands import estop as stopping
+from vrg.commands.options import keys_of, whole_target
+from vrg.errors import BusError, ConfigError, CredentialsError
 from vrg.launch.running import RunningMatch, registered
+from vrg.seats.folder import KeysFolder
 
 
 @pytest.fixture
@@ -22,12 +25,12 @@ def ordered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, 
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     orders: list[tuple[str, bool]] = []
 
-    def order(name: str, _endpoint: str, estop: Estop) -> None:
+    def order(name: str, _endpoint: str, _keys: Path | None, estop: Estop | EstopRelease) -> None:
         if name == "dead":
             raise BusError("nobody answers")
-        orders.append((name, estop.engaged))
+        orders.append((name, isinstance(estop, Estop)))
 
-    monkeypatch.setattr(official, "_order_estop", order)
+    monkeypatch.setattr(stopping, "_order_estop", order)
     return orders
 
 
@@ -59,6 +62,74 @@ def test_one_that_cannot_be_reached_keeps_the_others_from_nothing(ordered: list[
     assert done.exit_code == 1
     assert ordered == [("right", True)]
     assert "dead: nobody answers" in done.output
+
+
+def test_each_match_that_runs_here_is_stopped_with_its_own_keys(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    monkeypatch.setenv("VRG_KEYS", "/the/keys/of/left")
+    used: dict[str, Path | None] = {}
+    monkeypatch.setattr(stopping, "_order_estop", lambda name, _at, keys, _order: used.update({name: keys}))
+    with ExitStack() as stack:
+        for name, own in (("left", ""), ("right", "/the/keys/of/right")):
+            entry = RunningMatch(match=name, router=f"tls/127.0.0.1:{len(name)}", run="x", pid=os.getpid(), keys=own)
+            stack.enter_context(registered(entry))
+        assert run("estop").exit_code == 0
+    assert used == {"left": Path("/the/keys/of/left"), "right": Path("/the/keys/of/right")}
+
+
+def test_the_keys_of_a_match_that_runs_here_stand_above_the_variable_and_what_is_typed_above_both(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    monkeypatch.setenv("VRG_KEYS", "/others")
+    here, elsewhere = "tls/127.0.0.1:1", "tls/10.0.0.5:1"
+    with registered(RunningMatch(match="left", router=here, run="x", pid=os.getpid(), keys="/own")):
+        assert keys_of(here, Path("/others")) == Path("/own")
+        assert keys_of(here, Path("/typed")) == Path("/typed")
+        assert keys_of(elsewhere, Path("/others")) == Path("/others")
+        assert keys_of(elsewhere, None) is None
+
+
+ROSTER = Roster("final", {"ann": "red", "Łukasz": "blue"}, hosts=("pi",))
+
+
+@pytest.fixture(scope="module")
+def keys(tmp_path_factory: pytest.TempPathFactory) -> KeysFolder:
+    folder = KeysFolder(tmp_path_factory.mktemp("keys") / "keys")
+    folder.make(ROSTER.match, ROSTER.seats, datetime.now(UTC))
+    return folder
+
+
+@pytest.mark.parametrize("seat", [seat for seat in ROSTER.seats if seat.kind not in ("router", "host")], ids=str)
+def test_every_seat_that_takes_part_stops_all_robots(keys: KeysFolder, tmp_path: Path, seat: Seat) -> None:
+    keys.hand_out([Seat(SeatKind.HOST, "pi"), seat], tmp_path / "stick")
+    found = stopping._credentials_for_order("tls/x:1", tmp_path / "stick", Estop(by="ann"))
+    assert found is not None
+    assert found.common_name == seat.common_name
+
+
+def test_a_stop_is_an_officials_where_there_is_one_with_good_keys(keys: KeysFolder, tmp_path: Path) -> None:
+    stick = tmp_path / "stick"
+    keys.hand_out(ROSTER.seats, stick)
+    found = stopping._credentials_for_order("tls/x:1", stick, Estop(by="ann"))
+    assert found is not None
+    assert found.common_name == "official"
+    found.private_key.chmod(0o644)
+    other = stopping._credentials_for_order("tls/x:1", stick, Estop(by="ann"))
+    assert other is not None
+    assert other.common_name != "official"
+
+
+def test_who_may_not_stop_or_release_is_told_so(keys: KeysFolder, tmp_path: Path) -> None:
+    stick = tmp_path / "stick"
+    keys.hand_out([Seat(SeatKind.HOST, "pi")], stick)
+    with pytest.raises(CredentialsError, match=r"expected the keys of a seat that is one of official, commander, .*pi"):
+        stopping._credentials_for_order("tls/x:1", stick, Estop(by="ann"))
+    keys.hand_out([Seat(SeatKind.PLAYER, "ann")], stick)
+    with pytest.raises(CredentialsError, match=r"expected the keys of the seat official, found those of host.pi, play"):
+        stopping._credentials_for_order("tls/x:1", stick, EstopRelease(by="ann"))
 
 
 def test_a_release_must_say_which_of_several(ordered: list[tuple[str, bool]]) -> None:

@@ -4,7 +4,7 @@ import tomllib
 
 import pytest
 
-from vrg.toml_text import line_of, lines_of, syntax_error_line, with_values
+from vrg.toml_text import line_of, lines_of, syntax_error_line, with_value_in, with_values
 
 TEXT = """\
 # a comment
@@ -94,3 +94,16 @@ f = 1
 '''
     found = lines_of(text)
     assert found == {(): 1, ("a",): 1, ("b",): 5, ("d",): 9, ("e",): 11, ("table",): 12, ("table", "f"): 13}
+
+
+def test_a_value_in_a_table_is_replaced_and_a_missing_one_is_added() -> None:
+    text = with_value_in(TEXT, ("players", 1), "name", "z")
+    text = with_value_in(text, ("players", 0), "strategy", 'mine.py:"A"')
+    assert tomllib.loads(text)["players"][0] == {"name": "a", "strategy": 'mine.py:"A"'}
+    assert tomllib.loads(text)["players"][1]["name"] == "z"
+    assert tomllib.loads(text)["players"][1]["options"]["deep"] == {"y": 1}
+
+
+def test_a_table_without_a_header_of_its_own_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"players\.0 with a header of its own, such as \[\[players\]\]"):
+        with_value_in('players = [{name = "a"}]', ("players", 0), "name", "b")

@@ -22,11 +22,21 @@ class DecisionTimeoutError(BaseException):
 FINAL = (MemoryError, OutputFloodError)
 """Failures after which a strategy is not tried again."""
 
+_REFUSED: list[str] = []
+"""What to say of a PermissionError in this process, once it is sealed."""
+
+
+def tell_of_refusals(remark: str) -> None:
+    """Add a remark to each failure by a PermissionError from now on, because this process has given up rights."""
+    _REFUSED[:] = [remark]
+
 
 def failure_of(error: BaseException) -> StrategyError:
     """What a strategy has raised, in one line: the exception, and the innermost place in the student's own code."""
     said = " ".join(str(error).split()).encode("utf-8", "backslashreplace").decode()
     words = f"{type(error).__name__}: {said}" if said else type(error).__name__
+    if isinstance(error, PermissionError) and _REFUSED:
+        words = f"{words}; {_REFUSED[0]}"
     if isinstance(error, SyntaxError) and error.filename:
         where = f"{Path(error.filename).name}, line {error.lineno}"
     else:

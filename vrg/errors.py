@@ -56,6 +56,10 @@ class BusError(VrgError, ConnectionError):
     """The router cannot be reached or cannot serve, or a process that is asked does not answer."""
 
 
+class CredentialsError(BusError):
+    """A process has no keys for its seat, or they are refused. To try again is of no use."""
+
+
 class DuplicateNodeError(BusError):
     """A node of this kind and name is already alive in the match."""
 
@@ -91,3 +95,7 @@ class JournalError(VrgError, OSError):
 
 class LaunchError(VrgError, RuntimeError):
     """A process of the match did not start, or died more often than it may."""
+
+
+class SandboxError(LaunchError):
+    """A player's process cannot be sealed, as its match wants it. The message tells what is missing and what to do."""

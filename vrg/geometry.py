@@ -51,6 +51,27 @@ def outline_distance(first: Pose, second: Pose, first_size: Vector, second_size:
     return min(_corners_to_body(b, first, first_size), _corners_to_body(a, second, second_size))
 
 
+def nearest_points(first: Pose, second: Pose, first_size: Vector, second_size: Vector) -> tuple[Vector, Vector]:
+    """Return the points of two outlines that are nearest to each other, m; of bodies that overlap, their centres.
+
+    Args:
+        first_size, second_size: the (length, width) of the bodies, m.
+    """
+    if outline_distance(first, second, first_size, second_size) == 0.0:
+        return (first.x, first.y), (second.x, second.y)
+    found = [(_onto(corner, first, first_size), corner) for corner in corners(second, *second_size)]
+    found += [(corner, _onto(corner, second, second_size)) for corner in corners(first, *first_size)]
+    return min(found, key=lambda pair: math.dist(*pair))
+
+
+def _onto(point: Vector, pose: Pose, size: Vector) -> Vector:
+    """The point of a body that is nearest to a point outside it."""
+    u, v = _local(point, pose)
+    u, v = max(-size[0] / 2, min(u, size[0] / 2)), max(-size[1] / 2, min(v, size[1] / 2))
+    c, s = math.cos(pose.theta), math.sin(pose.theta)
+    return pose.x + c * u - s * v, pose.y + s * u + c * v
+
+
 def _local(point: Vector, pose: Pose) -> Vector:
     c, s = math.cos(pose.theta), math.sin(pose.theta)
     dx, dy = point[0] - pose.x, point[1] - pose.y

@@ -108,6 +108,28 @@ def with_values(text: str, values: dict[str, str | int | float | bool]) -> str:
     return "\n".join([*fresh, *lines]) + "\n"
 
 
+def with_value_in(text: str, table: Path, key: str, value: str | float | bool) -> str:
+    """Return the text of the file with another value of one field of a table.
+
+    Args:
+        table: the path of the table, such as `("players", 2)`. It must have a header of its own.
+
+    Raises:
+        ValueError: the table has no header of its own.
+    """
+    lines, known = text.splitlines(), lines_of(text)
+    written = f"{key} = {_toml(value)}"
+    if (*table, key) in known:
+        lines[known[(*table, key)] - 1] = written
+    elif table in known:
+        lines.insert(known[table], written)
+    else:
+        raise ValueError(
+            f"expected a table {'.'.join(map(str, table))} with a header of its own, such as [[{table[0]}]]"
+        )
+    return "\n".join(lines) + "\n"
+
+
 def quoted(text: str) -> str:
     """A text as a TOML string, which has the same escapes as one of JSON."""
     return json.dumps(text, ensure_ascii=False)

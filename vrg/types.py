@@ -31,7 +31,7 @@ Vector = tuple[float, float]
 """A point in m, or a velocity in m/s, in the map's frame: (x, y)."""
 
 
-class Pose(Struct, frozen=True, forbid_unknown_fields=True):
+class Pose(Struct, frozen=True, forbid_unknown_fields=True, gc=False):
     """The position of a body's centre and its heading in the map's frame.
 
     Args:
@@ -43,7 +43,7 @@ class Pose(Struct, frozen=True, forbid_unknown_fields=True):
     theta: Radians
 
 
-class Twist(Struct, frozen=True, forbid_unknown_fields=True):
+class Twist(Struct, frozen=True, forbid_unknown_fields=True, gc=False):
     """A body's velocity in its own frame.
 
     Args:

@@ -43,7 +43,7 @@ class Bench:
         self.strategy = Ahead("a", MODEL)
         device = Device(self.robot, KEYS, self.mailbox)
         radio = Radio(KEYS, self.mailbox, "a", "t")
-        self.player = Player(self.mailbox, KEYS, device, self.strategy, radio=radio)
+        self.player = Player(self.mailbox, KEYS, device, self.strategy, team="t", radio=radio)
         self.time = 0.0
         self.sequence = 0
         self.robot.told.clear()
@@ -159,11 +159,11 @@ def test_who_may_not_move_stands_but_its_strategy_sees_what_happens(bench: Bench
 def test_an_emergency_stop_disarms_and_arms_again_only_when_released(bench: Bench, way: str) -> None:
     bench.tick()
     if way == "message":
-        bench.hear(m.Estop(engaged=True, by="x"))
+        bench.hear(m.Estop(by="x"))
     assert bench.tick(estop=way == "referee") == ["emergency stop", "disarm"]
     assert bench.report().estop
     assert bench.tick(estop=way == "referee") == ["disarm"]
-    bench.hear(m.Estop(engaged=False, by="x"))
+    bench.hear(m.EstopRelease(by="x"))
     assert bench.tick(halted="emergency stop by x") == ["release", "stop"], "released, but play is still halted"
     assert bench.tick()[0] == "arm"
 
@@ -257,7 +257,7 @@ def test_a_fault_that_has_latched_is_reported_as_such(bench: Bench) -> None:
 
 def test_a_player_that_missed_the_release_is_freed_by_the_referees_newer_state(bench: Bench) -> None:
     bench.tick()
-    bench.hear(m.Estop(engaged=True, by="x"))
+    bench.hear(m.Estop(by="x"))
     bench.tick(estop=True)
     assert bench.tick(estop=True) == ["disarm"]
     # The release got lost; the referee has heard it.
@@ -268,7 +268,7 @@ def test_a_player_that_missed_the_release_is_freed_by_the_referees_newer_state(b
 
 def test_a_stop_that_the_referee_never_knew_of_is_not_ended_by_its_state(bench: Bench) -> None:
     bench.tick()
-    bench.hear(m.Estop(engaged=True, by="x"))
+    bench.hear(m.Estop(by="x"))
     for _ in range(20):
         assert bench.tick()[-1] == "disarm"
     assert bench.report().estop, "so the referee comes to know of it"

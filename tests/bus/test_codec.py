@@ -1,14 +1,19 @@
 """Messages survive the wire; anything else is refused with the key and the field."""
 
 import math
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import msgpack
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vrg.bus import codec
 from vrg.bus import messages as m
 from vrg.bus.codec import decode, encode
 from vrg.bus.topics import Keys
@@ -39,6 +44,7 @@ statuses = st.builds(
     m.PlayerStatus,
     name=names, team=names, role=names, state=names, may_move=st.booleans(),
     radius=st.floats(0.01, 10), pose=st.none() | poses, mark=st.none() | poses,
+    lease=st.none() | st.builds(Twist, speeds, spins),
 )  # fmt: skip
 lengths = st.floats(1e-6, 1e5)
 regions = (
@@ -49,7 +55,7 @@ regions = (
     | st.builds(Sector, coordinates, coordinates, lengths, angles, st.floats(1e-6, math.pi))
     | st.just(Polygon(((0.0, 0.0), (2.0, 0.0), (1.0, 3.0))))
 )
-zones = st.builds(m.Zone, name=names, kind=names, region=regions)
+zones = st.builds(m.Zone, name=names, kind=names, region=regions, team=st.none() | names)
 bodies = st.builds(m.Body, name=names, pose=poses, v=speeds, w=spins, physical=st.booleans(), age=seconds)
 sightings = st.builds(
     lambda xx, share, yy, **rest: m.Sighting(xx=xx, xy=share * (xx * yy) ** 0.5, yy=yy, **rest),
@@ -61,6 +67,10 @@ auctions = st.builds(
     lot=names, bidders=st.lists(names, max_size=3), opened=seconds, lasts=seconds,
     bids=st.dictionaries(names, st.floats(0, 1e6), max_size=3), winner=st.none() | names,
     evidence=st.lists(sightings, max_size=3),
+)  # fmt: skip
+objects = st.builds(
+    m.FieldObject,
+    name=names, kind=names, x=coordinates, y=coordinates, team=st.none() | names, carrier=st.none() | names,
 )  # fmt: skip
 strokes = st.builds(
     m.Stroke,
@@ -92,6 +102,8 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
     m.Sightings: st.builds(m.Sightings, seen=st.lists(sightings, max_size=4)),
     m.Bid: st.builds(m.Bid, lot=names, cost=st.none() | st.floats(0, 1e6)),
     m.Sketch: st.builds(m.Sketch, strokes=st.lists(strokes, max_size=4)),
+    m.TeamOrder: st.builds(m.TeamOrder, priority=st.none() | names, lease=st.floats(0, 2)),
+    m.Sight: st.builds(m.Sight, poses=st.dictionaries(names, poses, max_size=3)),
     m.Say: st.builds(
         m.Say, words=st.binary(max_size=1024), place=st.none() | st.tuples(coordinates, coordinates)
     ),
@@ -128,6 +140,7 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
         waiting=st.lists(st.text(max_size=20), max_size=3), clock=seconds, total=seconds, round=counts, rounds=counts,
         score=st.dictionaries(names, st.integers(0, 99), max_size=3), players=st.lists(statuses, max_size=3),
         zones=st.lists(zones, max_size=3), auctions=st.lists(auctions, max_size=2),
+        objects=st.lists(objects, max_size=2), numbers=st.dictionaries(names, coordinates, max_size=2),
         winner=st.none() | names, estop=st.booleans(),
     ),
     m.Call: st.builds(
@@ -140,14 +153,29 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
         action=st.sampled_from(m.OfficialAction), by=names, reason=st.text(max_size=20),
         subject=st.none() | names, value=st.none() | st.text(max_size=10),
     ),
-    m.Estop: st.builds(m.Estop, engaged=st.booleans(), by=names, reason=st.text(max_size=20)),
+    m.Estop: st.builds(m.Estop, by=names, reason=st.text(max_size=20)),
+    m.EstopRelease: st.builds(m.EstopRelease, by=names, reason=st.text(max_size=20)),
     m.CameraRequest: st.builds(m.CameraRequest, lease=st.floats(0.01, 10)),
     Camera: st.builds(
         Camera, fov=st.floats(0.1, 3), data=st.binary(max_size=50).map(lambda rest: SMALL_PICTURE + rest)
     ),
     m.SeatRequest: st.builds(m.SeatRequest, player=names, strategy=st.text(max_size=50), by=names, id=names),
     m.SeatAnswer: st.builds(m.SeatAnswer, id=names, refused=st.none() | st.text(max_size=50)),
-    m.Pulse: st.builds(m.Pulse, ticks=counts, missed=counts),
+    m.Processes: st.builds(
+        m.Processes,
+        processes=st.lists(
+            st.builds(
+                m.ProcessStatus,
+                name=names, machine=names, state=st.sampled_from(m.ProcessState), node=st.text(max_size=20),
+                pid=st.none() | counts, cpu=st.floats(0, 64), memory=counts, restarts=counts,
+            ),
+            max_size=3,
+        ),
+    ),
+    m.Pulse: st.builds(
+        m.Pulse, ticks=counts, missed=counts, frequency=st.floats(0, 1e4), late=st.none() | seconds,
+        drift=st.none() | st.floats(-10, 10),
+    ),
     Laser: st.builds(
         Laser,
         angle_min=angles, angle_step=angles, range_max=coordinates,
@@ -232,3 +260,32 @@ def test_a_scan_with_nan_or_half_a_number_is_refused() -> None:
     for data in (b"\x00\x00\xc0\x7f", b"\x00\x00\x00"):
         with pytest.raises(MessageError, match="data"):
             decode(msgpack.packb([1, 0, 0.0, {**good, "data": data}]), Laser, "k")
+
+
+def test_one_thread_at_a_time_makes_decoders(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A description of a type that another thread has only half made would crash the process."""
+    making: list[type] = []
+    overlaps: list[list[type]] = []
+    real = msgspec.msgpack.Decoder
+
+    def slow(kind: type) -> Any:
+        making.append(kind)
+        time.sleep(0.02)
+        overlaps.append(list(making))
+        made = real(kind)
+        making.remove(kind)
+        return made
+
+    monkeypatch.setattr(codec, "_bodies", {})
+    monkeypatch.setattr(msgspec.msgpack, "Decoder", slow)
+    messages = [m.Estop(by="ann"), m.EstopRelease(by="ann"), m.Drive(twist=Twist(0.0, 0.0), armed=False)]
+    start = threading.Barrier(2 * len(messages))
+
+    def work(message: m.Message) -> m.Message:
+        data = encode(message, 0.0, 0)
+        start.wait()
+        return decode(data, type(message), "key").body
+
+    with ThreadPoolExecutor(2 * len(messages)) as pool:
+        assert list(pool.map(work, messages * 2)) == messages * 2
+    assert [len(kinds) for kinds in overlaps] == [1] * len(messages)

@@ -114,7 +114,7 @@ def test_an_alarm_is_raised_at_once_and_once_and_the_message_still_handed_over()
     inlet = mailbox.subscribe(KEYS.estop, alarm=lambda received: heard.append(received.stamp))
     quiet = mailbox.subscribe(KEYS.estop)
     for number, stamp in enumerate((1.0, 2.0)):
-        message = Received(KEYS.estop.key, stamp, number, m.Estop(engaged=True, by="t"))
+        message = Received(KEYS.estop.key, stamp, number, m.Estop(by="t"))
         inlet.offer(message)
         quiet.offer(message)
         mailbox.sound()
@@ -129,9 +129,9 @@ def test_an_alarm_is_raised_at_once_and_once_and_the_message_still_handed_over()
 def test_an_alarm_that_nobody_sounded_is_raised_by_the_handover() -> None:
     heard: list[float] = []
     inlet = Inlet(KEYS.estop, alarm=lambda received: heard.append(received.stamp))
-    inlet.offer(Received(KEYS.estop.key, 3.0, 0, m.Estop(engaged=False, by="t")))
+    inlet.offer(Received(KEYS.estop.key, 3.0, 0, m.Estop(by="t")))
     inlet.handover()
     assert heard == [3.0]
-    inlet.offer(Received(KEYS.estop.key, 4.0, 1, m.Estop(engaged=False, by="t")))
+    inlet.offer(Received(KEYS.estop.key, 4.0, 1, m.Estop(by="t")))
     inlet.sound()
     assert heard == [3.0, 4.0]

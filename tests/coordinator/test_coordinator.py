@@ -174,7 +174,7 @@ def test_a_stopped_clock_halts_physical_robots_at_once(table: Table) -> None:
 
 def test_an_emergency_stop_halts_and_holds_until_released_and_resumed(table: Table) -> None:
     table.ticks(2)
-    table.hear(KEYS.estop, m.Estop(engaged=True, by="ann", reason="smoke"))
+    table.hear(KEYS.estop, m.Estop(by="ann", reason="smoke"))
     state = table.tick()
     assert state.estop
     assert state.halted == "emergency stop by ann: smoke"
@@ -182,7 +182,7 @@ def test_an_emergency_stop_halts_and_holds_until_released_and_resumed(table: Tab
     table.hear(KEYS.official, resume)
     assert table.tick().halted
     assert "release it" in table.calls[-1].text
-    table.hear(KEYS.estop, m.Estop(engaged=False, by="ann"), 1)
+    table.hear(KEYS.estop_release, m.EstopRelease(by="ann"), 1)
     state = table.tick(estop=True)  # the world has not heard it yet
     assert (state.estop, state.halted is None) == (False, False)
     table.hear(KEYS.official, resume, 1)
@@ -522,7 +522,7 @@ def test_an_emergency_stop_and_a_resume_in_one_tick_leave_play_halted(table: Tab
     table.ticks(2)
     table.hear(KEYS.official, m.Official(action=m.OfficialAction.HALT, by="ann"))
     table.tick()
-    table.hear(KEYS.estop, m.Estop(engaged=True, by="bob"))
+    table.hear(KEYS.estop, m.Estop(by="bob"))
     table.hear(KEYS.official, m.Official(action=m.OfficialAction.RESUME, by="ann"), 1)
     state = table.tick()
     assert state.estop
@@ -534,7 +534,10 @@ def test_an_emergency_stop_and_a_resume_in_one_tick_leave_play_halted(table: Tab
 def test_of_two_estops_in_one_tick_the_engaging_one_wins(table: Table, engaged_first: bool) -> None:
     table.ticks(2)
     for sequence, engaged in enumerate((engaged_first, not engaged_first)):
-        table.hear(KEYS.estop, m.Estop(engaged=engaged, by="x"), sequence)
+        if engaged:
+            table.hear(KEYS.estop, m.Estop(by="x"), sequence)
+        else:
+            table.hear(KEYS.estop_release, m.EstopRelease(by="x"), sequence)
     assert table.tick().estop
 
 
@@ -614,29 +617,29 @@ class TestStopsThatWereMissed:
 
     def test_also_a_second_one_after_a_first_was_heard_and_released(self, table: Table) -> None:
         table.ticks(3)
-        table.hear(KEYS.estop, m.Estop(engaged=True, by="ann"))
+        table.hear(KEYS.estop, m.Estop(by="ann"))
         assert table.tick(estop=True).estop
-        table.hear(KEYS.estop, m.Estop(engaged=False, by="ann"))
+        table.hear(KEYS.estop_release, m.EstopRelease(by="ann"))
         assert not table.tick(estop=True).estop, "the world hears of the release a moment later"
         assert not table.ticks(20).estop
         assert table.tick(estop=True).estop
 
     def test_the_robots_may_take_a_moment_to_hear_of_a_release(self, table: Table) -> None:
         table.ticks(3)
-        table.hear(KEYS.estop, m.Estop(engaged=True, by="ann"))
+        table.hear(KEYS.estop, m.Estop(by="ann"))
         table.stopped = {"m1"}
         table.tick(estop=True)
-        table.hear(KEYS.estop, m.Estop(engaged=False, by="ann"))
+        table.hear(KEYS.estop_release, m.EstopRelease(by="ann"))
         assert not table.ticks(5).estop
         table.stopped = set()
         assert not table.ticks(20).estop
 
     def test_a_player_that_goes_on_being_stopped_keeps_the_match_halted(self, table: Table) -> None:
         table.ticks(3)
-        table.hear(KEYS.estop, m.Estop(engaged=True, by="ann"))
+        table.hear(KEYS.estop, m.Estop(by="ann"))
         table.stopped = {"m1"}
         table.tick(estop=True)
-        table.hear(KEYS.estop, m.Estop(engaged=False, by="ann"))
+        table.hear(KEYS.estop_release, m.EstopRelease(by="ann"))
         state = table.ticks(12)
         assert state.estop
         assert "m1" in (state.halted or "")

@@ -60,8 +60,7 @@ class Bench:
         return [(o.stamp, o.body) for o in out if isinstance(o.body, m.MeasuredPose)]
 
     def world_sees(self, pose: Pose) -> None:
-        body = m.Body(name="a", pose=pose, v=0.0, w=0.0, physical=True)
-        self.say(KEYS.poses, m.Poses(bodies=[body]))
+        self.say(KEYS.robot_seen("a"), m.MeasuredPose(pose=pose, v=0.0, w=0.0))
 
 
 @pytest.fixture
@@ -113,7 +112,7 @@ class TestGateAndLimit:
 
 class TestEmergencyStop:
     def test_it_reaches_the_robot_between_two_ticks(self, bench: Bench) -> None:
-        bench.say(KEYS.estop, m.Estop(engaged=True, by="x"))
+        bench.say(KEYS.estop, m.Estop(by="x"))
         bench.driver.told.clear()
         bench.mailbox.sound()
         assert bench.driver.told == ["emergency stop"]
@@ -122,12 +121,12 @@ class TestEmergencyStop:
                 act()
 
     def test_the_driver_is_told_once_and_told_of_the_release(self, bench: Bench) -> None:
-        bench.say(KEYS.estop, m.Estop(engaged=True, by="x"))
+        bench.say(KEYS.estop, m.Estop(by="x"))
         bench.tick()
         assert bench.driver.told == ["emergency stop"]
         bench.tick()
         assert bench.driver.told == []
-        bench.say(KEYS.estop, m.Estop(engaged=False, by="x"))
+        bench.say(KEYS.estop_release, m.EstopRelease(by="x"))
         bench.tick()
         assert bench.driver.told == ["release"]
         assert not bench.device.estop
@@ -138,7 +137,7 @@ class TestEmergencyStop:
         assert bench.driver.told == ["emergency stop"]
 
     def test_a_release_that_was_missed_is_taken_from_the_referee(self, bench: Bench) -> None:
-        bench.say(KEYS.estop, m.Estop(engaged=True, by="x"))
+        bench.say(KEYS.estop, m.Estop(by="x"))
         bench.tick()
         bench.referee(estop=True)
         bench.tick()
@@ -147,7 +146,7 @@ class TestEmergencyStop:
         assert not bench.device.estop
 
     def test_a_referee_that_was_restarted_and_hears_no_clock_releases_nothing(self, bench: Bench) -> None:
-        bench.say(KEYS.estop, m.Estop(engaged=True, by="x"))
+        bench.say(KEYS.estop, m.Estop(by="x"))
         bench.tick()
         bench.referee(estop=True)
         for _ in range(20):
@@ -158,18 +157,18 @@ class TestEmergencyStop:
         assert bench.device.estop
 
     def test_a_state_of_before_the_stop_does_not_end_it(self, bench: Bench) -> None:
-        bench.say(KEYS.estop, m.Estop(engaged=True, by="x"))
+        bench.say(KEYS.estop, m.Estop(by="x"))
         bench.tick()
         bench.referee(estop=False)
         bench.tick()
         assert bench.device.estop
 
     def test_a_state_of_before_the_release_does_not_engage_it_again(self, bench: Bench) -> None:
-        bench.say(KEYS.estop, m.Estop(engaged=True, by="x"))
+        bench.say(KEYS.estop, m.Estop(by="x"))
         bench.tick()
         bench.referee(estop=True)
         bench.tick()
-        bench.say(KEYS.estop, m.Estop(engaged=False, by="x"))
+        bench.say(KEYS.estop_release, m.EstopRelease(by="x"))
         bench.tick()
         bench.referee(estop=True)
         bench.tick()
@@ -292,6 +291,14 @@ class TestPhysicalRobots:
         bench.tick(0.2)
         assert self.at(bench, Pose(9.0, 9.0, 0.0)) == Pose(4.0, 4.0, 0.0)
         assert bench.device.read().age == pytest.approx(0.2)
+        assert bench.published() == []
+
+    def test_a_robot_with_a_feed_does_not_tell_the_world_what_it_measures_itself(self) -> None:
+        bench = Bench(PhysicalFake(), localisation="feed")
+        bench.device.start()
+        bench.tick()
+        bench.driver.samples.append(Sample(bench.time, 0.0, Ins(pose=Pose(1.0, 1.0, 0.0))))
+        assert bench.device.read().ins is not None
         assert bench.published() == []
 
     def test_a_robot_that_measures_its_pose_itself_is_believed(self, physical: Bench) -> None:

@@ -14,6 +14,7 @@ from vrg.bus.messages import (
     Clock,
     Drive,
     Estop,
+    EstopRelease,
     MeasuredPose,
     PlayerStatus,
     Poses,
@@ -213,7 +214,7 @@ class TestEmergencyStop:
     def test_it_stops_every_robot_within_0_1_s_and_latches(self) -> None:
         world = wire()
         world.tick(100, each=[GO, GO_B])
-        world.say(KEYS.estop, Estop(engaged=True, by="me"))
+        world.say(KEYS.estop, Estop(by="me"))
         world.tick(5, each=[GO, GO_B])
         for name in "ab":
             assert speed(world, name) == 0.0
@@ -226,9 +227,9 @@ class TestEmergencyStop:
     def test_after_release_a_player_that_goes_on_as_before_moves_nothing(self) -> None:
         world = wire()
         world.tick(60, each=[GO])
-        world.say(KEYS.estop, Estop(engaged=True, by="me"))
+        world.say(KEYS.estop, Estop(by="me"))
         world.tick(20, each=[GO])
-        world.say(KEYS.estop, Estop(engaged=False, by="me"))
+        world.say(KEYS.estop_release, EstopRelease(by="me"))
         world.tick(60, each=[GO])
         assert not state(world).estop
         assert not state(world).armed
@@ -237,9 +238,9 @@ class TestEmergencyStop:
     def test_disarming_and_arming_after_release_moves_it_again(self) -> None:
         world = wire()
         world.tick(60, each=[GO])
-        world.say(KEYS.estop, Estop(engaged=True, by="me"))
+        world.say(KEYS.estop, Estop(by="me"))
         world.tick(20, each=[GO])
-        world.say(KEYS.estop, Estop(engaged=False, by="me"))
+        world.say(KEYS.estop_release, EstopRelease(by="me"))
         world.tick(2, each=[GO])
         world.tick(1, each=[(KEYS.drive("a"), DISARM)])
         world.tick(60, each=[GO])
@@ -248,10 +249,10 @@ class TestEmergencyStop:
     def test_a_robot_disarmed_during_the_stop_is_armed_by_the_first_command_after_it(self) -> None:
         world = wire()
         world.tick(60, each=[GO])
-        world.say(KEYS.estop, Estop(engaged=True, by="me"))
+        world.say(KEYS.estop, Estop(by="me"))
         world.tick(2, each=[GO])
         world.tick(5, each=[(KEYS.drive("a"), DISARM)])
-        world.say(KEYS.estop, Estop(engaged=False, by="me"))
+        world.say(KEYS.estop_release, EstopRelease(by="me"))
         world.tick(2)
         assert speed(world) == 0.0
         world.tick(60, each=[GO])
@@ -259,9 +260,9 @@ class TestEmergencyStop:
 
     def test_arming_during_the_stop_does_not_count(self) -> None:
         world = wire()
-        world.say(KEYS.estop, Estop(engaged=True, by="me"))
+        world.say(KEYS.estop, Estop(by="me"))
         world.tick(5, each=[GO])
-        world.say(KEYS.estop, Estop(engaged=False, by="me"))
+        world.say(KEYS.estop_release, EstopRelease(by="me"))
         world.tick(60, each=[GO])
         assert speed(world) == 0.0
 
@@ -477,14 +478,14 @@ class TestSnapshot:
     def test_the_emergency_stop_survives_a_restart(self) -> None:
         old = wire()
         old.tick(60, each=[GO])
-        old.say(KEYS.estop, Estop(engaged=True, by="me"))
+        old.say(KEYS.estop, Estop(by="me"))
         old.tick(5, each=[GO])
         node = WorldNode(old.node.world.config, Mailbox(), KEYS)
         node.restore(old.node.snapshot())
         new = Wire(config(), node=node)
         new.tick(10, each=[GO])
         assert state(new).estop
-        new.say(KEYS.estop, Estop(engaged=False, by="me"))
+        new.say(KEYS.estop_release, EstopRelease(by="me"))
         new.tick(60, each=[GO])
         assert speed(new) == 0.0, "it must still be disarmed and armed"
 
@@ -583,6 +584,14 @@ class TestPhysicalRobots:
         assert body(world) == Body("g", Pose(3.0, 0.0, 0.0), 0.0, 0.0, True, pytest.approx(0.5))
         assert body(world, "a").age == 0.0
         assert not body(world, "a").physical
+
+    def test_a_physical_robots_device_is_told_where_the_world_has_it(self) -> None:
+        world = mixed()
+        world.tick(2)
+        seen = world.heard[KEYS.robot_seen("g").key]
+        assert isinstance(seen, MeasuredPose)
+        assert seen.pose == Pose(3.0, 0.0, 0.0)
+        assert KEYS.robot_seen("a").key not in world.heard, "a virtual robot's device needs no such thing"
 
     def test_it_is_where_it_was_measured_and_goes_on_for_a_while(self) -> None:
         world = mixed()
@@ -730,7 +739,8 @@ class TestPhysicalRobots:
         node = restored(old, old.node.snapshot())
         new = Wire(config(), node=node)
         new.tick(2)
-        assert body(new) == Body("g", Pose(5.0, 1.0, 0.0), 0.0, 0.0, True, pytest.approx(0.02))
+        since = pytest.approx(node.world.time - 0.02)
+        assert body(new) == Body("g", Pose(5.0, 1.0, 0.0), 0.0, 0.0, True, pytest.approx(0.02), since)
         assert node.world.virtual == ["a"]
         assert node.world.pose("a") == old.node.world.pose("a")
         measure(new, 6.0)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from vrg.bus.lockstep import Lockstep
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Estop, Message
+from vrg.bus.messages import Estop, EstopRelease, Message
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys, Topic
 from vrg.hal.backends import MatchContext, open_driver
@@ -64,7 +64,10 @@ class SimBench(DriverBench):
     def estop(self, engaged: bool) -> None:
         """Published by the player's node, as anybody may; what is above the driver tells it, too."""
         super().estop(engaged)
-        self.player.mailbox.publish(KEYS.estop, Estop(engaged=engaged, by="test"))
+        if engaged:
+            self.player.mailbox.publish(KEYS.estop, Estop(by="test"))
+        else:
+            self.player.mailbox.publish(KEYS.estop_release, EstopRelease(by="test"))
 
     def cut(self) -> None:
         """The world says nothing more."""

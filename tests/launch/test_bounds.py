@@ -121,6 +121,25 @@ class TestStubborn:
         assert done.returncode == 1
         assert "a strategy cannot be interrupted (stubborn.py, line " in done.stderr
 
+    def test_one_that_is_in_a_loop_in_c_code_ends_the_process_and_is_named(self, tmp_path: Path) -> None:
+        program = tmp_path / "stuck.py"
+        program.write_text(
+            "from vrg.launch import bounds\nbounds._STUCK = 0.5\n"
+            "with bounds.DecisionAlarm(None) as alarm, bounds.Bounded(alarm, None):\n    sum(iter(int, 1))\n"
+        )
+        done = subprocess.run([sys.executable, str(program)], capture_output=True, text=True, timeout=60, check=False)
+        assert done.returncode == -signal.SIGVTALRM
+        assert 'stuck.py", line 4 in' in done.stderr
+
+    def test_a_node_whose_threads_cannot_run_any_more_is_ended_without_a_supervisor(self) -> None:
+        program = (
+            "import threading\nfrom vrg.bus.stopping import Stop\nfrom vrg.launch import serving\n"
+            "serving.STUCK = 1.0\n"
+            "threading.Thread(target=serving._hold_leash, args=(Stop(),), daemon=True).start()\nsum(iter(int, 1))\n"
+        )
+        with subprocess.Popen([sys.executable, "-c", program], stdin=subprocess.PIPE) as process:
+            assert process.wait(60.0) == -signal.SIGVTALRM
+
 
 class TestTime:
     def test_an_endless_decision_is_ended(self, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,10 +8,12 @@ from typing import Any
 import msgspec
 import pytest
 
+from vrg.bus.access import hears
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Call, Stage
 from vrg.bus.node import Node, Tick
-from vrg.bus.topics import Keys, NamedLine
+from vrg.bus.seats import Roster, Seat, SeatKind
+from vrg.bus.topics import Keys, Topic
 from vrg.config.loading import load_match, match_path
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import read_journal
@@ -62,18 +64,10 @@ class Eavesdropper(Node):
 
 def audible(keys: Keys, player: str, team: str) -> Iterator[Any]:
     """The topics that a player may hear."""
+    roster, seat = Roster(keys.match, {player: team}), Seat(SeatKind.PLAYER, player)
     for line in Keys.lines():
-        if not any(word in line.listeners.split(", ") for word in ("all", "player", "player's device", "device")) and (
-            line.message.__name__ != "Say"
-        ):
-            continue
-        topic = line.__get__(keys, Keys)
-        if not isinstance(line, NamedLine):
-            yield topic
-        elif "{team}" in line.path:
-            yield topic(team)
-        else:
-            yield topic(player) if line.path.startswith("robot/") else topic()
+        for path in hears(seat, line, roster):
+            yield Topic(f"{keys.root}/{path}", line.message, line.qos)
     for kind in SENSORS.names():
         yield keys.sensor(SENSORS.get(kind).message, player)
 
@@ -128,9 +122,9 @@ def test_a_pursuer_that_hears_all_it_may_is_never_told_where_an_intruder_is(tmp_
     assert spy.told == []
     heard = set(spy.messages)
     root = setup.keys.root
-    assert {f"{root}/referee/state", f"{root}/referee/event", f"{root}/player/intruder1/report"} <= heard
+    assert {f"{root}/referee/state", f"{root}/referee/event"} <= heard
     assert f"{root}/robot/pursuer1/sensor/laser/front" in heard
-    assert not any("intruder" in key and "/report" not in key for key in heard), "nothing else is of an intruder"
+    assert not any("intruder" in key for key in heard), "nothing that it hears is of an intruder"
     assert f"{root}/poses" not in heard
 
 

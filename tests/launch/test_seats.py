@@ -13,14 +13,14 @@ from vrg.bus.messages import (
     Official,
     OfficialAction,
     PlayerStatus,
+    Pulse,
     RefereeState,
     SeatAnswer,
     SeatRequest,
     Stage,
 )
 from vrg.bus.topics import Keys
-from vrg.launch.fork_server import ForkServer
-from vrg.launch.managed import ManagedProcess, ProcessSpec
+from vrg.errors import LaunchError
 from vrg.launch.seats import Seats
 
 KEYS = Keys("seats")
@@ -32,9 +32,11 @@ class Bench:
     def __init__(self, folder: Path, *, disqualify: bool) -> None:
         self.mailbox = Mailbox()
         self.announced: list[str] = []
-        self.seats = Seats(self.mailbox, KEYS, self.announced.append, disqualify=disqualify, memory=1000)
-        spec = ProcessSpec("ann", ("player", "tcp/127.0.0.1:1", str(folder), "ann"), "pulse", 1, 0, seat=True)
-        self.process = ManagedProcess(spec, folder / "ann.log", ForkServer())
+        self.played: list[tuple[str, str]] = []
+        self.refusal: str | None = None
+        self.seats = Seats(
+            self.mailbox, KEYS, ["ann"], self.replace, self.announced.append, folder, disqualify=disqualify
+        )
         self.now = 100.0
         self.state = RefereeState(
             game="g", stage=Stage.PLAY_ROUND, halted=None, way_out=None, waiting=[], clock=0.0, total=0.0, round=1,
@@ -48,12 +50,25 @@ class Bench:
                 inlet.offer(Received(inlet.topic.key, 0.0, 0, body))
         self.mailbox.handover(0.0)
 
+    def pulse(self) -> None:
+        for inlet in self.mailbox.inlets:
+            if inlet.topic.type is Pulse:
+                inlet.offer(Received(KEYS.pulse("player", "ann").key, 0.0, 0, Pulse(ticks=1, missed=0)))
+
     def look(self, seconds: float = 1.1, **state: Any) -> list[Any]:
         """A second later: what is published."""
         self.now += seconds
         self.hear(structs.replace(self.state, **state))
-        self.seats.look([self.process], self.now)
+        self.seats.look(self.now)
         return [out.message.body for out in self.mailbox.collect()]
+
+    def vacate(self, why: str) -> None:
+        self.seats.vacate("ann", why, self.now)
+
+    def replace(self, name: str, strategy: str) -> None:
+        if self.refusal is not None:
+            raise LaunchError(self.refusal)
+        self.played.append((name, strategy))
 
     def disqualified(self) -> list[PlayerStatus]:
         return [structs.replace(self.state.players[0], state=DISQUALIFIED)]
@@ -65,7 +80,7 @@ def bench(tmp_path: Path) -> Bench:
 
 
 def test_the_referee_is_told_again_until_it_has_done_it_and_not_longer(bench: Bench) -> None:
-    bench.seats.vacate(bench.process, "ann: it hangs")
+    bench.vacate("it hangs")
     for _ in range(3):
         (told,) = bench.look()
         assert (told.action, told.subject, told.reason) == (OfficialAction.DISQUALIFY, "ann", "it hangs")
@@ -76,14 +91,14 @@ def test_the_referee_is_told_again_until_it_has_done_it_and_not_longer(bench: Be
 
 
 def test_nobody_is_told_when_the_game_is_over(bench: Bench) -> None:
-    bench.seats.vacate(bench.process, "it hangs")
+    bench.vacate("it hangs")
     bench.look()
     assert bench.look(stage=Stage.GAME_OVER) == []
 
 
 def test_a_match_that_is_to_halt_is_halted_until_the_player_is_out(tmp_path: Path) -> None:
     bench = Bench(tmp_path, disqualify=False)
-    bench.seats.vacate(bench.process, "it hangs")
+    bench.vacate("it hangs")
     (told,) = bench.look()
     assert (told.action, told.reason) == (OfficialAction.HALT, "ann: it hangs")
     assert bench.look(halted="called by hannah") != [], "that is another halt"
@@ -91,13 +106,26 @@ def test_a_match_that_is_to_halt_is_halted_until_the_player_is_out(tmp_path: Pat
     assert bench.look(players=bench.disqualified()) == [], "an official has taken it out: play may go on"
 
 
-def test_somebody_else_who_plays_for_it_is_not_disqualified(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vrg.launch.seats.time.monotonic", lambda: bench.now)
-    bench.seats.vacate(bench.process, "it hangs")
-    bench.seats.take("ann", bench.now + 0.1)
+def test_somebody_else_who_plays_for_it_is_not_disqualified(bench: Bench) -> None:
+    bench.vacate("it hangs")
+    bench.now += 0.1
+    bench.pulse()
+    bench.look(0.0)
     assert "ann" in bench.seats.vacant, "that was the last sign of the process that has ended"
-    bench.seats.take("ann", bench.now + 5.0)
-    assert bench.look() == []
+    bench.now += 5.0
+    bench.pulse()
+    assert bench.look(0.0) == []
+
+
+@pytest.mark.parametrize("refusal", [None, "lab2 does not answer"])
+def test_who_asks_for_a_seat_is_told_whether_it_was_given(bench: Bench, refusal: str | None) -> None:
+    bench.vacate("it hangs")
+    bench.refusal = refusal
+    bench.hear(SeatRequest(player="ann", strategy="mine.py:Mine", by="bob", id="8"))
+    (answer,) = [body for body in bench.look() if isinstance(body, SeatAnswer)]
+    assert (answer.id, answer.refused) == ("8", refusal)
+    assert bench.played == ([] if refusal else [("ann", "mine.py:Mine")])
+    assert ("ann" in bench.seats.vacant) == bool(refusal)
 
 
 def test_a_request_for_nobody_is_refused(bench: Bench) -> None:
@@ -108,7 +136,7 @@ def test_a_request_for_nobody_is_refused(bench: Bench) -> None:
 
 
 def test_no_decision_is_longer_than_its_message(bench: Bench) -> None:
-    bench.seats.vacate(bench.process, "x" * 5000)
+    bench.vacate("x" * 5000)
     (told,) = bench.look()
     assert isinstance(told, Official)
     assert len(told.reason) == 300

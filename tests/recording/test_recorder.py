@@ -225,7 +225,7 @@ def recorded_readings(path, said, **options):
     recorder.tick(Tick(0.0))
     recorder.stop()
     assert recorder.fault is None
-    own = ("/scene", "/robot/nemo/pose", "/robot/nemo/twist")
+    own = ("/scene", "/robot/nemo/pose", "/robot/nemo/twist", "/robot/nemo/rest")
     return [
         (schema.name, channel.topic, json.loads(message.data))
         for schema, channel, message in messages_of(path)

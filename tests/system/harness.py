@@ -21,7 +21,10 @@ import zenoh
 
 from tests.system.observer import PATIENCE, Observer
 from tests.vcan import UDP
-from vrg.bus.session import configure, open_session
+from vrg.bus.configuration import client_settings
+from vrg.bus.credentials import find_credentials
+from vrg.bus.seats import Seat, SeatKind
+from vrg.bus.session import configuration, open_session
 from vrg.bus.topics import Keys
 from vrg.hal.can.link import Link
 from vrg.hal.sensors.ins import Ins
@@ -31,6 +34,9 @@ from vrg.launch.run_folder import RunFolder
 
 FRESH_FOR = 90.0
 """s of play after which a shared match is too near its end for another test."""
+
+START_PATIENCE = 120.0
+"""s of real time for play to begin: in a kernel with one CPU, drives may answer a player only at its second start."""
 
 MINNOWS = ("ann", "bob", "cid")
 PLAYERS = ("shark", *MINNOWS)
@@ -142,6 +148,7 @@ class Match:
         window: with a spectator's window.
         movers: players that move as soon as play goes on.
         here: the launcher's working folder.
+        seats: the match is played with seats: with keys for this run alone, or with those in this folder.
     """
 
     def __init__(
@@ -154,6 +161,7 @@ class Match:
         disk: Disk | None = None,
         movers: Sequence[str] = MINNOWS,
         here: Path | None = None,
+        seats: bool | Path = False,
     ) -> None:
         self.movers = movers
         self.file = folder / "match.toml"
@@ -167,9 +175,10 @@ class Match:
         self._environment = {k: v for k, v in os.environ.items() if k not in gone} | (environment or {})
         self._environment |= {"XDG_STATE_HOME": str(self._state_home), "PYTHONUNBUFFERED": "1"}
         command = [sys.executable, "-P", "-m", "vrg", "play", str(self.file), "--runs", str(self._disk.folder)]
+        secured = ["--keys", str(seats)] if isinstance(seats, Path) else ["--seats"] if seats else []
         with self.output.open("wb") as output:
             self.launcher = subprocess.Popen(
-                [*self._disk.wrap, *command, *([] if window else ["--headless"])],
+                [*self._disk.wrap, *command, *([] if window else ["--headless"]), *secured],
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=subprocess.STDOUT,
@@ -198,17 +207,19 @@ class Match:
         assert entry["pid"] == self.launcher.pid
         self.endpoint: str = entry["router"]
         self.keys = Keys(entry["match"])
+        self.seats = Path(entry["keys"]) if entry["keys"] else None
         run = Path(entry["run"])
         if self._disk.reach is not None:
             run = self._disk.reach(self.launcher.pid) / run.relative_to(self._disk.folder)
         self.run = RunFolder(run)
         self.observer = self.join()
-        self.observer.wait_until(lambda: self.observer.playing, "play to begin")
+        self.observer.wait_until(lambda: self.observer.playing, "play to begin", START_PATIENCE)
         self.observer.wait_until(lambda: self.observer.moving(*self.movers), "players to move")
 
-    def join(self) -> Observer:
-        """A further observer, from now on."""
-        session = self._resources.enter_context(open_session(self.endpoint))
+    def join(self, seat: Seat = Seat(SeatKind.OFFICIAL)) -> Observer:  # noqa: B008 - it cannot change
+        """A further observer, from now on; in a match with seats, one that has this seat."""
+        credentials = None if self.seats is None else find_credentials(self.seats, [seat])
+        session = self._resources.enter_context(open_session(self.endpoint, credentials=credentials))
         return Observer(session, self.keys, self._check_launcher)
 
     def _check_launcher(self) -> None:
@@ -255,6 +266,17 @@ class Match:
         self.command("official", "resume", "--reason", "the test goes on")
         observer.wait_until(lambda: observer.playing, "play to go on")
         observer.wait_until(lambda: observer.moving(*self.movers), "players to move again")
+
+    def lose_router(self) -> None:
+        """Kill the router, and go on over the one that takes its place."""
+        observer, old = self.observer, self.child("router")
+        old.kill()
+        self.wait_replaced("router", old)
+        heard = len(observer.heard.clocks)
+        observer.wait_until(lambda: len(observer.heard.clocks) > heard, "the clock over the new router")
+        observer.time_passes(1.0, "with the new router")
+        if observer.state.halted:
+            self.resume()
 
     def wait_replaced(self, name: str, old: psutil.Process) -> psutil.Process:
         """Wait until another process has taken the place of one that died or hung; the old one is gone."""
@@ -331,8 +353,9 @@ def _lives_in(process: psutil.Process, state_home: str, runs: str) -> bool:
     with contextlib.suppress(psutil.NoSuchProcess, psutil.AccessDenied, OSError):
         if process.status() == psutil.STATUS_ZOMBIE:
             return False
-        output = os.readlink(f"/proc/{process.pid}/fd/1")
-        return process.environ().get("XDG_STATE_HOME") == state_home or output.startswith(runs)
+        # A router reads what it prints itself; what it logs goes to its second descriptor.
+        outputs = [os.readlink(f"/proc/{process.pid}/fd/{number}") for number in (1, 2)]
+        return process.environ().get("XDG_STATE_HOME") == state_home or any(o.startswith(runs) for o in outputs)
     return False
 
 
@@ -355,7 +378,7 @@ def wait_until(
 @contextlib.contextmanager
 def raw_publisher(endpoint: str) -> Iterator[Callable[[str, bytes], None]]:
     """Publish any bytes on any key, as a broken or foreign program might."""
-    session = zenoh.open(configure("client", connect=endpoint))
+    session = zenoh.open(configuration(client_settings(endpoint)))
     try:
         yield session.put
     finally:

@@ -34,6 +34,8 @@ class Heard:
     limits: dict[str, float] = field(default_factory=dict)
     pulses: Counter[str] = field(default_factory=Counter)
     """By `kind/name`."""
+    releases: int = 0
+    """Of the emergency stop."""
     estops: list[tuple[float, m.Estop]] = field(default_factory=list)
     """With the match time of the newest clock that had arrived before."""
     bad: int = 0
@@ -57,7 +59,7 @@ class Observer:
         self._pause = threading.Event()
         topics = (
             keys.clock, keys.poses, keys.drive(), keys.robot_state(), keys.report(), keys.referee_state,
-            keys.referee_event, keys.speed_limit(), keys.estop, keys.pulse(),
+            keys.referee_event, keys.speed_limit(), keys.estop, keys.estop_release, keys.pulse(),
         )  # fmt: skip
         for topic in topics:
             session.watch_raw(topic.key, lambda key, payload: self._arrivals.append((key, payload)))
@@ -96,6 +98,8 @@ class Observer:
                 heard.pulses["/".join(key.split("/")[3:])] += 1
             case m.SpeedLimit() as limit:
                 heard.limits[name_in(key)] = limit.v_max
+            case m.EstopRelease():
+                heard.releases += 1
             case m.Estop() as estop:
                 heard.estops.append((self.now, estop))
 
@@ -168,6 +172,18 @@ class Observer:
         """Wait until that much match time has gone by."""
         until = self.now + seconds
         self.wait_until(lambda: self.now >= until, f"{seconds} s of match time: {what}")
+
+    def go_on(self) -> None:
+        """Go on if play is halted, as an official does: what has latched is cleared first.
+
+        On a small machine a robot's pose, its drives' heartbeats or the world's clock may come late, which halts play.
+        """
+        if self.state.halted and any("vrg official recover" in why for why in self.state.waiting):
+            self.decide(m.OfficialAction.RECOVER)
+            self.time_passes(0.5, "the robots' answer")
+        if self.state.halted and not self.state.waiting:
+            self.decide(m.OfficialAction.RESUME)
+            self.time_passes(0.5, "the referee's answer")
 
     def decide(self, action: m.OfficialAction, subject: str | None = None, value: str | None = None) -> None:
         """Speak as an official."""

@@ -33,8 +33,11 @@ OTHER_GROUP = "239.74.163.9"
 
 
 def mixed_match(name: str) -> str:
-    """Long, with two of four robots on the bus."""
-    return match_text(name, length=190.0, width=60.0, zone=6.0, wiring=WIRING)
+    """Long, with two of four robots on the bus.
+
+    On a busy machine a player that is started again may be silent for so long that it would be out until the next pass.
+    """
+    return 'on_fault = "halt"\n' + match_text(name, length=190.0, width=60.0, zone=6.0, wiring=WIRING)
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -100,6 +103,21 @@ def resume(match: Match, tap: Tap) -> None:
     match.resume()
 
 
+def plays_on(match: Match, tap: Tap, *names: str) -> None:
+    """Wait until these move; whenever play is halted meanwhile, an official resumes it.
+
+    A new player may be too late for its robot's pose to be in time: whether that halts play is a matter of speed.
+    """
+    observer = match.observer
+
+    def moving() -> bool:
+        if observer.state.halted:
+            resume(match, tap)
+        return observer.moving(*names)
+
+    observer.wait_until(moving, f"{', '.join(names)} to move again", patience=90.0)
+
+
 def off(pose: Pose, place: Pose) -> float:
     """m from one to the other."""
     return math.hypot(pose.x - place.x, pose.y - place.y)
@@ -132,9 +150,7 @@ def test_the_drives_stop_the_motors_of_a_player_that_fails(mixed: Match, tap: Ta
     sent = tap.setpoints(0, failed)
     assert sent <= 1, f"{sent} setpoints came from a process that does nothing"
     mixed.wait_replaced("ann", old)
-    if observer.state.halted:
-        resume(mixed, tap)
-    observer.wait_until(lambda: observer.moving("ann", "bob"), "ann and bob to move again")
+    plays_on(mixed, tap, "ann", "bob")
     now = observer.body("ann").pose
     assert abs(now.x - before.x) < 5.0, "the new player knows where its robot is"
     assert before.y - 60.0 < now.y < before.y + 5.0
@@ -156,13 +172,10 @@ def test_the_drives_stop_the_motors_of_a_player_in_an_endless_loop(
     watchdog = messages.AxisError.WATCHDOG_TIMER_EXPIRED
     observer.wait_until(lambda: tap.errors(2) & watchdog and tap.errors(3) & watchdog, "the drives to say why")
     match.wait_replaced("bob", old)
-    if observer.state.halted:
-        resume(match, tap)
-    observer.wait_until(lambda: observer.moving("ann", "bob"), "both to move again")
+    plays_on(match, tap, "ann", "bob")
 
 
 def test_a_drive_that_faults_halts_the_match_until_an_official_recovers_it(mixed: Match, tap: Tap) -> None:
-    observer = mixed.observer
     vrg_can(mixed, "fault", "error", "--id", "2", "--value", "0x2000")
     halted_because(mixed, "bob: node 2: MOTOR_OVER_TEMP")
     stays(mixed, tap, 2, 3)
@@ -170,8 +183,7 @@ def test_a_drive_that_faults_halts_the_match_until_an_official_recovers_it(mixed
     assert refused.returncode != 0
     assert "MOTOR_OVER_TEMP" in refused.stdout + refused.stderr
     mixed.command("official", "recover", "bob", "--reason", "it has cooled down")
-    resume(mixed, tap)
-    observer.wait_until(lambda: observer.moving("ann", "bob"), "both to move again")
+    plays_on(mixed, tap, "ann", "bob")
 
 
 def test_the_emergency_stop_reaches_the_drives_and_is_released_by_hand(mixed: Match, tap: Tap) -> None:
@@ -187,8 +199,7 @@ def test_the_emergency_stop_reaches_the_drives_and_is_released_by_hand(mixed: Ma
     mixed.command("estop", "--release")
     observer.wait_until(lambda: not any(tap.errors(n) & estop for n in range(4)), "every drive to be released")
     stays(mixed, tap, 0, 1, 2, 3)
-    resume(mixed, tap)
-    observer.wait_until(lambda: observer.moving("ann", "bob"), "both to move again")
+    plays_on(mixed, tap, "ann", "bob")
 
 
 def test_a_button_at_a_drive_halts_the_match(mixed: Match, tap: Tap) -> None:
@@ -198,8 +209,7 @@ def test_a_button_at_a_drive_halts_the_match(mixed: Match, tap: Tap) -> None:
     stays(mixed, tap, 0, 1)
     mixed.command("estop", "--release")
     observer.wait_until(lambda: not tap.errors(1), "the drive to be released")
-    resume(mixed, tap)
-    observer.wait_until(lambda: observer.moving("ann", "bob"), "both to move again")
+    plays_on(mixed, tap, "ann", "bob")
 
 
 def test_drives_that_die_are_missed_and_come_back_after_a_recovery(mixed: Match, tap: Tap) -> None:
@@ -213,7 +223,7 @@ def test_drives_that_die_are_missed_and_come_back_after_a_recovery(mixed: Match,
     stays(mixed, tap, 0, 1, 2, 3)
     mixed.command("official", "recover")
     mixed.resume()
-    observer.wait_until(lambda: observer.moving("ann", "bob"), "both to move again")
+    plays_on(mixed, tap, "ann", "bob")
 
 
 def test_a_second_player_of_a_live_robot_is_refused_and_the_robot_notices_nothing(
@@ -237,10 +247,13 @@ def test_a_second_player_of_a_live_robot_is_refused_and_the_robot_notices_nothin
     heard = [report.body for report in observer.heard.reports["ann"][reports:]]
     assert len(heard) > 5
     assert [report.fault for report in heard if report.latched] == []
-    assert tap.late(*WIRING["ann"], since=since) or all(report.armed for report in heard)
+    # On a busy machine a setpoint may come late: the first player then arms its drives again, which is its own start.
+    late = tap.late(*WIRING["ann"], since=since)
+    assert late or all(report.armed for report in heard)
+    orders = [messages.Command.VERSION, *([] if late else [messages.Command.SET_CONTROLLER_MODE])]
     for node in WIRING["ann"]:
         assert tap.count(node, messages.Command.SET_INPUT_VEL, since) > 5
-        for order in (messages.Command.VERSION, messages.Command.SET_CONTROLLER_MODE):
+        for order in orders:
             assert tap.count(node, order, since) == 0, f"somebody has met node {node}"
     observer.wait_until(lambda: observer.moving("ann"), "ann to move")
     assert observer.playing
@@ -272,7 +285,12 @@ def test_a_match_of_robots_of_two_protocols_and_virtual_ones_is_played_to_its_en
     match = start(text)
     observer = match.observer
     assert "rate 1, not 2: ann, bob cannot be hurried" in match.said()
-    observer.wait_until(lambda: observer.state.stage is m.Stage.GAME_OVER, "the game to be over", patience=180.0)
+
+    def over() -> bool:
+        observer.go_on()
+        return observer.state.stage is m.Stage.GAME_OVER
+
+    observer.wait_until(over, "the game to be over", patience=180.0)
     assert match.wait_ended(patience=120.0) == 0
     result = json.loads(match.run.result.read_text())
     assert result["ended"] == "game over"

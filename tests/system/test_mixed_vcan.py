@@ -1,6 +1,5 @@
 """Matches of physical and virtual robots on a CAN interface of the kernel."""
 
-import os
 import subprocess
 from collections.abc import Callable
 
@@ -9,17 +8,13 @@ import pytest
 from tests.system.conftest import Arena
 from tests.system.harness import Match, match_text
 from tests.system.tap import Tap
-from tests.vcan import INTERFACE, VCAN
+from tests.vcan import IN_REAL_TIME, INTERFACE, VCAN
 from vrg.hal.can.link import Link
 from vrg.hal.can.odrive import messages
 
 pytestmark = [pytest.mark.system, pytest.mark.vcan]
 
 WIRING = {"ann": (0, 1), "bob": (2, 3)}
-IN_REAL_TIME = pytest.mark.skipif(
-    os.environ.get("VRG_VCAN") == "uml",
-    reason="a user-mode kernel has one CPU and is too slow for a dozen processes in real time",
-)
 
 
 @IN_REAL_TIME

@@ -114,6 +114,12 @@ def test_no_banner_covers_the_field(scene_at, changes, size):
     assert min(y for _, y in corners) >= min(banner, size[1] // 2)
 
 
+def test_banners_name_no_keys_that_have_no_meaning_in_a_window(scene_at):
+    scene, area = scene_at(10.0, halted="rain"), pygame.Rect(0, 0, 940, 800)
+    with_hints, without = BannerPainter(Fonts()), BannerPainter(Fonts(), hints=False)
+    assert without.height(area, scene, 1.0) < with_hints.height(area, scene, 1.0), "one line less"
+
+
 @pytest.mark.parametrize("size", [(800, 600), (1280, 800)])
 def test_the_list_of_24_players_leaves_room_for_the_referees_words(scene_at, size):
     few = scene_at(10.0)

@@ -132,11 +132,11 @@ def test_a_players_speed_and_battery_are_known():
 
 def test_the_emergency_stop_is_shown_until_it_is_released_everywhere():
     builder = SceneBuilder()
-    builder.estop(m.Estop(engaged=True, by="anna", reason="smoke"))
+    builder.estop(m.Estop(by="anna", reason="smoke"))
     assert builder.build(True).estop
     assert builder.build(True).estop_reason == "pressed by anna: smoke"
     builder.clock(m.Clock(time=1.0, tick=1, epoch=0, rate=1.0, estop=True))
-    builder.estop(m.Estop(engaged=False, by="anna"))
+    builder.estop(m.EstopRelease(by="anna"))
     assert builder.build(True).estop, "the world's own latch still holds"
     builder.clock(m.Clock(time=1.1, tick=2, epoch=0, rate=1.0, estop=False))
     assert not builder.build(True).estop
@@ -164,7 +164,7 @@ def test_the_inlets_bring_everything_that_a_scene_is_made_of(keys):
         (keys.poses, synthetic.poses(9.0)),
         (keys.referee_state, synthetic.state(9.0)),
         (keys.report("nemo"), m.Report(mode="x", armed=True)),
-        (keys.estop, m.Estop(engaged=True, by="anna")),
+        (keys.estop, m.Estop(by="anna")),
         (keys.referee_event, synthetic.calls(9.0)[0]),
     ):
         match.say(mailbox, topic, body, 9.0, 0)

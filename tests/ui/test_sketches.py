@@ -90,6 +90,7 @@ def test_sightings_of_the_round_are_dots_in_the_colour_of_their_player(axes):
 
 
 def test_the_legend_explains_only_what_is_there():
-    assert list(Thoughts().legend()) == []
+    moments = [Moment("*", "dispatched", thought=True)]
+    assert list(Thoughts().legend(moments)) == []
     seen = {"ann": [m.Sighting(x=0.0, y=0.0, time=0.0, xx=1.0, xy=0.0, yy=1.0)]}
-    assert [str(line.get_label()) for line in Thoughts(seen).legend()] == ["sighting, by its player"]
+    assert [str(line.get_label()) for line in Thoughts(seen).legend(moments)] == ["sighting, by its player"]

@@ -49,7 +49,7 @@ def test_keys_become_messages(window, match):
     press(pygame.K_h)
     match.step(window, 5.1, 1)
     stop, halt = said(window)
-    assert stop == m.Estop(engaged=True, by="spectator")
+    assert stop == m.Estop(by="spectator")
     assert halt.action is m.OfficialAction.HALT
 
 
@@ -95,7 +95,7 @@ def test_without_a_clock_nobody_is_driven_but_everything_can_be_stopped(window, 
     press(pygame.K_SPACE)
     window.mailbox.handover(5.0)
     window.tick(Tick(5.0, live=False))
-    assert said(window) == [m.Estop(engaged=True, by="spectator")]
+    assert said(window) == [m.Estop(by="spectator")]
     assert not window.scene.live
 
 

@@ -105,6 +105,9 @@ class Automaton(Generic[V, C]):
     def __init__(self, agent: Agent[V, C]) -> None:
         self._agent = agent
         self._modes = {mode.name: mode for mode in agent.modes}
+        self._outer = _by_source(agent.transitions)
+        self._inner = {mode.name: _by_source(mode.transitions) for mode in agent.modes}
+        self._controls = {(mode.name, s.name): s.control for mode in agent.modes for s in mode.submodes}
         self.mode: str | None = None
         self.submode: str | None = None
 
@@ -122,15 +125,15 @@ class Automaton(Generic[V, C]):
         if self.mode is None:
             self._enter(self._agent.initial(view))
         else:
-            outer = _fired(self._agent.transitions, self.mode, view)
+            outer = _fired(self._outer.get(self.mode, ()), view)
             if outer is not None:
                 self._enter(outer.target)
         assert self.mode is not None
-        mode = self._modes[self.mode]
-        inner = _fired(mode.transitions, self.submode or "", view)
+        assert self.submode is not None
+        inner = _fired(self._inner[self.mode].get(self.submode, ()), view)
         if inner is not None:
             self.submode = inner.target
-        return next(s for s in mode.submodes if s.name == self.submode).control(view)
+        return self._controls[self.mode, self.submode](view)
 
     def restart(self) -> None:
         """Begin anew at the next step. Use it for events from outside the automaton, such as an overruled call."""
@@ -141,5 +144,16 @@ class Automaton(Generic[V, C]):
         self.submode = self._modes[name].submodes[0].name
 
 
-def _fired(transitions: Sequence[Transition[V]], source: str, view: V) -> Transition[V] | None:
-    return next((t for t in transitions if t.source == source and t.when(view)), None)
+def _by_source(transitions: Sequence[Transition[V]]) -> dict[str, list[Transition[V]]]:
+    """The transitions from each mode or submode, in the order of declaration."""
+    found: dict[str, list[Transition[V]]] = {}
+    for transition in transitions:
+        found.setdefault(transition.source, []).append(transition)
+    return found
+
+
+def _fired(transitions: Sequence[Transition[V]], view: V) -> Transition[V] | None:
+    for transition in transitions:
+        if transition.when(view):
+            return transition
+    return None

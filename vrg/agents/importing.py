@@ -22,6 +22,8 @@ def import_object(target: str, base: Path) -> object:
     module_name, _, name = target.rpartition(":")
     if not module_name or not name:
         raise ConfigError([f"expected `module:Class` or `file.py:Class`, got {target!r}"])
+    if module_name.endswith(".py") and not (base / module_name).is_file():
+        raise ConfigError([f"{target}: no such file: {(base / module_name).resolve()}"])
     try:
         if module_name.endswith(".py"):
             module = _import_file((base / module_name).resolve())

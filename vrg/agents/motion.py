@@ -1,47 +1,68 @@
 """Estimates of speeds: those of all players from where they were seen, and the top speed of one's own robot."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Final
 
+from vrg.shared import shared
 from vrg.types import Vector
 
 SMOOTHING = 0.5
 """The weight of the newest difference, 0 to 1."""
 
 
-class VelocityEstimator:
-    """Estimates velocities as smoothed differences of positions.
+@dataclass(frozen=True, slots=True)
+class _Motion:
+    """Where everybody was seen last (m), when that was (s), and how fast they move (m/s)."""
 
-    Attributes:
-        velocities: the newest estimate for every name, in m/s.
-    """
+    stamp: float | None
+    positions: Mapping[str, Vector]
+    velocities: Mapping[str, Vector]
+
+
+_UNSEEN: Final = _Motion(None, {}, {})
+
+
+class VelocityEstimator:
+    """Estimates velocities as smoothed differences of positions."""
 
     def __init__(self) -> None:
-        self._stamp: float | None = None
-        self._positions: dict[str, Vector] = {}
-        self.velocities: dict[str, Vector] = {}
+        self._motion = _UNSEEN
+
+    @property
+    def velocities(self) -> Mapping[str, Vector]:
+        """The newest estimate for every name, in m/s."""
+        return self._motion.velocities
 
     def update(self, stamp: float, positions: Mapping[str, Vector]) -> None:
         """Take in new positions. Positions with an old stamp change nothing.
 
         Args:
-            stamp: the match time of the positions, s. positions: each player's position by name, m.
+            stamp: the match time of the positions, s.
+            positions: each player's position by name, m. Nobody may change them afterwards.
         """
-        if self._stamp is not None and stamp <= self._stamp:
-            if stamp < self._stamp - 1.0:
-                self._stamp = None  # time has stepped back: the world was restarted from a snapshot
-            return
-        dt = stamp - self._stamp if self._stamp is not None else 0.0
-        for name, position in positions.items():
-            before = self._positions.get(name)
-            if before is None or dt <= 0:
-                self.velocities[name] = (0.0, 0.0)
-                continue
-            vx, vy = self.velocities[name]
-            self.velocities[name] = (
-                vx + SMOOTHING * ((position[0] - before[0]) / dt - vx),
-                vy + SMOOTHING * ((position[1] - before[1]) / dt - vy),
-            )
-        self._stamp, self._positions = stamp, dict(positions)
+        self._motion = _moved(self._motion, stamp, positions)
+
+
+@shared
+def _moved(before: _Motion, stamp: float, positions: Mapping[str, Vector]) -> _Motion:
+    """The motion after new positions were seen."""
+    if before.stamp is not None and stamp <= before.stamp:
+        if stamp < before.stamp - 1.0:
+            # Time has stepped back: the world was restarted from a snapshot.
+            return replace(before, stamp=None)
+        return before
+    dt = stamp - before.stamp if before.stamp is not None else 0.0
+    velocities: dict[str, Vector] = {}  # of those that are seen now
+    for name, (x, y) in positions.items():
+        last = before.positions.get(name)
+        if last is None or dt <= 0:
+            velocities[name] = (0.0, 0.0)
+            continue
+        vx, vy = before.velocities[name]
+        velocities[name] = (vx + SMOOTHING * ((x - last[0]) / dt - vx), vy + SMOOTHING * ((y - last[1]) / dt - vy))
+    return _Motion(stamp, positions, MappingProxyType(velocities))
 
 
 class TopSpeed:

@@ -1,28 +1,32 @@
 """The player's runtime: it reads the robot, decides who may command it, and asks the strategy.
 
 From the strongest to the weakest, these command the robot: the emergency stop, a stopped clock, a silent or halting
-referee, a human with a lease, the strategy. If a tick ends with any but the last two, the robot is stopped.
+referee, the referee's lease, a human with a lease, the strategy. If a tick ends with any of the first three, the robot
+is stopped.
 
 A tick has two halves. `look` returns the view, or None if the robot has to stand still; `drive` takes an action. So an
 outer loop can ask for views and give actions in place of a strategy.
 """
 
+from collections.abc import Mapping
 from typing import Any
 
 from vrg.agents.motion import VelocityEstimator
 from vrg.agents.strategy import Action, Strategy, View, action_of
+from vrg.agents.team import TeamChannel
 from vrg.agents.telling import Telling
 from vrg.blame import DecisionTimeoutError, failure_of, place_of_method
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import RefereeState, Report, shortened
+from vrg.bus.messages import PlayerStatus, RefereeState, Report, shortened
 from vrg.bus.node import Node, Tick, is_fresh
 from vrg.bus.radio import Radio
 from vrg.bus.topics import Keys
 from vrg.errors import RobotError, StaleDataError, StrategyError
 from vrg.hal.device import Device
 from vrg.hal.readings import Readings
-from vrg.types import STILL, Twist
+from vrg.shared import shared
+from vrg.types import STILL, Twist, Vector
 
 EMERGENCY = "emergency stop"
 NO_REFEREE = "no referee"
@@ -43,6 +47,7 @@ class Player(Node):
     Args:
         mailbox: the node's own mailbox. keys: the keys of the match.
         device: the device of its robot. `start` connects it; it is armed only when the referee lets the match go on.
+        team: the team that it plays for.
         strategy: decides what the robot does while nothing stronger commands it.
         radio: the radio to its team.
         period: the match time between ticks, s.
@@ -57,6 +62,7 @@ class Player(Node):
         device: Device,
         strategy: Strategy,
         *,
+        team: str,
         radio: Radio,
         period: float = PERIOD,
     ) -> None:
@@ -66,6 +72,7 @@ class Player(Node):
         self._strategy = strategy
         self._telling = Telling(mailbox, keys, self.name, radio)
         self._referee = mailbox.subscribe(keys.referee_state)
+        self._team = TeamChannel(keys, mailbox, self.name, team)
         self._motion = VelocityEstimator()
         self._fault: str | None = None
         self._latched = False
@@ -117,7 +124,7 @@ class Player(Node):
         return view
 
     def drive(self, view: View, action: Action) -> None:
-        """Carry out an action. The twist is replaced if a human holds the lease or the player may not move.
+        """Carry out an action. Its twist does not count while the referee or a human leases the robot.
 
         Raises:
             StrategyError: what the action says cannot be sent to the team, or it has been no finite motion for long.
@@ -127,11 +134,13 @@ class Player(Node):
         except Exception as error:
             raise self._wrong(f"what it says cannot be sent: {error}") from None
         twist = action.twist if self._makes_sense(action.twist) else STILL
-        manual = self._device.lease(view.time)
-        self._manual = manual is not None
-        if self._manual:
+        lease, manual = view.me.lease, self._device.lease(view.time)
+        self._manual = manual is not None and lease is None
+        if lease is not None:
+            self._mode = "Referee"
+        elif self._manual:
             self._mode = "Manual"
-        self._send((manual or twist) if view.me.may_move else STILL)
+        self._send(lease or manual or twist if view.me.may_move else STILL)
 
     def give_way(self, why: str) -> None:
         """Stop the robot and report why, in place of a tick: the strategy has failed."""
@@ -177,28 +186,29 @@ class Player(Node):
             (not tick.live, "no clock"),
             (self._device.estop or state.estop, EMERGENCY),
             (not is_fresh(referee.stamp, tick.time, REFEREE_TIMEOUT), NO_REFEREE),
-            (state.player(self.name) is None, "not in this match"),
+            (self.name not in _statuses(state), "not in this match"),
             (state.halted is not None, "halt"),
         )
         return next((why for stands, why in checks if stands), None)
 
     def _view(self, tick: Tick, referee: Received[RefereeState], readings: Readings) -> View | None:
-        me = referee.body.player(self.name)
+        state = self._team.seen(referee.body, referee.stamp)
+        me = _statuses(state).get(self.name)
         ins = readings.ins
         if me is None or ins is None or ins.age > SENSOR_TIMEOUT:
             age = "never came" if ins is None else f"is {ins.age:.1f} s old"
             self._fault = f"{self.name}: its own pose {age}"
             return None
-        seen = {p.name: (p.pose.x, p.pose.y) for p in referee.body.players if p.pose is not None}
-        self._motion.update(referee.stamp, seen)
+        self._motion.update(referee.stamp, _positions(state))
         return View(
             time=tick.time,
             me=me,
             readings=readings,
-            referee=referee.body,
+            referee=state,
             velocities=self._motion.velocities,
             robot=self._device.features,
             pose=ins.value.pose,
+            priority=self._team.priority(tick.time, self._strategy.priorities),
             heard=self._telling.heard((ins.value.pose.x, ins.value.pose.y)),
         )
 
@@ -248,7 +258,8 @@ class Player(Node):
             self._fault = str(error)
             return None
         self._latched = readings.latched
-        self._battery = None if readings.battery is None else readings.battery.value.charge
+        battery = readings.battery
+        self._battery = None if battery is None else battery.value.charge
         if readings.age > SENSOR_TIMEOUT:
             self._fault = readings.fault or f"the newest reading of {self.name} is {readings.age:.1f} s old"
             return None
@@ -279,3 +290,15 @@ class Player(Node):
             # The robot was disarmed since its last reading. The next tick tries to arm it again.
             self._fault = str(error)
             self._device.stop()
+
+
+@shared
+def _statuses(state: RefereeState) -> Mapping[str, PlayerStatus]:
+    """The players by name."""
+    return {player.name: player for player in state.players}
+
+
+@shared
+def _positions(state: RefereeState) -> Mapping[str, Vector]:
+    """The positions that the referee has published, by the player's name, m."""
+    return {player.name: (player.pose.x, player.pose.y) for player in state.players if player.pose is not None}

@@ -2,8 +2,9 @@
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
-from vrg.agents.control import scaled
+from vrg.navigation.control import scaled
 from vrg.regions import Region
 from vrg.types import Vector
 
@@ -18,7 +19,7 @@ def descent(position: Vector, safe: Region, sharks: Sequence[Vector]) -> Vector:
     F grows linearly with the distance from the safe zone, and falls linearly with the distance from the barycentre of
     the sharks. So each of the two parts of the gradient has a constant length: 1 and SHARK_WEIGHT.
     """
-    target = safe.shrunk(0.5).nearest(*position)
+    target = _core(safe).nearest(*position)
     ux, uy = scaled((target[0] - position[0], target[1] - position[1]), 1.0)
     if sharks:
         bx = sum(s[0] for s in sharks) / len(sharks)
@@ -26,6 +27,12 @@ def descent(position: Vector, safe: Region, sharks: Sequence[Vector]) -> Vector:
         ax, ay = scaled((position[0] - bx, position[1] - by), SHARK_WEIGHT)
         ux, uy = ux + ax, uy + ay
     return ux, uy
+
+
+@lru_cache(maxsize=16)
+def _core(safe: Region) -> Region:
+    """What of the safe zone is not near its border."""
+    return safe.shrunk(0.5)
 
 
 def evade(position: Vector, shark: Vector, safe: Region, bounds: Region) -> Vector:

@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, ClassVar
 
 from vrg.bus.messages import PlayerStatus, RefereeState, Sighting, Stroke
 from vrg.bus.radio import Heard
@@ -42,11 +42,13 @@ class View:
         me: this player as the referee sees it.
         readings: the readings of its own robot.
         referee: the referee's state, which everybody is told.
-        velocities: the velocity (x, y) of every player whose pose is published, by its name, m/s in the map's frame. It
-            is estimated from those poses.
+        velocities: the velocity (x, y) of every player whose pose this player is told, by its name, m/s in the map's
+            frame. It is estimated from those poses.
         robot: the description of its own robot.
         pose: where this player is according to its robot's own measurement, in the map's frame.
         heard: what others of its team have said since the last tick.
+        priority: what the person who commands the team wants, one of the strategy's `priorities`; None if nobody
+            commands it.
     """
 
     time: float
@@ -57,6 +59,7 @@ class View:
     robot: RobotModel
     pose: Pose
     heard: Sequence[Heard] = ()
+    priority: str | None = None
 
     @property
     def position(self) -> Vector:
@@ -84,11 +87,19 @@ class Strategy(ABC):
     Args:
         name: the player's name.
         robot: the description of its robot.
+
+    Attributes:
+        priorities: the names of the priorities that a person who commands the team may set; see `View.priority`.
+        seed: a number from the seed of the match, the same for all players of a team. A strategy that plays by chance
+            draws from it, so that a match can be played again. It is set before the first `act`.
     """
+
+    priorities: ClassVar[Sequence[str]] = ()
 
     def __init__(self, name: str, robot: RobotModel) -> None:
         self.name = name
         self.robot = robot
+        self.seed = 0
 
     @property
     def mode(self) -> str:
@@ -116,6 +127,8 @@ def action_of(answer: object) -> Action:
     twist = action.twist
     if not isinstance(twist, Twist):
         raise TypeError(f"expected a Twist(v, w) or an Action, got {answer!r}")
+    if type(twist.v) is float and type(twist.w) is float:
+        return action
     try:
         plain = Twist(float(twist.v), float(twist.w))
     except (TypeError, ValueError, OverflowError):

@@ -3,6 +3,7 @@
 On the wire a message is a MessagePack array `[version, sequence, stamp, body]`; body is a map by field name.
 """
 
+import threading
 from typing import Annotated, Generic, TypeVar
 
 import msgspec
@@ -17,9 +18,10 @@ T_co = TypeVar("T_co", bound=Message, covariant=True)
 _encoder = msgspec.msgpack.Encoder()
 _header = msgspec.msgpack.Decoder(tuple[int, Annotated[int, Meta(ge=0)], Annotated[float, Meta(ge=0.0, le=1e8)], Raw])
 _bodies: dict[type[Message], msgspec.msgpack.Decoder[Message]] = {}
+_making = threading.Lock()
 
 
-class Received(Struct, Generic[T_co], frozen=True):
+class Received(Struct, Generic[T_co], frozen=True, gc=False):
     """A message that has arrived, with its key, its stamp and its number.
 
     Args:
@@ -64,6 +66,29 @@ def plain(value: object) -> object:
     raise TypeError(f"expected numbers, texts, lists and tables, got {type(value).__name__}")
 
 
+def header(payload: bytes, key: str) -> tuple[int, float]:
+    """The number and the stamp of a message, without its body: (sequence, match time in s).
+
+    Raises:
+        MessageError: the payload is no message.
+    """
+    try:
+        _, sequence, stamp, _ = _header.decode(payload)
+    except (msgspec.DecodeError, msgspec.ValidationError, UnicodeDecodeError, RecursionError) as error:
+        raise MessageError(f"{key}: expected a message: {error}") from None
+    return sequence, stamp
+
+
+def _new_decoder(message_type: type[Message]) -> msgspec.msgpack.Decoder[Message]:
+    # msgspec describes a type to itself when it first meets it. A description that another thread has only half made
+    # crashes the process, so one thread at a time makes decoders.
+    with _making:
+        decoder = _bodies.get(message_type)
+        if decoder is None:
+            decoder = _bodies[message_type] = msgspec.msgpack.Decoder(message_type)
+        return decoder
+
+
 def decode(payload: bytes, message_type: type[T], key: str) -> Received[T]:
     """Decode and validate a message.
 
@@ -71,9 +96,7 @@ def decode(payload: bytes, message_type: type[T], key: str) -> Received[T]:
         MessageError: the payload is truncated, nested too deep or of another version, a field is unknown or missing, or
             a value is out of range or NaN.
     """
-    decoder = _bodies.get(message_type)
-    if decoder is None:
-        decoder = _bodies[message_type] = msgspec.msgpack.Decoder(message_type)
+    decoder = _bodies.get(message_type) or _new_decoder(message_type)
     try:
         version, sequence, stamp, raw = _header.decode(payload)
         if version != message_type.version:

@@ -8,7 +8,7 @@ none of them an advantage.
 
 from collections.abc import Sequence
 
-from vrg.bus.codec import decode, encode
+from vrg.bus.codec import Received, decode, encode
 from vrg.bus.mailbox import Inlet, Mailbox, Outgoing
 from vrg.bus.messages import Message
 from vrg.bus.node import Node, Tick, due_index
@@ -30,10 +30,16 @@ class Lockstep:
         self._strict = strict
         self._started = False
         self._nodes = sorted(nodes, key=lambda node: (node.kind, node.name))
-        self._due = {id(node): -1 for node in self._nodes}
+        self._due = {node.period: -1 for node in self._nodes}
         self._routes: dict[str, list[Inlet[Message]]] = {}
+        self._exact: dict[str, list[Inlet[Message]]] = {}
         self._ticks = 0
-        self._inlets = [inlet for node in [world, *self._nodes] for inlet in node.mailbox.inlets]
+        self._patterns: list[Inlet[Message]] = []
+        for inlet in (inlet for node in [world, *self._nodes] for inlet in node.mailbox.inlets):
+            if "*" in inlet.topic.key:
+                self._patterns.append(inlet)
+            else:
+                self._exact.setdefault(inlet.topic.key, []).append(inlet)
 
     @property
     def time(self) -> float:
@@ -55,15 +61,13 @@ class Lockstep:
         tick = Tick(time)
         self._call(self._world, tick)
         self._deliver(self._world.mailbox)
-        called = []
-        for node in self._nodes:
-            index = due_index(time, node.period)
-            if index != self._due[id(node)]:
-                self._due[id(node)] = index
+        periods = self._complete(time)
+        if periods:
+            called = [node for node in self._nodes if node.period in periods]
+            for node in called:
                 self._call(node, tick)
-                called.append(node)
-        for node in called:
-            self._deliver(node.mailbox)
+            for node in called:
+                self._deliver(node.mailbox)
         self._ticks += 1
 
     def stop(self) -> None:
@@ -73,6 +77,16 @@ class Lockstep:
             self._deliver(node.mailbox)
         self._call(self._world, Tick(self._ticks * self._world.period))
         self._world.stop()
+
+    def _complete(self, time: float) -> set[float]:
+        """The periods of which one more is complete, so that the nodes with this period are due."""
+        complete = set()
+        for period, before in self._due.items():
+            index = due_index(time, period)
+            if index != before:
+                self._due[period] = index
+                complete.add(period)
+        return complete
 
     @staticmethod
     def _call(node: Node, tick: Tick) -> None:
@@ -85,18 +99,20 @@ class Lockstep:
 
     def _deliver(self, mailbox: Mailbox) -> None:
         for sent in mailbox.collect():
-            out = _over_the_wire(sent) if self._strict else sent
-            key = out.message.key
-            inlets = self._routes.get(key)
+            message = _over_the_wire(sent) if self._strict else sent.message
+            inlets = self._routes.get(message.key)
             if inlets is None:
-                inlets = [i for i in self._inlets if key_matches(i.topic.key, key)]
-                self._routes[key] = inlets
+                inlets = self._routes[message.key] = self._route(message.key)
             for inlet in inlets:
-                inlet.offer(out.message)
+                inlet.waiting.append(message)
+
+    def _route(self, key: str) -> list[Inlet[Message]]:
+        """Whoever hears what comes on a key."""
+        return self._exact.get(key, []) + [inlet for inlet in self._patterns if key_matches(inlet.topic.key, key)]
 
 
-def _over_the_wire(out: Outgoing) -> Outgoing:
+def _over_the_wire(out: Outgoing) -> Received[Message]:
     """The message as its receivers would get it from the bus."""
     message = out.message
     payload = encode(message.body, message.stamp, message.sequence)
-    return Outgoing(out.topic, decode(payload, out.topic.type, message.key))
+    return decode(payload, out.topic.type, message.key)

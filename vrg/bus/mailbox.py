@@ -51,10 +51,12 @@ class Inlet(Generic[T]):
     @property
     def latest(self) -> Received[T] | None:
         """The newest message of all keys of the topic, or None before the first."""
+        if not self.by_key:
+            return None
         if len(self.by_key) == 1:
             (only,) = self.by_key.values()
             return only
-        return max(self.by_key.values(), key=_order, default=None)
+        return max(self.by_key.values(), key=_order)
 
     def take(self) -> list[Received[T]]:
         """Return the messages handed over since the last call.
@@ -102,21 +104,22 @@ class Inlet(Generic[T]):
         waiting, self.waiting = self.waiting, []
         if len(waiting) > 1:
             waiting.sort(key=_order)
+        by_key, news = self.by_key, self._news
         for message in waiting:
-            self.by_key[message.key] = message
+            key = message.key
+            by_key[key] = message
+            if not self._queued:
+                # Only the newest of a key stays, at the place in the order that belongs to it.
+                news.pop(key, None)
+                news[key] = message
         if self._queued:
-            self._events.extend(waiting)
+            self._events += waiting
             if len(self._events) > QUEUE_LIMIT:
                 self.dropped += len(self._events) - QUEUE_LIMIT
                 del self._events[:-QUEUE_LIMIT]
-        else:
-            for message in waiting:
-                # Only the newest of a key stays, at the place in the order that belongs to it.
-                self._news.pop(message.key, None)
-                self._news[message.key] = message
 
 
-class Outgoing(Struct, frozen=True):
+class Outgoing(Struct, frozen=True, gc=False):
     """A message on its way out, with its topic."""
 
     topic: Topic[Message]

@@ -6,6 +6,7 @@ import uuid
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from vrg.bus.clock_tracker import ClockTracker
 from vrg.bus.mailbox import Inlet, Mailbox
 from vrg.bus.messages import Message, Pulse
 from vrg.bus.node import Node, Tick, due_index
@@ -98,7 +99,7 @@ def run_node(
     session.attach(node.mailbox, clock.wake_for_alarms)
     claim(session, keys, node.kind, node.name)
     statistics = Statistics(cpu=-time.process_time(), wall=-time.monotonic())
-    pulse = _Pulse(session, keys, node)
+    pulse = _Pulse(session, keys, node, clock.tracker)
     last = -1
     try:
         node.start()
@@ -136,6 +137,7 @@ class _HeardClock:
         now: the match time of the newest clock message, s.
         heard: True if there has been such a message.
         stalled: True if none has come for STALL seconds of real time, or the router is away and nothing is heard.
+        tracker: knows how this process' clock runs against the match clock.
     """
 
     def __init__(self, session: Session, keys: Keys) -> None:
@@ -145,6 +147,7 @@ class _HeardClock:
         self._arrived = AutoResetEvent()
         self._epoch = self._tick = 0
         self._heard_at = time.monotonic()
+        self.tracker = ClockTracker()
         self.now = 0.0
         self.heard = False
         self.stalled = False
@@ -166,6 +169,7 @@ class _HeardClock:
         restarted = False
         for message in self._inlet.take():
             self.now, self._heard_at = message.stamp, time.monotonic()
+            self.tracker.heard(message.stamp, message.body.rate, self._heard_at)
             self.heard, self.stalled = True, False
             restarted |= message.body.epoch != self._epoch or message.body.tick < self._tick
             self._epoch, self._tick = message.body.epoch, message.body.tick
@@ -230,10 +234,16 @@ def run_world(
 
 
 class _Pulse:
-    """Publishes at regular times that the thread that ticks a node is not stuck."""
+    """Publishes at regular times that the thread that ticks a node is not stuck.
 
-    def __init__(self, session: Session, keys: Keys, node: Node) -> None:
+    Args:
+        tracker: knows how the process' clock runs against the match clock; None in the world's own process.
+    """
+
+    def __init__(self, session: Session, keys: Keys, node: Node, tracker: ClockTracker | None = None) -> None:
         self._session = session
+        self._tracker = tracker
+        self._before = (time.monotonic(), 0)
         self._topic = keys.pulse(node.kind, node.name)
         self._mailbox = Mailbox()
         self._next = 0.0
@@ -242,7 +252,17 @@ class _Pulse:
         now = time.monotonic()
         if now >= self._next:
             self._next = now + PULSE_PERIOD
-            self._mailbox.publish(self._topic, Pulse(ticks=statistics.ticks, missed=statistics.missed))
+            since, ticks = self._before
+            self._before = (now, statistics.ticks)
+            estimate = None if self._tracker is None else self._tracker.estimate()
+            pulse = Pulse(
+                ticks=statistics.ticks,
+                missed=statistics.missed,
+                frequency=(statistics.ticks - ticks) / max(now - since, 1e-3),
+                late=None if estimate is None else estimate.late,
+                drift=None if estimate is None else estimate.drift,
+            )
+            self._mailbox.publish(self._topic, pulse)
             self._session.send(self._mailbox.collect())
 
 

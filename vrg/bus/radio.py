@@ -127,6 +127,8 @@ class Radio:
             self._counts.setdefault(speaker, _Count()).take(delay)
             if delay is not None:
                 self._coming.append((message.stamp + delay, message))
+        if not self._coming:
+            return []
         self._coming.sort(key=lambda item: (item[0], item[1].key, item[1].sequence))
         arrived = [message for due, message in self._coming if due <= now + 1e-9]
         self._coming = self._coming[len(arrived) :]

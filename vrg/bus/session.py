@@ -15,22 +15,23 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import timedelta
+from typing import Any
 
 import zenoh
 import zenoh.ext
 
 from vrg.bus.codec import encode
+from vrg.bus.configuration import check_endpoint, client_settings, router_settings
+from vrg.bus.credentials import Credentials
 from vrg.bus.mailbox import QUEUE_LIMIT, Inlet, Mailbox, Outgoing
 from vrg.bus.messages import Message
 from vrg.bus.stopping import StopSignal
 from vrg.bus.topics import Qos, router_alive
-from vrg.errors import BusError
+from vrg.errors import BusError, CredentialsError
 
 log = logging.getLogger(__name__)
 
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
-LEASE_MS = 1000
-"""The time in ms after which a frozen process is noticed. The default of zenoh is ten times as long."""
 EVENTS_KEPT = 64
 """The number of events that a publisher keeps for subscribers that missed some while the router was away."""
 
@@ -47,47 +48,45 @@ _Publisher = zenoh.Publisher | zenoh.ext.AdvancedPublisher
 _Subscriber = zenoh.Subscriber[None] | zenoh.ext.AdvancedSubscriber[None]
 
 
-def configure(mode: str, *, listen: str | None = None, connect: str | None = None) -> zenoh.Config:
-    """The zenoh configuration of every VRG process: explicit endpoints, no scouting, a short lease."""
-    config = zenoh.Config()
-    settings: dict[str, object] = {
-        "mode": mode,
-        "scouting/multicast/enabled": False,
-        "scouting/gossip/enabled": False,
-        "transport/link/tx/lease": LEASE_MS,
-        "transport/link/tx/keep_alive": 4,
-        "connect/retry": {"period_init_ms": 50, "period_max_ms": 200, "period_increase_factor": 1.5},
-    }
-    if listen:
-        settings["listen/endpoints"] = [listen]
-    if connect:
-        settings["connect/endpoints"] = [connect]
-    for path, value in settings.items():
-        config.insert_json5(path, json.dumps(value))
-    return config
+def configuration(settings: dict[str, Any]) -> zenoh.Config:
+    """Zenoh's own form of settings, such as `vrg.bus.configuration.client_settings` makes."""
+    return zenoh.Config.from_json5(json.dumps(settings))
 
 
 @contextmanager
 def open_session(
-    endpoint: str = DEFAULT_ENDPOINT, *, patience: float = 10.0, stop: StopSignal | None = None
+    endpoint: str = DEFAULT_ENDPOINT,
+    *,
+    patience: float = 10.0,
+    stop: StopSignal | None = None,
+    credentials: Credentials | None = None,
+    shared_memory: bool = True,
 ) -> Iterator["Session"]:
     """Connect to the router at `endpoint`; try for `patience` seconds of real time.
 
+    Args:
+        credentials: those of the seat of this process, if the router lets only seats in.
+        shared_memory: False for a process that may make none, because it is sealed.
+
     Raises:
         BusError: no router answers there, or `endpoint` is no endpoint.
+        CredentialsError: the router does not let this seat in, or is not the one of this match.
         KeyboardInterrupt: `stop` was set while trying.
     """
-    _check_endpoint(endpoint)
+    check_endpoint(endpoint, credentials)
     stop = stop or threading.Event()
     deadline = time.monotonic() + patience
     while True:
         try:
-            raw = zenoh.open(configure("client", connect=endpoint))
+            raw = zenoh.open(configuration(client_settings(endpoint, credentials, shared_memory=shared_memory)))
             break
         except zenoh.ZError as error:
+            if credentials is not None:
+                _check_handshake(endpoint, credentials)
             if time.monotonic() >= deadline:
+                seats = "" if credentials is None else " with seats"
                 raise BusError(
-                    f"expected a router at {endpoint}, but none answered in {patience:g} s: "
+                    f"expected a router{seats} at {endpoint}, but none answered in {patience:g} s: "
                     f"start one with `vrg router`, or name another with --router ({_brief(error)})"
                 ) from None
             if stop.wait(0.1):
@@ -99,9 +98,20 @@ def open_session(
         session.close()
 
 
-def _check_endpoint(endpoint: str) -> None:
-    if "/" not in endpoint:
-        raise BusError(f"expected an endpoint such as tcp/127.0.0.1:7447, got {endpoint!r}")
+def _check_handshake(endpoint: str, credentials: Credentials) -> None:
+    """Find out why a router cannot be reached.
+
+    Raises:
+        CredentialsError: it is there, but it and this seat do not accept each other.
+    """
+    from vrg.bus.handshake import refusal  # noqa: PLC0415 - the library of encryption is loaded only in this case
+
+    refused = refusal(endpoint, credentials)
+    if refused is not None:
+        raise CredentialsError(
+            f"the router at {endpoint} and the seat {credentials.common_name} ({credentials.folder}) do not accept "
+            f"each other: {refused}"
+        )
 
 
 def _brief(error: zenoh.ZError) -> str:
@@ -182,12 +192,19 @@ class Session:
 
         self._subscribers.append(self._raw.liveliness().declare_subscriber(expression, on_sample, history=True))
 
-    def watch_raw(self, expression: str, arrived: Callable[[str, bytes], None]) -> None:
-        """Call `arrived(key, payload)` for each message, without decoding it, on a thread of zenoh's."""
+    def watch_raw(self, expression: str, arrived: Callable[[str, bytes], None], *, history: bool = True) -> None:
+        """Call `arrived(key, payload)` for each message, without decoding it, on a thread of zenoh's.
+
+        Args:
+            history: True asks for the last messages on keys of states, too.
+        """
 
         def on_sample(sample: zenoh.Sample) -> None:
             arrived(str(sample.key_expr), sample.payload.to_bytes())
 
+        if not history:
+            self._subscribers.append(self._raw.declare_subscriber(expression, on_sample))
+            return
         self._subscribers.append(
             zenoh.ext.declare_advanced_subscriber(
                 self._raw,
@@ -261,15 +278,27 @@ def _wait(condition: Callable[[], bool], patience: float) -> bool:
 
 
 @contextmanager
-def open_router(endpoint: str = DEFAULT_ENDPOINT) -> Iterator[None]:
+def open_router(
+    endpoint: str = DEFAULT_ENDPOINT,
+    *,
+    upstream: str | None = None,
+    credentials: Credentials | None = None,
+    access: dict[str, Any] | None = None,
+) -> Iterator[None]:
     """Serve as the router that every process of a match connects to, until the context ends.
+
+    Args:
+        upstream: the endpoint of another router. The two are linked, and linked again whenever the link was lost, so
+            that the clients of both hear one another.
+        credentials: those of the seat `router`; None lets everybody in.
+        access: who may do what, as `vrg.bus.access.rules` makes it; None lets everybody do everything.
 
     Raises:
         BusError: the endpoint is taken or cannot be listened on.
     """
-    _check_endpoint(endpoint)
+    check_endpoint(endpoint, credentials)
     try:
-        raw = zenoh.open(configure("router", listen=endpoint))
+        raw = zenoh.open(configuration(router_settings(endpoint, credentials, access, upstream=upstream)))
     except zenoh.ZError as error:
         raise BusError(
             f"cannot serve a router at {endpoint}: is another one running there? "

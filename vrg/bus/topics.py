@@ -1,17 +1,35 @@
-"""The key map: every key expression of a match, the message that travels on it, and how it is delivered.
+"""The key map: every key expression of a match, the message that travels on it, how it is delivered, and who may.
 
 `Keys` is the table: one line for each key, and nobody else writes a key by hand. docs/bus.md shows it to people who
-write programs in other languages.
+write programs in other languages, and `vrg.bus.access` makes the router's rules of it.
 """
 
 import enum
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar, overload
 
 from vrg.bus import messages as m
 from vrg.bus.names import check_name, chunk_of, name_of
+from vrg.bus.parties import (
+    COMMANDER,
+    DEVICE,
+    EVERYBODY,
+    HOST,
+    LAUNCHER,
+    LOCATING,
+    MATES,
+    OFFICIAL,
+    PLAYER,
+    PLAYING,
+    RECORDER,
+    REFEREE,
+    TRACKING,
+    WINDOW,
+    WORLD,
+    Party,
+)
 
 M = TypeVar("M", bound=m.Message)
 S = TypeVar("S", bound=m.SensorMessage)
@@ -56,14 +74,15 @@ class Line(Generic[M]):
 
     Args:
         path: the key below `vrg/<match>/`. message: the class of the messages on it. qos: how they are delivered.
-        speaker, listeners: who publishes, and who listens, in words. meaning: what the message tells.
+        speakers: who publishes. listeners: who listens; officials may hear everything besides.
+        meaning: what the message tells.
     """
 
     path: str
     message: type[M]
     qos: Qos
-    speaker: str
-    listeners: str
+    speakers: tuple[Party, ...]
+    listeners: tuple[Party, ...]
     meaning: str
 
     @overload
@@ -97,6 +116,16 @@ class NamedLine(Line[M]):
         return topic
 
 
+READINGS = NamedLine(
+    "robot/{robot}/sensor/{kind_of_sensor}/{sensor}", m.SensorMessage, LATEST,
+    (WORLD,), (DEVICE, RECORDER, WINDOW, OFFICIAL),
+    "a reading of this sensor",
+)  # fmt: skip
+"""The line of the readings of all sensors. It is not in `Keys`, because its messages are those of `vrg.hal.sensors`."""
+ALIVE = "alive/{kind}/{name}/{instance}"
+"""The keys of the nodes' liveliness tokens, below `vrg/<match>/`."""
+
+
 class Keys:
     """The topics of one match. The lines below are the whole key map, except for the sensors' keys.
 
@@ -107,59 +136,72 @@ class Keys:
         ConfigError: the name cannot be part of a key.
     """
 
-    clock = Line("clock", m.Clock, LATEST, "world", "all", "match time")
-    poses = Line("poses", m.Poses, LATEST, "world", "referee, windows, recorder", "where every body truly is")
-    world_request = Line("world/request", m.WorldRequest, EVENT, "referee", "world", "spawn, remove, reset, place")
-    world_answer = Line("world/answer", m.WorldAnswer, EVENT, "world", "referee", "whether a request was granted")
-    drive = NamedLine("robot/{robot}/drive", m.Drive, LATEST, "player's device", "world", "the motion to make")
+    clock = Line("clock", m.Clock, LATEST, (WORLD,), PLAYING, "match time")
+    poses = Line("poses", m.Poses, LATEST, (WORLD,), (REFEREE, RECORDER, WINDOW, OFFICIAL), "where every body truly is")
+    world_request = Line("world/request", m.WorldRequest, EVENT, (REFEREE,), (WORLD,), "spawn, remove, reset, place")
+    world_answer = Line("world/answer", m.WorldAnswer, EVENT, (WORLD,), (REFEREE,), "whether a request was granted")
+    drive = NamedLine("robot/{robot}/drive", m.Drive, LATEST, (DEVICE,), (WORLD,), "the motion to make")
     robot_state = NamedLine(
-        "robot/{robot}/state", m.RobotState, LATEST, "world", "player's device", "whether it is armed, stopped, faulty"
-    )
+        "robot/{robot}/state", m.RobotState, LATEST, (WORLD,), (DEVICE, WINDOW),
+        "whether it is armed, stopped, faulty",
+    )  # fmt: skip
     robot_pose = NamedLine(
-        "robot/{robot}/pose", m.MeasuredPose, LATEST, "a physical robot's device, or a motion-capture system",
-        "world, device", "where it was measured to be",
+        "robot/{robot}/pose", m.MeasuredPose, LATEST, (LOCATING, TRACKING), (WORLD, DEVICE, RECORDER, LAUNCHER),
+        "where a physical robot was measured to be",
+    )  # fmt: skip
+    robot_seen = NamedLine(
+        "robot/{robot}/seen", m.MeasuredPose, LATEST, (WORLD,), (DEVICE,),
+        "where the world has a physical robot: a device that was restarted goes on from there",
     )  # fmt: skip
     speed_limit = NamedLine(
-        "robot/{robot}/limit", m.SpeedLimit, STATE, "referee", "device, world", "its top speed in this match"
+        "robot/{robot}/limit", m.SpeedLimit, STATE, (REFEREE,), (DEVICE, WORLD), "its top speed in this match"
     )
-    recover = NamedLine("robot/{robot}/recover", m.Recover, EVENT, "referee", "device", "clear the latched fault")
-    placed = NamedLine("robot/{robot}/placed", m.Placed, EVENT, "referee", "device", "where a person has put it")
+    recover = NamedLine("robot/{robot}/recover", m.Recover, EVENT, (REFEREE,), (DEVICE,), "clear the latched fault")
+    placed = NamedLine("robot/{robot}/placed", m.Placed, EVENT, (REFEREE,), (DEVICE,), "where a person has put it")
     camera_request = NamedLine(
-        "robot/{robot}/camera/request", m.CameraRequest, LATEST, "windows, commands", "world",
+        "robot/{robot}/camera/request", m.CameraRequest, LATEST, (OFFICIAL, WINDOW), (WORLD,),
         "it wants pictures of the robot's camera for a while",
     )  # fmt: skip
-    report = NamedLine("player/{player}/report", m.Report, LATEST, "player", "all", "what it does, what it lacks")
-    manual = NamedLine("player/{player}/manual", m.Manual, LATEST, "windows", "player", "a human drives it for a while")
-    say = NamedLine("team/{team}/say/{player}", m.Say, EVENT, "player", "players of its team", "what it says to them")
+    report = NamedLine(
+        "player/{player}/report", m.Report, LATEST, (PLAYER,),
+        (REFEREE, RECORDER, LAUNCHER, WINDOW, OFFICIAL, COMMANDER), "what it does, what it lacks",
+    )  # fmt: skip
+    manual = NamedLine(
+        "player/{player}/manual", m.Manual, LATEST, (OFFICIAL, COMMANDER), (DEVICE,),
+        "a human drives it for a while",
+    )  # fmt: skip
+    order = NamedLine("team/{team}/order", m.TeamOrder, LATEST, (COMMANDER,), (MATES,), "what the team is to do")
+    sight = NamedLine(
+        "team/{team}/sight", m.Sight, LATEST, (REFEREE,), (MATES, COMMANDER), "whom the team sees, if not everybody"
+    )
+    say = NamedLine("team/{team}/say/{player}", m.Say, EVENT, (PLAYER,), (MATES,), "what it says to its team")
     links = NamedLine(
-        "player/{player}/links", m.Links, STATE, "player", "commands, recorder", "what the radio brought and lost"
+        "player/{player}/links", m.Links, STATE, (PLAYER,), (RECORDER, OFFICIAL), "what the radio brought and lost"
     )
     sightings = NamedLine(
-        "player/{player}/sightings",
-        m.Sightings,
-        EVENT,
-        "player",
-        "referee, windows, recorder",
+        "player/{player}/sightings", m.Sightings, EVENT, (PLAYER,), (REFEREE, RECORDER, WINDOW, OFFICIAL),
         "unknown robots it sees",
-    )
-    bid = NamedLine("player/{player}/bid", m.Bid, EVENT, "player", "referee", "what a lot would cost it")
+    )  # fmt: skip
+    bid = NamedLine("player/{player}/bid", m.Bid, EVENT, (PLAYER,), (REFEREE,), "what a lot would cost it")
     sketch = NamedLine(
-        "player/{player}/sketch",
-        m.Sketch,
-        LATEST,
-        "player",
-        "windows, recorder",
+        "player/{player}/sketch", m.Sketch, LATEST, (PLAYER,), (RECORDER, WINDOW, OFFICIAL, COMMANDER),
         "dots and lines to show",
-    )
+    )  # fmt: skip
     referee_state = Line(
-        "referee/state", m.RefereeState, STATE, "referee", "all", "stage, score, clock, players, zones"
+        "referee/state", m.RefereeState, STATE, (REFEREE,), PLAYING, "stage, score, clock, players, zones"
     )
-    referee_event = Line("referee/event", m.Call, EVENT, "referee", "all", "each call, in words and numbers")
-    official = Line("official", m.Official, EVENT, "windows, commands, launcher", "referee", "what an official decides")
-    estop = Line("estop", m.Estop, EVENT, "anyone", "all", "the emergency stop, engaged or released")
-    seat_request = Line("seat/request", m.SeatRequest, EVENT, "commands", "launcher", "put another player into a seat")
-    seat_answer = Line("seat/answer", m.SeatAnswer, EVENT, "launcher", "commands", "whether that was done")
-    pulse = NamedLine("pulse/{kind}/{name}", m.Pulse, LATEST, "every node", "its supervisor", "it still works")
+    referee_event = Line("referee/event", m.Call, EVENT, (REFEREE,), PLAYING, "each call, in words and numbers")
+    official = Line("official", m.Official, EVENT, (OFFICIAL, LAUNCHER), (REFEREE,), "what an official decides")
+    estop = Line("estop", m.Estop, EVENT, EVERYBODY, PLAYING, "the emergency stop is engaged")
+    estop_release = Line("estop/release", m.EstopRelease, EVENT, (OFFICIAL,), PLAYING, "the emergency stop is released")
+    seat_request = Line(
+        "seat/request", m.SeatRequest, EVENT, (OFFICIAL,), (LAUNCHER,), "put another player into a seat"
+    )
+    seat_answer = Line("seat/answer", m.SeatAnswer, EVENT, (LAUNCHER,), (OFFICIAL,), "whether that was done")
+    processes = Line(
+        "processes", m.Processes, LATEST, (LAUNCHER,), (WINDOW, OFFICIAL), "how the processes of the match are"
+    )
+    pulse = NamedLine("pulse/{kind}/{name}", m.Pulse, LATEST, EVERYBODY, (LAUNCHER, HOST), "it still works")
 
     def __init__(self, match: str) -> None:
         self.match = check_name(match, "match name")
@@ -171,7 +213,8 @@ class Keys:
         Args:
             message: the message class of this kind of sensor. name: the sensor's name on its robot.
         """
-        return Topic(f"{self.root}/robot/{chunk_of(robot)}/sensor/{message.kind}/{chunk_of(name)}", message, LATEST)
+        names = {"robot": chunk_of(robot), "kind_of_sensor": message.kind, "sensor": chunk_of(name)}
+        return Topic(f"{self.root}/{_HOLE.sub(lambda hole: names[hole[1]], READINGS.path)}", message, READINGS.qos)
 
     def alive(self, kind: str = "*", name: str = "*", instance: str = "*") -> str:
         """The key expression of a node's liveliness token.
@@ -179,7 +222,7 @@ class Keys:
         Args:
             instance: an id that tells two processes of one name apart, so that the second can be refused.
         """
-        return f"{self.root}/alive/{kind}/{chunk_of(name)}/{instance}"
+        return f"{self.root}/{ALIVE.format(kind=kind, name=chunk_of(name), instance=instance)}"
 
     def topic_of(
         self, key: str, sensors: Callable[[str], type[m.SensorMessage] | None] = lambda _: None
@@ -193,11 +236,20 @@ class Keys:
             topic = Topic(f"{self.root}/{_HOLE.sub('*', line.path)}", line.message, line.qos)
             if key_matches(topic.key, key):
                 return topic
-        if key_matches(f"{self.root}/robot/*/sensor/*/*", key):
+        if key_matches(f"{self.root}/{_HOLE.sub('*', READINGS.path)}", key):
             _, _, _, robot, _, kind, name = key.split("/")
             message = sensors(kind)
             return None if message is None else self.sensor(message, name_of(robot), name_of(name))
         return None
+
+    @staticmethod
+    def expression(path: str, names: Mapping[str, str] = {}) -> str:
+        """The path of a line with names in place of its holes, and `*` for those that are missing.
+
+        Args:
+            path: such as `robot/{robot}/drive`. names: by hole.
+        """
+        return _HOLE.sub(lambda hole: chunk_of(names.get(hole[1], "*")), path)
 
     @classmethod
     def lines(cls) -> list[Line[Any]]:
@@ -205,9 +257,13 @@ class Keys:
         return [line for line in vars(cls).values() if isinstance(line, Line)]
 
 
+ROUTERS_ALIVE = "vrg-router/*"
+"""The key expression of the liveliness tokens of routers' processes, which belong to no match."""
+
+
 def router_alive(pid: int) -> str:
-    """The key of the liveliness token of a router's process, which belongs to no match."""
-    return f"vrg-router/{pid}"
+    """The key of the liveliness token of a router's process."""
+    return ROUTERS_ALIVE.replace("*", str(pid))
 
 
 def key_matches(expression: str, key: str) -> bool:

@@ -21,7 +21,7 @@ RunArgument = Annotated[Path, typer.Argument(metavar="RUN", help="Run folder, su
 
 def result(run: RunArgument) -> None:
     """Make result.json from the journal of a run, and print how the match ended."""
-    folder, setup = _open(run)
+    folder, setup = ended_run(run)
     standing = read_standing(folder.journal)
     if standing is None:
         raise LaunchError(f"{folder.journal}: nothing was decided in this match")
@@ -30,12 +30,14 @@ def result(run: RunArgument) -> None:
     ended = results.ended_of(state) if over else "broken off: its launcher ended before the match"
     found = results.write_result(setup, folder, state, ended)
     typer.echo(f"{results.headline(found)}{results.summary(found)}")
+    if found["stops"]["sentence"]:
+        typer.echo(found["stops"]["sentence"])
     typer.echo(f"Written to {folder.result}.")
 
 
 def plot(run: RunArgument) -> None:
     """Draw the trajectories of a run from its recording."""
-    folder, setup = _open(run)
+    folder, setup = ended_run(run)
     if not folder.recordings():
         raise LaunchError(f"{folder.path}: expected a recording (recording.mcap), found none: was --no-record given?")
     try:
@@ -45,7 +47,7 @@ def plot(run: RunArgument) -> None:
     typer.echo(f"Written to {folder.plot}.")
 
 
-def _open(run: Path) -> tuple[RunFolder, MatchSetup]:
+def ended_run(run: Path) -> tuple[RunFolder, MatchSetup]:
     """A run folder whose match does not run any more, and the set-up of the match.
 
     Raises:
@@ -55,5 +57,5 @@ def _open(run: Path) -> tuple[RunFolder, MatchSetup]:
     if not folder.setup.is_file():
         raise LaunchError(f"{run}: expected a run folder with a {folder.setup.name}, found none")
     if any(Path(match.run) == run.resolve() for match in running.running()):
-        raise LaunchError(f"{run}: this match still runs; it makes its result and its plot when it ends")
+        raise LaunchError(f"{run}: this match still runs: ask again when it has ended")
     return folder, read_setup(folder.setup)

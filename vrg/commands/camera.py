@@ -13,7 +13,7 @@ from vrg.bus.messages import CameraRequest
 from vrg.bus.session import Session
 from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys
-from vrg.commands.options import EndpointOption, NameOption, which_match
+from vrg.commands.options import EndpointOption, KeysOption, NameOption, which_match
 from vrg.commands.topic import arrivals_on, listening
 from vrg.errors import BusError, ConfigError, MessageError
 from vrg.hal.sensors.camera import Camera
@@ -31,13 +31,14 @@ def camera(
     file: Annotated[Path, typer.Argument(metavar="FILE.png", help="The file to write; it may exist already.")],
     match: NameOption = None,
     router: EndpointOption = None,
+    seats: KeysOption = None,
 ) -> None:
     """Save a picture of what the camera of a robot sees now."""
     if file.suffix.lower() != ".png":
         raise ConfigError([f"expected a file that ends in .png, got {file}"])
     name, endpoint = which_match(match, router)
     keys = Keys(name)
-    with listening(endpoint) as (stop, session):
+    with listening(endpoint, seats) as (stop, session):
         picture = _picture(session, keys, robot, stop)
     if picture is None:
         return

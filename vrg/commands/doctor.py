@@ -1,37 +1,23 @@
 """The command `vrg doctor`, which checks whether this machine has what VRG needs."""
 
 import importlib
-import json
 import os
 import platform
 import re
 import sys
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
 from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 from typing import Annotated
 
+import msgspec
 import typer
 
 from vrg.bus.session import DEFAULT_ENDPOINT, open_router, open_session
 from vrg.errors import VrgError
-from vrg.launch.local import free_endpoint
+from vrg.launch.endpoints import free_endpoint
+from vrg.launch.findings import Finding
 from vrg.launch.running import running
-
-
-@dataclass(frozen=True)
-class Finding:
-    """The result of one check.
-
-    Args:
-        what: the name of what was checked. text: the result in words.
-        good: True or False for what VRG needs; None for what is only good to know.
-    """
-
-    what: str
-    good: bool | None
-    text: str
 
 
 def _python() -> Finding:
@@ -92,20 +78,39 @@ def _can() -> Finding:
     return Finding("CAN", None, ", ".join(found) or "no interface: scripts/with-vcan gives a command a virtual one")
 
 
+def _sandbox() -> Finding:
+    from vrg.launch.sandbox.seal import missing  # most commands seal nothing
+
+    return Finding("sandbox", None, missing() or "players can be sealed")
+
+
 def _matches() -> Finding:
     found = running()
     return Finding("matches", None, ", ".join(f"{m.match} at {m.router}" for m in found) or "none runs here")
 
 
-def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for scripts.")] = False) -> None:
+def doctor(
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for scripts.")] = False,
+    machines: Annotated[
+        Path | None, typer.Option(metavar="match.toml", help="Check the machines that a match file names, too.")
+    ] = None,
+) -> None:
     """Check this machine: Python, packages, bus, physics, CAN, display. Status 1 if something needed is missing."""
-    checks: list[Callable[[], Finding]] = [_python, _bus, _physics, _can, _display, _matches]
-    findings = [*[_package(name) for name in _packages()], *[check() for check in checks]]
+    checks: list[Callable[[], Finding]] = [_python, _bus, _physics, _can, _display, _sandbox, _matches]
+    findings = {"": [*[_package(name) for name in _packages()], *[check() for check in checks]]}
+    if machines is not None:
+        from vrg.commands.doctor_machines import examine_machines  # it loads what reaches other machines
+
+        findings |= examine_machines(machines)
     if as_json:
-        typer.echo(json.dumps([asdict(f) for f in findings]))
+        everything = findings if machines is not None else findings[""]
+        typer.echo(msgspec.json.encode(everything).decode())
     else:
         marks = {True: "ok  ", False: "BAD ", None: "info"}
-        for finding in findings:
-            typer.echo(f"{marks[finding.good]}  {finding.what:<14} {finding.text}")
-    if any(f.good is False for f in findings):
+        for machine, found in findings.items():
+            if machine:
+                typer.echo(f"\n{machine}")
+            for finding in found:
+                typer.echo(f"{marks[finding.good]}  {finding.what:<14} {finding.text}")
+    if any(finding.good is False for found in findings.values() for finding in found):
         raise typer.Exit(1)

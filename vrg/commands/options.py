@@ -1,5 +1,6 @@
 """Options that several subcommands share."""
 
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -8,9 +9,11 @@ from typing import Annotated
 
 import typer
 
+from vrg.bus.credentials import Credentials, find_credentials
+from vrg.bus.seats import Seat
 from vrg.bus.session import DEFAULT_ENDPOINT
 from vrg.bus.stopping import Stop, stop_on_signals
-from vrg.errors import ConfigError
+from vrg.errors import ConfigError, LaunchError
 
 MatchArgument = Annotated[
     str, typer.Argument(metavar="GAME|match.toml", help="A match file, or a game's name for its default match.")
@@ -20,6 +23,13 @@ RunOption = Annotated[Path | None, typer.Option("--run", help="Run folder to wri
 LeashOption = Annotated[bool, typer.Option("--leash", hidden=True)]
 NameOption = Annotated[str | None, typer.Option("--match", help="Name of the match; needed if several run.")]
 EndpointOption = Annotated[str | None, typer.Option("--router", help="Endpoint of its router; needed if several run.")]
+
+KEYS_VARIABLE = "VRG_KEYS"
+"""The variable that may name the folder of the keys in place of --keys."""
+KeysOption = Annotated[
+    Path | None,
+    typer.Option("--keys", envvar=KEYS_VARIABLE, help="Folder of the keys of the match's seats; see `vrg keys`."),
+]
 
 
 @contextmanager
@@ -46,6 +56,36 @@ def which_match(match: str | None, router: str | None) -> tuple[str, str]:
     return running.find(match, router, DEFAULT_ENDPOINT)
 
 
+def keys_of(endpoint: str, typed: Path | None) -> Path | None:
+    """The folder of the keys of a running match; None where its router wants none, or nobody knows the folder.
+
+    Args:
+        typed: what was typed with --keys, or is in VRG_KEYS. If a match that runs on this machine has told where its
+            keys are, only what was typed stands above that: the variable may be meant for another match.
+    """
+    if typed is not None and str(typed) != os.environ.get(KEYS_VARIABLE):
+        # An endpoint that has no use for them is told.
+        return typed
+    if not endpoint.startswith("tls/"):
+        return None
+    from vrg.launch import running  # only commands on a running match need platformdirs
+
+    return next((Path(m.keys) for m in running.running() if m.router == endpoint and m.keys), typed)
+
+
+def credentials_for(endpoint: str, typed: Path | None, *seats: Seat) -> Credentials | None:
+    """The keys with which a command on a running match opens a session; None where the router wants none.
+
+    Args:
+        typed: as for `keys_of`. seats: the seats that will do, the preferred one first.
+
+    Raises:
+        CredentialsError: there are no keys of such a seat.
+    """
+    keys = keys_of(endpoint, typed)
+    return None if keys is None else find_credentials(keys, seats)
+
+
 def own_match(match: str | None, router: str | None, what: str) -> tuple[str, str]:
     """The (match, endpoint) that a command means which changes a running match.
 
@@ -69,6 +109,18 @@ def own_match(match: str | None, router: str | None, what: str) -> tuple[str, st
         if not typer.confirm(f"{told}: {what}?"):
             raise typer.Exit(1)
     return name, endpoint
+
+
+def need_display() -> None:
+    """Make sure that a window can be opened.
+
+    Raises:
+        LaunchError: no screen answers.
+    """
+    from vrg.ui.spectator import display_available  # pygame takes half a second to load
+
+    if not display_available():
+        raise LaunchError("expected a display to open a window on, found none: set DISPLAY or WAYLAND_DISPLAY")
 
 
 def whole_target(strategy: str) -> str:

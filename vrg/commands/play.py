@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from vrg.commands.options import MatchArgument
+from vrg.commands.options import KeysOption, MatchArgument
 from vrg.launch.fork_server import fork_server
 
 
@@ -31,6 +31,20 @@ RateOption = Annotated[
 HeadlessOption = Annotated[bool, typer.Option("--headless", help="Open no window, even if there is a display.")]
 RunsOption = Annotated[Path, typer.Option(help="Folder in which the run folder is made.")]
 RecordOption = Annotated[bool, typer.Option(help="Record for Foxglove and the plot.")]
+DryRunOption = Annotated[
+    bool, typer.Option("--dry-run", help="Print which process would run on which machine; start nothing.")
+]
+HereOption = Annotated[
+    bool, typer.Option("--here", help="Run everything on this machine, whatever the match file says.")
+]
+SeatsOption = Annotated[
+    bool | None,
+    typer.Option("--seats/--no-seats", help="Let only seats with keys in; the default is the match file's."),
+]
+SandboxOption = Annotated[
+    bool | None,
+    typer.Option("--sandbox/--no-sandbox", help="Seal players' processes; the default is the match file's."),
+]
 SeedOption = Annotated[int | None, typer.Option(min=0, help="Seed that replaces the match file's.")]
 
 
@@ -59,14 +73,34 @@ def play(
     headless: HeadlessOption = False,
     runs: RunsOption = Path("runs"),
     record: RecordOption = True,
+    here: HereOption = False,
+    dry_run: DryRunOption = False,
+    seats: SeatsOption = None,
+    keys: KeysOption = None,
+    sandbox: SandboxOption = None,
 ) -> None:
-    """Play a match on this machine, show it, and say who won and where the run is recorded."""
+    """Play a match, show it, and say who won and where the run is recorded."""
     speed = rate_of(rate, in_process)
+    if in_process and (seats or sandbox):
+        raise typer.BadParameter(
+            f"{'--seats' if seats else '--sandbox'} needs processes: a match in one process has no seats and no "
+            "sandboxes; leave --in-process out"
+        )
     # The fork server loads what the match's processes need while this process loads the code that checks match files.
-    with fork_server(wanted=not in_process) as server:
+    with fork_server(wanted=not (in_process or dry_run)) as server:
         from vrg.commands.playing import Wish, play_match
 
-        wish = Wish(in_process=in_process, paced=rate not in (None, "max"), window=not headless, record=record)
+        wish = Wish(
+            in_process=in_process,
+            paced=rate not in (None, "max"),
+            window=not headless,
+            record=record,
+            here=here or in_process,
+            dry=dry_run,
+            seats=seats,
+            keys=keys if seats is not False else None,
+            sandbox=sandbox,
+        )
         play_match(match, runs, wish, server, engine=engine, seed=seed, rate=speed)
 
 

@@ -2,7 +2,6 @@
 
 import os
 import sys
-import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,27 +11,23 @@ from pathlib import Path
 import typer
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, TextColumn
 
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import RefereeState, Stage
 from vrg.bus.node import Node
-from vrg.bus.process import run_node
-from vrg.bus.session import DEFAULT_ENDPOINT, Session, open_session
 from vrg.bus.stopping import Stop, stop_on_signals
+from vrg.commands.launching import Security, Show, play_processes
+from vrg.commands.plan import print_plan
 from vrg.config.loading import check_strategies, load_match, match_path
 from vrg.config.setup import MatchSetup, write_setup
 from vrg.errors import LaunchError
 from vrg.launch import in_process, nodes
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.keeping import keep, keep_layout
-from vrg.launch.local import LocalMatch, free_endpoint
 from vrg.launch.result import ended_of, headline, plot, summary, write_result
 from vrg.launch.run_folder import RunFolder
+from vrg.launch.specs import WINDOW
 from vrg.ui.table import TerminalTable
-
-ENDPOINTS_TRIED = 3
-"""The number of endpoints that are tried. Launchers that are started together may choose the same one at first."""
 
 
 @dataclass(frozen=True)
@@ -43,12 +38,21 @@ class Wish:
         in_process: True plays the match in one process.
         paced: True if a rate was typed as a number. Otherwise a match in one process is as fast as possible.
         window: True opens a window, if there is a display. record: True records for Foxglove and the plot.
+        here: True runs everything on this machine. dry: True only prints what would run where.
+        seats: True plays with seats, False without; None as the match file says.
+        keys: the folder of the keys of the match's seats; None makes keys for this run alone.
+        sandbox: True seals the processes of players, False does not; None as the match file says.
     """
 
     in_process: bool
     paced: bool
     window: bool
     record: bool
+    here: bool = False
+    dry: bool = False
+    seats: bool | None = None
+    keys: Path | None = None
+    sandbox: bool | None = None
 
 
 def play_match(
@@ -62,7 +66,7 @@ def play_match(
     rate: float | None,
     base: Path | None = None,
 ) -> None:
-    """Play a match on this machine, show it, and say who won and where the run is recorded.
+    """Play a match, show it, and say who won and where the run is recorded.
 
     Args:
         match: a match file, or a game's name. runs: the folder for run folders.
@@ -76,11 +80,18 @@ def play_match(
         LaunchError: a process does not start, or dies too often.
         typer.Exit: with status 130 if the match was interrupted, or 1 if it was broken off.
     """
-    setup = load_match(match_path(match), base=base, engine=engine, seed=seed, rate=rate)
+    setup = load_match(match_path(match), base=base, engine=engine, seed=seed, rate=rate, sandbox=wish.sandbox)
+    if wish.here:
+        setup = setup.all_here()
+    console = Console(highlight=False)
+    elsewhere = WINDOW in setup.place
+    show = Show(console, window=wish.window and (elsewhere or _has_display()), record=wish.record)
+    if wish.dry:
+        print_plan(setup, console, window=show.window, record=show.record)
+        return
     if wish.in_process:
         check_strategies(setup, nodes.strategy_of)
     folder = RunFolder.create(runs, setup.name, datetime.now(), setup.text)
-    console = Console(highlight=False)
     try:
         keep(setup, folder)
     except OSError as error:
@@ -96,7 +107,6 @@ def play_match(
         f"{setup.name}: {setup.game}, seed {setup.seed}, {setup.engine}; run in {folder.path}",
         soft_wrap=True,
     )
-    show = Show(console, window=wish.window and _has_display(), record=wish.record)
     if setup.rate != setup.wanted_rate:
         console.print(f"rate {setup.rate:g}, not {setup.wanted_rate:g}: {', '.join(setup.physical)} cannot be hurried")
     state: RefereeState | None
@@ -106,28 +116,12 @@ def play_match(
             setup = setup if wish.paced else setup.at_rate(0.0)
             state, failure = _play_in_process(setup, folder, show, stop, paced=wish.paced)
         else:
-            state, failure = _play_processes(setup, folder, show, stop, server)
+            secured = wish.keys is not None or (setup.seats if wish.seats is None else wish.seats)
+            security = Security(wanted=secured, given=wish.keys)
+            state, failure = play_processes(setup, folder, show, stop, server, security)
     _conclude(setup, folder, show, state, interrupted=stop.is_set(), failure=failure)
     if failure is not None:
         raise failure
-
-
-@dataclass(frozen=True)
-class Show:
-    """What people see of a match, and what is kept of it.
-
-    Args:
-        console: where texts are printed.
-        window: True opens the spectator. record: True records for Foxglove and the plot.
-    """
-
-    console: Console
-    window: bool
-    record: bool
-
-    def announce(self, text: str) -> None:
-        """Print what happens to the processes."""
-        self.console.print(f"[yellow]{escape(text)}[/yellow]")
 
 
 def _has_display() -> bool:
@@ -168,66 +162,6 @@ def _pace(stop: Stop, rate: float) -> Callable[[float], bool]:
     return wait
 
 
-def _play_processes(
-    setup: MatchSetup, folder: RunFolder, show: Show, stop: Stop, server: ForkServer
-) -> tuple[RefereeState | None, LaunchError | None]:
-    """Play the match as processes. Return the last state of the referee, and the error if the match was given up."""
-    local = _served(setup, folder, show, stop, server)
-    if local is None:
-        return None, None
-    if local.endpoint != DEFAULT_ENDPOINT:
-        show.console.print(f"router {local.endpoint}, because another program has the port of the usual one")
-    done = threading.Event()
-    table = threading.Thread(target=_show_table, args=(setup, local.endpoint, show.console, done))
-    bar = Progress(TextColumn("starting {task.description}"), BarColumn(), console=show.console, transient=True)
-    with bar as progress:
-        task = progress.add_task("processes", total=len(local.names) - 1)
-
-        def ready(name: str) -> None:
-            progress.update(task, advance=1, description=name)
-
-        def started(_session: Session) -> None:
-            progress.stop()
-            table.start()
-
-        def ending() -> None:
-            done.set()
-            if table.ident is not None:
-                table.join()
-
-        try:
-            local.run(stop, progress=ready, started=started, ending=ending, until_closed=show.window)
-        except LaunchError as failure:
-            return local.state, failure
-        return local.state, None
-
-
-def _served(setup: MatchSetup, folder: RunFolder, show: Show, stop: Stop, server: ForkServer) -> LocalMatch | None:
-    """Start the router of a match at the first endpoint where it can run; return None if that was interrupted."""
-    attempt = 1
-    while True:
-        local = LocalMatch(
-            setup,
-            folder,
-            free_endpoint(),
-            window=show.window,
-            record=show.record,
-            announce=show.announce,
-            server=server,
-        )
-        try:
-            return local if local.serve(stop) else None
-        except LaunchError:
-            if attempt == ENDPOINTS_TRIED:
-                raise
-            attempt += 1
-
-
-def _show_table(setup: MatchSetup, endpoint: str, console: Console, done: threading.Event) -> None:
-    with open_session(endpoint) as session:
-        run_node(TerminalTable("terminal", Mailbox(), setup.keys, console=console), session, setup.keys, done)
-
-
 def _conclude(
     setup: MatchSetup,
     folder: RunFolder,
@@ -258,6 +192,8 @@ def _conclude(
         except (OSError, ValueError) as error:
             show.announce(f"no plot of the trajectories: {error}")
     show.console.print(f"[bold]{escape(headline(result))}[/bold]{summary(result)}", soft_wrap=True)
+    if result["stops"]["sentence"]:
+        show.console.print(escape(result["stops"]["sentence"]), soft_wrap=True)
     kept = (folder.result, folder.journal, *folder.recordings(), folder.plot)
     show.console.print(f"Recorded in {folder.path}: {', '.join(p.name for p in kept if p.exists())}", soft_wrap=True)
     if not over and failure is None:

@@ -11,7 +11,7 @@ from vrg.bus.codec import Received, decode
 from vrg.bus.messages import SensorMessage
 from vrg.bus.names import chunk_of, name_of
 from vrg.bus.topics import Keys
-from vrg.commands.options import EndpointOption, NameOption, which_match
+from vrg.commands.options import EndpointOption, KeysOption, NameOption, which_match
 from vrg.commands.topic import arrivals_on, listening
 from vrg.errors import MessageError
 from vrg.hal.sensors import message_of
@@ -27,6 +27,7 @@ def sensors(
     robot: Annotated[str, typer.Argument(metavar="ROBOT", help="Name of a robot, which is that of its player.")],
     match: NameOption = None,
     router: EndpointOption = None,
+    seats: KeysOption = None,
     seconds: Annotated[
         float | None, typer.Option(min=0.5, help="Show one table after so long, real time, and end.")
     ] = None,
@@ -35,7 +36,7 @@ def sensors(
     name, endpoint = which_match(match, router)
     keys, console = Keys(name), Console(highlight=False)
     watched, now, begun, told = Watched(), 0.0, time.monotonic(), False
-    with listening(endpoint) as (stop, session):
+    with listening(endpoint, seats) as (stop, session):
         arrivals = arrivals_on(session, f"{keys.root}/robot/{chunk_of(robot)}/sensor/**")
         with Live(console=console, auto_refresh=False, transient=False) as live:
             while not stop.wait(REDRAW if seconds is None else seconds):

@@ -9,10 +9,11 @@ import typer
 
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import SeatRequest
+from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import open_session
 from vrg.bus.topics import Keys
 from vrg.commands.official import me
-from vrg.commands.options import EndpointOption, which_match, whole_target
+from vrg.commands.options import EndpointOption, KeysOption, credentials_for, which_match, whole_target
 from vrg.errors import BusError, ConfigError
 
 _PATIENCE = 10.0
@@ -24,6 +25,7 @@ def substitute(
     player: Annotated[str, typer.Argument(help="Name of the player.")],
     strategy: Annotated[str, typer.Argument(help="What it plays by from now on, such as mine.py:Mine.")],
     router: EndpointOption = None,
+    seats: KeysOption = None,
 ) -> None:
     """Let a player go on with another strategy, or with the mended one. One that was disqualified plays again.
 
@@ -36,7 +38,8 @@ def substitute(
     name, endpoint = which_match(match, router)
     keys, mailbox, number = Keys(name), Mailbox(), uuid.uuid4().hex
     answers = mailbox.subscribe(keys.seat_answer)
-    with open_session(endpoint, patience=_PATIENCE) as session:
+    credentials = credentials_for(endpoint, seats, Seat(SeatKind.OFFICIAL))
+    with open_session(endpoint, patience=_PATIENCE, credentials=credentials) as session:
         session.attach(mailbox)
         mailbox.publish(keys.seat_request, SeatRequest(player=player, strategy=target, by=me(), id=number))
         for out in (sent := mailbox.collect()):

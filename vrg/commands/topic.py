@@ -9,6 +9,7 @@ from collections import Counter, deque
 from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import pairwise
+from pathlib import Path
 from typing import Annotated, Any
 
 import msgspec
@@ -16,10 +17,11 @@ import typer
 
 from vrg.bus.codec import decode
 from vrg.bus.names import name_of
+from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import Session, open_session
 from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys, key_matches
-from vrg.commands.options import EndpointOption, NameOption, stoppable, which_match
+from vrg.commands.options import EndpointOption, KeysOption, NameOption, credentials_for, stoppable, which_match
 from vrg.errors import MessageError
 from vrg.hal.sensors import message_of
 
@@ -51,9 +53,14 @@ def _plain(keys: Keys, key: str, payload: bytes) -> dict[str, Any]:
 
 
 @contextmanager
-def listening(endpoint: str) -> Iterator[tuple[Stop, Session]]:
-    """A session with the router of a running match, and a Stop that Ctrl-C sets."""
-    with stoppable() as stop, open_session(endpoint, patience=3.0, stop=stop) as session:
+def listening(endpoint: str, seats: Path | None) -> Iterator[tuple[Stop, Session]]:
+    """A session with the router of a running match, and a Stop that Ctrl-C sets.
+
+    Args:
+        seats: the folder of keys that was typed, if one was.
+    """
+    credentials = credentials_for(endpoint, seats, Seat(SeatKind.OFFICIAL), Seat(SeatKind.WINDOW))
+    with stoppable() as stop, open_session(endpoint, patience=3.0, stop=stop, credentials=credentials) as session:
         yield stop, session
 
 
@@ -73,6 +80,7 @@ def arrivals_on(session: Session, expression: str) -> queue.Queue[tuple[str, byt
 def list_topics(
     match: NameOption = None,
     router: EndpointOption = None,
+    seats: KeysOption = None,
     seconds: Annotated[float, typer.Option(min=0.1, max=60, help="How long to listen, real time.")] = 2.0,
     as_json: JsonOption = False,
 ) -> None:
@@ -86,7 +94,7 @@ def list_topics(
         counts[key] += 1
         sizes[key] += len(payload)
 
-    with listening(endpoint) as (stop, session):
+    with listening(endpoint, seats) as (stop, session):
         session.watch_raw(f"{keys.root}/**", arrived)
         stop.wait(seconds)
         nodes = sorted("/".join(map(name_of, key.split("/")[3:5])) for key in session.alive(keys.alive()))
@@ -108,6 +116,7 @@ def echo(
     key: KeyArgument,
     match: NameOption = None,
     router: EndpointOption = None,
+    seats: KeysOption = None,
     count: CountOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -116,7 +125,7 @@ def echo(
     keys = Keys(name)
     shown = 0
     quiet_at = time.monotonic() + QUIET
-    with listening(endpoint) as (stop, session):
+    with listening(endpoint, seats) as (stop, session):
         arrivals = arrivals_on(session, _full_key(keys, key))
         while not stop.is_set() and (count is None or shown < count):
             try:
@@ -136,6 +145,7 @@ def hz(
     key: KeyArgument,
     match: NameOption = None,
     router: EndpointOption = None,
+    seats: KeysOption = None,
     count: CountOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -150,7 +160,7 @@ def hz(
             times.append(time.monotonic())
 
     reports = 0
-    with listening(endpoint) as (stop, session):
+    with listening(endpoint, seats) as (stop, session):
         session.watch_raw(expression, arrived)
         while not stop.wait(1.0) and (count is None or reports < count):
             since = time.monotonic() - 1.0

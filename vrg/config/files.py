@@ -5,8 +5,10 @@ from typing import Any, Literal
 
 from pydantic import Field, field_validator
 
+from vrg.bus.hosts import check_host
 from vrg.bus.names import NAME_RULE, is_name, normal
 from vrg.bus.radio_settings import LinkSettings, RadioSettings
+from vrg.config.setup import HERE
 from vrg.games import GAMES
 from vrg.hal.backends import BACKENDS
 from vrg.hal.models import MODELS
@@ -14,8 +16,12 @@ from vrg.hal.sim.engines import ENGINES
 from vrg.tables import Table, known_in
 from vrg.types import Pose
 
-PROCESS_NAMES = ("router", "world", "referee", "recorder", "spectator", "drives")
+PLACED = ("router", "world", "referee", "recorder", "spectator")
+"""The names of the processes of every match."""
+PROCESS_NAMES = (*PLACED, "drives")
 """The names of other processes. A player cannot have one of them, as its process and log are named after it."""
+RESERVED = ("router-", "host-", "drives-")
+"""What the names of further processes and logs begin with, in a match that spans several machines."""
 
 
 def _check_name(value: str) -> str:
@@ -38,6 +44,7 @@ class PlayerEntry(Table):
             program publishes it, for example a motion-capture system.
         sensors: the numbers of its robot's own sensors, in place of those of the match; see `MatchFile`.
         camera: True lets the world take pictures of the robot's camera, for `readings.camera`. They cost much time.
+        machine: the machine on which its process runs: `here`, where the match is launched, or one of `machines`.
     """
 
     name: str
@@ -51,11 +58,12 @@ class PlayerEntry(Table):
     localisation: Literal["odometry", "feed"] = "odometry"
     sensors: dict[str, dict[str, Any]] = Field(default_factory=dict)
     camera: bool = False
+    machine: str = HERE
 
     @field_validator("name")
     @classmethod
     def _name(cls, value: str) -> str:
-        if value in PROCESS_NAMES:
+        if value in PROCESS_NAMES or value.startswith(RESERVED):
             raise ValueError(f"{value!r} is the name of another process of a match")
         return _check_name(value)
 
@@ -73,6 +81,43 @@ class PlayerEntry(Table):
     def pose(self) -> Pose:
         """The player's pose at the start, in m and rad."""
         return Pose(self.x, self.y, math.radians(self.heading))
+
+
+class TeamTable(Table):
+    """One [teams.NAME] table of a match file.
+
+    Args:
+        strategy: the strategy of each player of the team that names no other.
+    """
+
+    strategy: str | None = None
+
+
+class MachineTable(Table):
+    """One [machines.NAME] table of a match file.
+
+    Args:
+        host: what `ssh` connects to: a host of the user's ssh configuration, or `user@address`. The machine `here` has
+            none.
+        address: the address or name at which the other machines reach this one, if its router runs there. The default
+            is the one that ssh has used.
+        vrg: the command `vrg` on that machine. display: the display on that machine for windows, such as `:0`.
+        router: True runs a further router there, which is linked to the router of the match. The machine's own
+            processes use it.
+        via: the machine whose further router the processes of this machine use.
+    """
+
+    host: str | None = Field(None, pattern=r"^[A-Za-z0-9_][^\s]*$")
+    address: str | None = None
+    vrg: str = Field("vrg", pattern=r"^[A-Za-z0-9_./~+-]+$")
+    display: str | None = Field(None, pattern=r"^[A-Za-z0-9_:./-]+$")
+    router: bool = False
+    via: str | None = None
+
+    @field_validator("address")
+    @classmethod
+    def _address(cls, value: str | None) -> str | None:
+        return None if value is None else check_host(value)
 
 
 class LinkTable(Table):
@@ -141,13 +186,24 @@ class MatchFile(Table):
         on_fault: what follows if a player fails for good, as its program fails too often, hangs, prints without end or
             uses too much memory: `disqualify` takes it out and plays on, `halt` halts the match.
         memory: the most memory that a player's process may use, MB.
+        seats: True lets only processes with keys into the match, and each only as its seat may; see docs/seats.md. The
+            default is True in a match that spans several machines, and False in others.
+        sandbox: True seals the process of each player before its code is loaded, so that it can only play; see
+            docs/players.md. The default is True for the strategies that are files (`file.py:Class`) of a match with
+            seats, and False for others. It holds only where players have processes of their own.
         radio: how well players hear one another; without it, every message arrives at once.
+        sight: how far a team sees, m: its players are told the poses only of those opponents that are so near to one of
+            them. Without it, they are told all poses that the game publishes.
+        teams: what holds for all players of a team, by the team's name, such as `[teams.red]`.
         rules: the game's own settings.
         sensors: numbers of the robots' sensors, in place of those of the robots' models. Each kind of sensor has a
             table, such as `[sensors.laser]`, with fields of its spec: `noise = 0.03`, `drop_out = 0.1`. It holds for
             every robot that has such a sensor. `[players.sensors.laser]` below a player holds for that player's robot
             alone. Of a physical robot, only the sensors that the world simulates change.
         backends: the settings of the backends that have any, by name.
+        machines: the further machines on which processes of the match run, by names of their own.
+        place: the machines of the processes that are no players, by the process' name: `world = "lab2"`. What is
+            missing runs `here`, where the match is launched; the companions of a robot run where its player runs.
         players: the players, at least one.
     """
 
@@ -161,16 +217,30 @@ class MatchFile(Table):
     noise: bool = True
     on_fault: Literal["disqualify", "halt"] = "disqualify"
     memory: int = Field(2000, ge=200, le=1_000_000)
+    seats: bool | None = None
+    sandbox: bool | None = None
     radio: RadioTable | None = None
+    sight: float | None = Field(None, gt=0, le=1e5)
+    teams: dict[str, TeamTable] = Field(default_factory=dict)
     rules: dict[str, Any]
     sensors: dict[str, dict[str, Any]] = Field(default_factory=dict)
     backends: dict[str, dict[str, Any]] = Field(default_factory=dict)
+    machines: dict[str, MachineTable] = Field(default_factory=dict)
+    place: dict[str, str] = Field(default_factory=dict)
     players: list[PlayerEntry] = Field(min_length=1)
 
     @field_validator("name")
     @classmethod
     def _name(cls, value: str) -> str:
         return _check_name(value)
+
+    @field_validator("machines")
+    @classmethod
+    def _machines(cls, value: dict[str, MachineTable]) -> dict[str, MachineTable]:
+        for name in value:
+            if not is_name(name):
+                raise ValueError(f"{NAME_RULE}, got {name!r}")
+        return value
 
     @field_validator("game")
     @classmethod

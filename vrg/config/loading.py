@@ -1,5 +1,6 @@
 """The reader of match files, which checks everything in them."""
 
+import dataclasses
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -10,6 +11,7 @@ from pydantic import ValidationError
 
 from vrg.bus.radio_settings import PERFECT_RADIO
 from vrg.config.files import MatchFile
+from vrg.config.machines import machine_problems, machines_of
 from vrg.config.radio import radio_problems
 from vrg.config.rules import rulebook_of
 from vrg.config.sensors import sensor_problems, sensors_of
@@ -124,6 +126,8 @@ class _Checker:
         self._base = base
         self._numbers: list[int] | None = None
         """The numbers in the file of the players that are checked; None if they are all."""
+        self._companions_at: dict[str, str] = {}
+        """The machine of each companion, by the companion's name."""
         self.problems: list[Problem] = []
 
     def check(self, data: dict[str, Any], text: str, origin: str) -> MatchSetup | None:
@@ -144,6 +148,9 @@ class _Checker:
         companions = self._check_backends(file)
         self.problems += radio_problems(file.radio, None if self._numbers else {p.name for p in file.players})
         self.problems += sensor_problems(file.sensors)
+        self.problems += self._team_problems(file)
+        self.problems += machine_problems(file, [companion.name for companion in companions])
+        machines, place = machines_of(file, self._companions_at)
         players = [player for number in range(len(file.players)) if (player := self._player(file, number))]
         setup = MatchSetup(
             text=text,
@@ -160,11 +167,16 @@ class _Checker:
             noise=file.noise,
             on_fault=file.on_fault,
             memory=file.memory,
+            wanted_seats=file.seats,
+            wanted_sandbox=file.sandbox,
             rules=file.rules,
             backends=file.backends,
             players=players,
             companions=companions,
             radio=PERFECT_RADIO if file.radio is None else file.radio.settings,
+            sight=file.sight,
+            machines=machines,
+            place=place,
         )
         self.problems += check_setup(setup.world)
         if not self.problems:
@@ -237,14 +249,10 @@ class _Checker:
             return None
         if entry.localisation != "odometry" and not backend.physical:
             self.problems.append(Problem("a virtual robot has none: leave it out", (*where, "localisation")))
-        strategy = entry.strategy or role.strategy or game.strategy
-        if ":" not in strategy:
-            if strategy not in STRATEGIES:
-                text = f"{STRATEGIES.expected(strategy)}; or `module:Class`, or `file.py:Class`"
-                self.problems.append(Problem(text, (*where, "strategy")))
-                return None
-        elif (path := strategy.rpartition(":")[0]).endswith(".py") and not (self._base / path).is_file():
-            self.problems.append(Problem(f"{strategy}: no such file: {self._base / path}", (*where, "strategy")))
+        team = file.teams.get(role.team)
+        strategy = entry.strategy or (team.strategy if team else None) or role.strategy or game.strategy
+        if entry.strategy is not None and (wrong := self._strategy_problem(entry.strategy)):
+            self.problems.append(Problem(wrong, (*where, "strategy")))
         sensors = self._attempt(lambda: sensors_of(file, entry, where))
         return PlayerSetup(
             name=entry.name,
@@ -260,6 +268,33 @@ class _Checker:
             sensors=sensors or {},
             camera=entry.camera,
         )
+
+    def _team_problems(self, file: MatchFile) -> list[Problem]:
+        """What is wrong with the tables [teams.*]."""
+        if file.game not in GAMES:
+            return []
+        known = list(dict.fromkeys(role.team for role in GAMES.get(file.game).roles))
+        found = []
+        for name, team in file.teams.items():
+            where = ("teams", name)
+            if name not in known:
+                found.append(Problem(f"expected one of the teams {', '.join(known)}, got {name!r}", where))
+            elif team.strategy is not None and (wrong := self._strategy_problem(team.strategy)):
+                found.append(Problem(wrong, (*where, "strategy")))
+        return found
+
+    def _strategy_problem(self, strategy: str) -> str | None:
+        """Why there is no strategy of this name or at this place, or None."""
+        if ":" not in strategy:
+            return (
+                None
+                if strategy in STRATEGIES
+                else (f"{STRATEGIES.expected(strategy)}; or `module:Class`, or `file.py:Class`")
+            )
+        path = strategy.rpartition(":")[0]
+        if path.endswith(".py") and not (self._base / path).is_file():
+            return f"{strategy}: no such file: {self._base / path}"
+        return None
 
     def _check_backends(self, file: MatchFile) -> list[Companion]:
         """Check the tables [backends.*] and return the companions of the players' robots.
@@ -287,14 +322,23 @@ class _Checker:
                     continue
                 found = settings.problems(list(users.values()), self._base)
                 self.problems += [Problem(text, where) for text in found]
-                if not found:
-                    companions += settings.companions(list(users.values()))
+                machines = {player.name: player.machine for player in file.players}
+                for machine in dict.fromkeys(machines[name] for name in users.values() if not found):
+                    there = [name for name in users.values() if machines[name] == machine]
+                    companions += self._placed(settings.companions(there), machine, companions)
         taken = {companion.name for companion in companions}
         for index, player in enumerate(file.players):
             if player.name in taken:
                 text = f"{player.name!r} is the name of another process of this match"
                 self.problems.append(Problem(text, ("players", self._number(index), "name")))
         return companions
+
+    def _placed(self, wanted: Sequence[Companion], machine: str, others: Sequence[Companion]) -> list[Companion]:
+        """Companions of robots of one machine, which get other names than those of robots of other machines."""
+        taken = {companion.name for companion in others}
+        named = [dataclasses.replace(c, name=f"{c.name}-{machine}") if c.name in taken else c for c in wanted]
+        self._companions_at.update({companion.name: machine for companion in named})
+        return named
 
 
 def _place_in_file(problem: Problem) -> tuple[int, str]:

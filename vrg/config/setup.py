@@ -10,14 +10,19 @@ import msgspec
 from msgspec import Struct, structs
 
 from vrg.bus.radio_settings import PERFECT_RADIO, RadioSettings
+from vrg.bus.seats import Roster
 from vrg.bus.topics import Keys
 from vrg.errors import ConfigError, LaunchError
 from vrg.hal.companions import Companion
 from vrg.hal.models import RobotModel, robot_model
 from vrg.hal.models.settings import with_settings
 from vrg.hal.sim.config import RobotSetup, WorldConfig
+from vrg.modules import module_in
 from vrg.regions import Region
 from vrg.types import Pose
+
+HERE = "here"
+"""The name of the machine where the match is launched."""
 
 
 class PlayerSetup(Struct, frozen=True, kw_only=True):
@@ -59,6 +64,24 @@ class PlayerSetup(Struct, frozen=True, kw_only=True):
         return with_settings(model, {kind: own for kind, own in self.sensors.items() if kind in kinds})
 
 
+class Machine(Struct, frozen=True, kw_only=True):
+    """A machine on which processes of a match run; see `vrg.config.files.MachineTable`.
+
+    Args:
+        host: what `ssh` connects to; empty for the machine where the match is launched.
+        address: the address or name at which other machines reach it; None means the one that ssh has used.
+        vrg: the command `vrg` there. display: the display there for windows.
+        router: True if it has a further router. via: the machine whose further router it uses.
+    """
+
+    host: str
+    address: str | None = None
+    vrg: str = "vrg"
+    display: str | None = None
+    router: bool = False
+    via: str | None = None
+
+
 class MatchSetup(Struct, frozen=True, kw_only=True):
     """The set-up of a match. Fields that are not listed here are those of `vrg.config.files.MatchFile`.
 
@@ -70,9 +93,14 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
         wanted_rate: the rate that the file says.
         on_fault: what follows if a player fails for good: `disqualify` or `halt`.
         memory: the most memory that a player's process may use, MB.
+        wanted_seats: what the file says of seats; None if it says nothing.
+        wanted_sandbox: what the file says of players' sandboxes; None if it says nothing.
         rules: the game's own settings. backends: the settings of the backends that have any, by name.
         radio: how the radio links between players are.
+        sight: how far a team sees from each of its robots, m; None if everybody sees everybody.
         companions: the processes that the players' robots need besides those of the players.
+        machines: the machines that the match uses, by name. place: the machine of each process, by the process' name;
+            what is missing runs where the match is launched.
     """
 
     text: str
@@ -94,12 +122,44 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
     players: list[PlayerSetup]
     companions: list[Companion]
     obstacles: list[Region] = []
+    wanted_seats: bool | None = None
+    wanted_sandbox: bool | None = None
     radio: RadioSettings = PERFECT_RADIO
+    sight: float | None = None
+    machines: dict[str, Machine] = {}
+    place: dict[str, str] = {}
 
     @property
     def keys(self) -> Keys:
         """The key map of this match."""
         return Keys(self.name)
+
+    @property
+    def roster(self) -> Roster:
+        """Who takes part in this match, for the keys of its seats and the router's rules."""
+        fed = tuple(player.name for player in self.players if player.physical and player.localisation == "feed")
+        teams = {player.name: player.team for player in self.players}
+        linked = any(machine.router for machine in self.machines.values())
+        return Roster(self.name, teams, fed=fed, hosts=tuple(self.hosts), linked=linked)
+
+    @property
+    def seats(self) -> bool:
+        """Whether only processes with keys are let into the match."""
+        return bool(self.hosts) if self.wanted_seats is None else self.wanted_seats
+
+    def sandboxed(self, name: str, *, seats: bool) -> bool:
+        """Whether the process of a player is sealed before the player's code is loaded.
+
+        Args:
+            seats: True if the match is played with seats.
+
+        Raises:
+            ConfigError: there is no such player.
+        """
+        if self.wanted_sandbox is not None:
+            return self.wanted_sandbox
+        path = self.player(name).strategy.rpartition(":")[0]
+        return seats and (path.endswith(".py") or bool(path and module_in(Path(self.base), path.split(".")[0])))
 
     @property
     def physical(self) -> list[str]:
@@ -144,6 +204,22 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
         changed = structs.replace(self.player(name), strategy=strategy)
         return structs.replace(self, players=[changed if p.name == name else p for p in self.players])
 
+    @property
+    def hosts(self) -> dict[str, Machine]:
+        """The further machines, by name, on which processes of this match run."""
+        return {name: machine for name, machine in self.machines.items() if machine.host}
+
+    def router_at(self, machine: str) -> str:
+        """The name of the machine whose router the processes of a machine use."""
+        found = self.machines.get(machine)
+        if found is not None and found.router:
+            return machine
+        return (found.via if found is not None else None) or self.place.get("router", HERE)
+
+    def all_here(self) -> "MatchSetup":
+        """Return the same match on one machine."""
+        return structs.replace(self, machines={}, place={})
+
     def at_rate(self, rate: float) -> "MatchSetup":
         """Return the same match at another rate; 0 means as fast as the processor allows."""
         return structs.replace(self, rate=rate)
@@ -169,5 +245,9 @@ def read_setup(path: Path) -> MatchSetup:
     """
     try:
         return msgspec.json.decode(path.read_bytes(), type=MatchSetup)
-    except (OSError, msgspec.DecodeError) as error:
-        raise LaunchError(f"{path}: expected the set-up of a match of this release: {error}") from None
+    except OSError as error:
+        raise LaunchError(f"{path}: cannot be read: {error.strerror}") from error
+    except msgspec.DecodeError as error:
+        raise LaunchError(
+            f"{path}: expected the set-up of a match of this release: {error}: use the VRG that played the match"
+        ) from None

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
+from vrg.bus.messages import LARGE_ZONES
 from vrg.coordinator.rulebook import RuleBook
 from vrg.errors import Problem
 from vrg.hal.sim.config import WorldConfig
@@ -11,11 +12,11 @@ from vrg.regions import Polygon, touch
 
 
 def zone_problems(book: RuleBook[Any], world: WorldConfig) -> list[Problem]:
-    """The zones, except for the field, that are not free of walls or that reach out of the map's bounds."""
+    """The zones, except for large ones, that are not free of walls or that reach out of the map's bounds."""
     map_ = load_map(world.map)
     found = []
     for zone in book.zones(book.initial()):
-        if zone.kind == "field" or _is_free(map_, zone.region.outline()):
+        if zone.kind in LARGE_ZONES or _is_free(map_, zone.region.outline()):
             continue
         x_min, y_min, x_max, y_max = zone.region.bounds
         text = (

@@ -12,26 +12,38 @@ from msgspec import structs
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import (
     Body,
-    Call,
+    Estop,
     OfficialAction,
     Placed,
     Recover,
     RefereeState,
     SpeedLimit,
     Stage,
-    shortened,
+    at_rest,
 )
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys, name_in
 from vrg.coordinator.attendance import POSE_TIMEOUT, Attendance
-from vrg.coordinator.decisions import decide
+from vrg.coordinator.evidence import (
+    Answered,
+    Began,
+    Decided,
+    Disqualified,
+    Entry,
+    Halted,
+    Looked,
+    Reinstated,
+    enact,
+)
 from vrg.coordinator.journal import Journal
+from vrg.coordinator.leading import Leader
 from vrg.coordinator.match import Match, Standing, standing_still
-from vrg.coordinator.outcome import Outcome
+from vrg.coordinator.outcome import Outcome, numbered
 from vrg.coordinator.placing import Placing
 from vrg.coordinator.rulebook import Field, Offer, RuleBook
+from vrg.coordinator.sight import views
 from vrg.errors import JournalError
-from vrg.hal.estop import decisive
+from vrg.hal.estop import EstopOrders
 
 log = logging.getLogger(__name__)
 
@@ -45,17 +57,17 @@ OFFERS_LIMIT = 20
 """The number of bids of one player that the referee looks at in a tick."""
 RECORD_PERIOD = 1.0
 """The match time in s between two records of changes that no call tells of, such as that an intruder is seen."""
-AT_REST = 0.05
-"""The speed in m/s and rad/s at or below which a body counts as at rest."""
 
 
 class Coordinator(Node):
-    """Runs one match. It drives no robot, but it may stop all of them.
+    """Runs one match. It may stop all robots. It drives only those that the rules want it to drive, by a lease.
 
     Args:
         mailbox: the node's own mailbox. keys: the keys of the match.
         book: the rule book.
         journal: the open journal. If it has a standing, the match goes on from there, in HALT.
+        leader: works out how robots are driven that the rules want to be driven.
+        sight: how far a team sees from each of its robots, m; None if everybody sees everybody.
         disqualify: True disqualifies a player that falls silent in play; False halts the match.
         period: the match time between ticks, s.
     """
@@ -69,13 +81,20 @@ class Coordinator(Node):
         book: RuleBook[Any],
         journal: Journal,
         *,
+        leader: Leader | None = None,
+        sight: float | None = None,
         disqualify: bool = True,
         period: float = PERIOD,
     ) -> None:
         super().__init__("referee", mailbox, period)
         self._keys = keys
         self._journal = journal
-        self.match = Match(book, journal.standing)
+        standing = journal.standing
+        self.match = Match(book, standing)
+        self._entries: list[Entry] = [Began(standing=standing)]
+        self._leader = leader or Leader({})
+        self._sight = sight
+        self._bodies: dict[str, Body] = {}
         self._limits = book.speed_limits()
         self._names = self.match.names
         self._poses = mailbox.subscribe(keys.poses)
@@ -86,7 +105,7 @@ class Coordinator(Node):
         self._attendance = Attendance(mailbox, keys, self._names)
         self._placing = Placing(mailbox, keys)
         self._officials = mailbox.subscribe(keys.official)
-        self._estops = mailbox.subscribe(keys.estop)
+        self._estops = EstopOrders(mailbox, keys)
         self._estop = False
         self._stalled = 0
         self._released_at = -math.inf
@@ -109,21 +128,43 @@ class Coordinator(Node):
         present, halts = self._call_the_roll(tick)
         alarms += halts
         absent = self._absent(tick)
-        outcomes = [*alarms, *present, *self._placing.hear(), *self._hear_officials(tick, absent, alarmed=any(alarms))]
+        outcomes = [*alarms, *present, *self._hear_answers(), *self._hear_officials(tick, absent, alarmed=any(alarms))]
         dt = 0.0 if self._last_time is None or not tick.live else max(0.0, tick.time - self._last_time)
         self._last_time = tick.time
-        outcomes.append(self.match.step(dt, self._field, absent))
+        outcomes.append(self._enact(Looked(dt, absent)))
+        self._journal.witness(tick.time, self._field, self._entries)
+        self._entries = []
         if self._record(tick.time, [o for o in outcomes if o]):
-            self._state = self.match.state(self._field, self._estop)
+            self._state = self._led(self.match.state(self._field, self._estop), tick.time)
         else:
             # What is not on disk is not published. The last state is published instead, as halted.
             self._state = _held(self._state, self.match.halted)
-        self.mailbox.publish(self._keys.referee_state, self._state)
+        self._publish()
+
+    def _enact(self, entry: Entry) -> Outcome:
+        """Do something to the match, and keep it as evidence."""
+        self._entries.append(entry)
+        return enact(self.match, entry, self._field)
+
+    def _led(self, state: RefereeState, now: float) -> RefereeState:
+        """The state with the motions of the robots that the coordinator drives."""
+        driven = {} if self._estop else self.match.driven
+        return self._leader.led(state, driven, self._bodies, now)
+
+    def _publish(self) -> None:
+        """Publish the state: all of it to everybody, or in a match with a limited view the poses to those who see."""
+        state = self._state
+        if self._sight is not None:
+            state, sights = views(state, self._sight)
+            for team, sight in sights.items():
+                self.mailbox.publish(self._keys.sight(team), sight)
+        self.mailbox.publish(self._keys.referee_state, state)
 
     def _look(self) -> None:
         for received in self._poses.take():
             bodies = {b.name: b for b in received.body.bodies if b.name in self._names}
-            moving = frozenset(name for name, body in bodies.items() if _moves(body))
+            self._bodies = bodies
+            moving = frozenset(name for name, body in bodies.items() if not at_rest(body.v, body.w))
             physical = frozenset(name for name, body in bodies.items() if body.physical)
             poses = {name: body.pose for name, body in bodies.items()}
             self._field = Field(poses, moving, physical, received.stamp)
@@ -135,14 +176,15 @@ class Coordinator(Node):
         )
 
     def _hear_estops(self, now: float) -> Outcome:
-        estop = decisive(self._estops.take())
-        if estop is None:
+        order = self._estops.take()
+        if order is None:
             return Outcome()
-        self._estop = estop.engaged
-        if not estop.engaged:
+        self._estop = isinstance(order, Estop)
+        if not self._estop:
             self._released_at = now
-        why = f": {estop.reason}" if estop.reason else ""
-        return self.match.halt(f"emergency stop by {estop.by}{why}") if self._estop else Outcome()
+            return Outcome()
+        why = f": {order.reason}" if order.reason else ""
+        return self._enact(Halted(f"emergency stop by {order.by}{why}"))
 
     def _hear_world(self) -> Outcome:
         clock = self._clock.latest
@@ -150,7 +192,7 @@ class Coordinator(Node):
             return Outcome()
         since, self._world = self._world, (clock.body.epoch, clock.body.tick)
         if since is not None and (since[0] != clock.body.epoch or since[1] > clock.body.tick):
-            return self.match.halt("the world was restarted and goes on from its snapshot")
+            return self._enact(Halted("the world was restarted and goes on from its snapshot"))
         return Outcome()
 
     def _adopt_estop(self, tick: Tick) -> Outcome:
@@ -163,7 +205,11 @@ class Coordinator(Node):
         if not holders:
             return Outcome()
         self._estop = True
-        return self.match.halt(f"emergency stop, latched in {holders[0]}")
+        return self._enact(Halted(f"emergency stop, latched in {holders[0]}"))
+
+    def _hear_answers(self) -> list[Outcome]:
+        """What the world says of requests to put robots somewhere."""
+        return [self._enact(Answered(list(outcome.calls))) for outcome in self._placing.hear()]
 
     def _hear_officials(self, tick: Tick, absent: Sequence[str], alarmed: bool) -> list[Outcome]:
         """Apply what officials decide, halts first.
@@ -175,11 +221,11 @@ class Coordinator(Node):
             return []
         halts = [o for o in officials if o.action is OfficialAction.HALT]
         silent = [name for name in self._names if not self._attendance.reports_now(name, tick)]
-        outcomes = [decide(self.match, o, self._field, absent, silent) for o in halts]
+        outcomes = [self._enact(Decided(o, list(absent), silent)) for o in halts]
         if alarmed or halts:
             absent = [*absent, "play was halted at the same moment: ask again"]
         others = [o for o in officials if o.action is not OfficialAction.HALT]
-        return [*outcomes, *(decide(self.match, o, self._field, absent, silent) for o in others)]
+        return [*outcomes, *(self._enact(Decided(o, list(absent), silent)) for o in others)]
 
     def _absent(self, tick: Tick) -> list[str]:
         reasons = [] if tick.live else ["the world's clock has stopped"]
@@ -198,10 +244,10 @@ class Coordinator(Node):
             # In a world that stalls for a moment time stands still for everybody; only physical robots go on.
             self._stalled += 1
             halts = self._stalled > STALL_TICKS or bool(self._field.physical)
-            return [], [self.match.halt("the world's clock has stopped")] if halts else []
-        match, now = self.match, self._field
+            return [], [self._enact(Halted("the world's clock has stopped"))] if halts else []
+        match = self.match
         may_return = [name for name, d in match.disqualified.items() if not (d.by_official or d.returns)]
-        changes = [match.reinstate(name, now) for name in self._attendance.back(tick, may_return)]
+        changes = [self._enact(Reinstated(name)) for name in self._attendance.back(tick, may_return)]
         if match.stage not in (Stage.PLAY_ROUND, Stage.FOUL) or match.halted is not None:
             return changes, []
         rate = self._clock.latest.body.rate if self._clock.latest is not None else 1.0
@@ -211,10 +257,10 @@ class Coordinator(Node):
             # It is not each of them that has failed, but what they have in common.
             reasons.append("no player reports")
         elif self._disqualify:
-            changes += [match.disqualify(name, f"it {why}", now) for name, why in silent.items()]
+            changes += [self._enact(Disqualified(name, f"it {why}")) for name, why in silent.items()]
         else:
             reasons += [f"{name} {why}" for name, why in silent.items()]
-        return changes, [match.halt(reason) for reason in reasons]
+        return changes, [self._enact(Halted(reason)) for reason in reasons]
 
     def _record(self, time: float, outcomes: list[Outcome]) -> bool:
         """Write the outcomes to the journal, then announce them; return whether the journal is up to date.
@@ -224,28 +270,14 @@ class Coordinator(Node):
         self._unsaved += outcomes
         standing = self.match.standing()
         if self._unsaved:
-            calls, number = [], self.match.calls
-            for call in (call for outcome in self._unsaved for call in outcome.calls):
-                number += 1
-                calls.append(
-                    Call(
-                        number=number,
-                        rule=call.rule,
-                        # A text that is too long for the message could not be read from the journal again.
-                        text=shortened(call.text),
-                        players=list(call.players),
-                        poses=list(call.poses),
-                        clock=standing.clock,
-                        answers=call.answers,
-                    )
-                )
-            self.match.calls = number
+            calls = numbered(self._unsaved, self.match.calls, standing.clock)
+            self.match.calls += len(calls)
             stages = [stage for outcome in self._unsaved for stage in outcome.stages]
             try:
                 self._journal.append(time, stages, calls, self.match.standing())
             except JournalError as error:
-                self.match.calls = number - len(calls)
-                halted = self.match.halt(str(error))
+                self.match.calls -= len(calls)
+                halted = self._enact(Halted(str(error)))
                 if halted:
                     log.error("%s", error)
                     self._unsaved.append(halted)
@@ -301,7 +333,3 @@ def _held(state: RefereeState, halted: str | None) -> RefereeState:
     return structs.replace(
         state, halted=halted or "the journal cannot be written", players=standing_still(state.players)
     )
-
-
-def _moves(body: Body) -> bool:
-    return abs(body.v) > AT_REST or abs(body.w) > AT_REST

@@ -4,7 +4,7 @@ Each line is a JSON object. The first line tells which match it is. Each later l
 standing after it, so a restarted coordinator needs only the last complete line. Nothing in the journal depends on real
 time, so two runs of one match with one seed write the same bytes. Beside it, `<journal>.clock` holds the play clock of
 the newest tick. It is overwritten in place, so that the clock of a crashed match is right to a tick without a line in
-the journal for each tick.
+the journal for each tick. `evidence.bin` beside it holds what the referee decided by; see `vrg.coordinator.evidence`.
 """
 
 import contextlib
@@ -19,7 +19,9 @@ import msgspec
 from msgspec import Struct
 
 from vrg.bus.messages import Call, Stage
+from vrg.coordinator.evidence import Entry, EvidenceFile, TickEvidence
 from vrg.coordinator.match import Standing
+from vrg.coordinator.rulebook import Field
 from vrg.errors import JournalError
 
 log = logging.getLogger(__name__)
@@ -27,6 +29,8 @@ log = logging.getLogger(__name__)
 T = TypeVar("T", bound=Struct)
 
 FORMAT = 1
+EVIDENCE = "evidence.bin"
+"""The name of the file with what the referee decided by, beside the journal."""
 
 
 class Header(Struct, frozen=True, kw_only=True):
@@ -50,6 +54,7 @@ class Record(Struct, frozen=True, kw_only=True):
         time: the match time, s.
         stages: the stages that were entered, in order. calls: the calls that were announced, in order.
         standing: the standing of the match after the change.
+        evidence: the digest of the evidence by which this was decided; empty where that could not be written.
     """
 
     n: int
@@ -57,6 +62,7 @@ class Record(Struct, frozen=True, kw_only=True):
     stages: list[Stage]
     calls: list[Call]
     standing: Standing
+    evidence: str = ""
 
 
 class ClockMark(Struct, frozen=True, kw_only=True):
@@ -85,6 +91,7 @@ class Journal:
 
     def __init__(self, path: Path, header: Header) -> None:
         self.path = path
+        self._evidence = EvidenceFile(path.with_name(EVIDENCE))
         try:
             self._file = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
             self._clock = os.open(_clock_file(path), os.O_RDWR | os.O_CREAT, 0o644)
@@ -97,6 +104,7 @@ class Journal:
             raise JournalError(f"{path}: another coordinator is writing it: stop that one first") from None
         try:
             self._end, self.last = self._load(header)
+            self._evidence.open()
         except JournalError:
             self.close()
             raise
@@ -135,7 +143,14 @@ class Journal:
             JournalError: it cannot be written; the journal is as it was before.
         """
         number = self.last.n + 1 if self.last else 1
-        record = Record(n=number, time=round(time, 6), stages=stages, calls=calls, standing=standing)
+        record = Record(
+            n=number,
+            time=round(time, 6),
+            stages=stages,
+            calls=calls,
+            standing=standing,
+            evidence=self._evidence.digest,
+        )
         self._end = self._write(self._end, record)
         self.last = record
 
@@ -153,6 +168,11 @@ class Journal:
             raise JournalError(f"{self.path}: cannot be written: {error.strerror}: free some space") from error
         return at + len(data)
 
+    def witness(self, time: float, field: Field, entries: list[Entry]) -> None:
+        """Write what the referee decides by in this tick, before what follows from it is appended."""
+        after = self.last.n if self.last else 0
+        self._evidence.write(TickEvidence(after=after, time=round(time, 6), field=field, entries=entries))
+
     def mark(self, standing: Standing) -> None:
         """Write the play clock of this tick. A failure is only logged, because the last record is still good."""
         mark = ClockMark(
@@ -168,6 +188,7 @@ class Journal:
 
     def close(self) -> None:
         """Close the file and release its lock. Idempotent."""
+        self._evidence.close()
         for descriptor in (self._file, self._clock):
             if descriptor >= 0:
                 os.close(descriptor)

@@ -15,10 +15,11 @@ from msgspec import Struct, structs
 
 from vrg.bus.messages import OfficialAction, PlayerStatus, RefereeState, Stage, shortened
 from vrg.coordinator import disqualifying
-from vrg.coordinator.auctions import auctioned
+from vrg.coordinator.auctions import auctioned, published
 from vrg.coordinator.disqualifying import kept_out, readmitted
 from vrg.coordinator.outcome import Outcome, announce
 from vrg.coordinator.rulebook import Disqualification, Field, RuleBook
+from vrg.regions import Region
 from vrg.types import Pose
 
 log = logging.getLogger(__name__)
@@ -81,10 +82,7 @@ class Match:
         self._place_at = book.lineup_limit
         self.names = [player.name for player in book.statuses(self.game, self.stage, Field({}))]
         if standing is not None:
-            self.stage, self.winner = standing.stage, standing.winner
-            self.clock, self.total, self.in_stage = standing.clock, standing.total, standing.in_stage
-            self.calls = standing.calls
-            self.game = msgspec.convert(standing.game, book.state_type)
+            self._take_up(standing)
             if self.stage is not Stage.GAME_OVER:
                 self._reasons = [standing.halted or "the coordinator was restarted"]
 
@@ -94,9 +92,38 @@ class Match:
         return shortened("; ".join(self._reasons), LONGEST) or None
 
     @property
+    def rounds(self) -> int:
+        """The number of rounds of the match, with those that are played to decide a tie."""
+        played: int = self.game.round
+        return max(played, self._book.rounds)
+
+    @property
+    def driven(self) -> Mapping[str, Region]:
+        """The players that the coordinator drives now, and the region into which it drives each."""
+        if self.stage is not Stage.PLAY_ROUND or self._reasons:
+            return {}
+        return {name: goal for name, goal in self.game.driven.items() if name not in self.disqualified}
+
+    @property
     def over(self) -> bool:
         """Whether the game has ended."""
         return self.stage is Stage.GAME_OVER
+
+    def restore(self, standing: Standing, before: Field) -> None:
+        """Go on from a standing as if the match had come to it by itself, in HALT only if that is halted.
+
+        Args:
+            before: the field at that instant.
+        """
+        self._take_up(standing)
+        self._reasons = [] if standing.halted is None else [standing.halted]
+        self._before = before if self.stage is Stage.PLAY_ROUND and not self._reasons else None
+
+    def _take_up(self, standing: Standing) -> None:
+        self.stage, self.winner = standing.stage, standing.winner
+        self.clock, self.total, self.in_stage = standing.clock, standing.total, standing.in_stage
+        self.calls = standing.calls
+        self.game = msgspec.convert(standing.game, self._book.state_type)
 
     def standing(self) -> Standing:
         """The standing of the match, for the journal."""
@@ -125,11 +152,15 @@ class Match:
             clock=self.clock,
             total=self.total,
             round=self.game.round,
-            rounds=self._book.rounds,
-            score=self._book.score(self.game),
+            # A round more may be played than the game has, such as one that decides a tie.
+            rounds=self.rounds,
+            # Whoever hears the state may hold the very same object, and must not change the game by it.
+            score=dict(self._book.score(self.game)),
             players=players,
             zones=self._book.zones(self.game),
-            auctions=[self.game.auctions[lot] for lot in sorted(self.game.auctions)],
+            auctions=[published(self.game.auctions[lot]) for lot in sorted(self.game.auctions)],
+            objects=list(self.game.objects),
+            numbers=dict(self.game.numbers),
             winner=self.winner,
             estop=estop,
         )
@@ -244,7 +275,7 @@ class Match:
             self.clock = 0.0
             self._enter(Stage.PLAY_ROUND)
             self._before = now
-            begins = announce("begin", f"{self._book.round_word} {self.game.round} of {self._book.rounds} begins")
+            begins = announce("begin", f"{self._book.round_word} {self.game.round} of {self.rounds} begins")
             return Outcome(begins.calls, [Stage.PLAY_ROUND])
         if absent or self.in_stage < self._place_at:
             return Outcome()
@@ -312,5 +343,5 @@ def won(team: str) -> str:
 
 
 def standing_still(players: Sequence[PlayerStatus]) -> list[PlayerStatus]:
-    """Return the same players, none of whom may move."""
-    return [structs.replace(player, may_move=False) for player in players]
+    """Return the same players, none of whom may move or is driven."""
+    return [structs.replace(player, may_move=False, lease=None) for player in players]

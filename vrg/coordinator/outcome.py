@@ -3,7 +3,8 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from vrg.bus.messages import Stage
+from vrg.bus import messages
+from vrg.bus.messages import Stage, shortened
 from vrg.coordinator.rulebook import Call
 from vrg.types import Pose
 
@@ -37,3 +38,25 @@ class Outcome:
 def announce(rule: str, text: str, answers: str | None = None) -> Outcome:
     """An outcome of one call that concerns no particular player."""
     return Outcome([Call(rule=rule, text=text, answers=answers)])
+
+
+def numbered(outcomes: Sequence[Outcome], before: int, clock: float) -> list[messages.Call]:
+    """The calls of some outcomes as they are announced and written to the journal.
+
+    Args:
+        before: the number of the last call before them. clock: the time of play in the round, s.
+    """
+    calls = [call for outcome in outcomes for call in outcome.calls]
+    return [
+        messages.Call(
+            number=number,
+            rule=call.rule,
+            # A text that is too long for the message could not be read from the journal again.
+            text=shortened(call.text),
+            players=list(call.players),
+            poses=list(call.poses),
+            clock=clock,
+            answers=call.answers,
+        )
+        for number, call in enumerate(calls, before + 1)
+    ]

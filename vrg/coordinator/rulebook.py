@@ -10,8 +10,9 @@ from typing import Generic, Protocol, TypeVar
 
 from msgspec import Struct
 
-from vrg.bus.messages import Auction, OfficialAction, PlayerStatus, Sighting, Stage, Zone
+from vrg.bus.messages import Auction, FieldObject, OfficialAction, PlayerStatus, Sighting, Stage, Zone
 from vrg.errors import ConfigError
+from vrg.regions import Region
 from vrg.types import Pose
 
 
@@ -37,11 +38,18 @@ class GameState(Struct, frozen=True, kw_only=True):
         disqualified: the players that are out because they have failed. A rule book treats them as obstacles: they
             neither score nor are scored on, and no round waits for them. `Match` keeps them from moving.
         auctions: the auctions, by lot. A rule book opens and closes them; `Match` takes in bids and decides who wins.
+        objects: the things of the game that are no robots, such as flags.
+        numbers: numbers of the rules that everybody is told, by name, such as a distance in m.
+        driven: the players that the coordinator drives itself, and the region into which it drives each. It goes on
+            until the rule book takes the player out of this table.
     """
 
     round: int = 1
     disqualified: dict[str, Disqualification] = {}
     auctions: dict[str, Auction] = {}
+    objects: list[FieldObject] = []
+    numbers: dict[str, float] = {}
+    driven: dict[str, Region] = {}
 
 
 S = TypeVar("S", bound=GameState)

@@ -13,6 +13,7 @@ GAMES: Registry[Game] = Registry(
     {
         "sharks-and-minnows": "vrg.games.sharks_and_minnows:GAME",
         "pursuit-evasion": "vrg.games.pursuit_evasion:GAME",
+        "roboflag": "vrg.games.roboflag:GAME",
         "practice": "vrg.games.practice:GAME",
     },
     lambda found: None if isinstance(found, Game) else "expected a vrg.games.game.Game",
@@ -25,6 +26,20 @@ STRATEGIES: Registry[type] = Registry(
     {
         "sharks-and-minnows": "vrg.games.sharks_and_minnows.player:SharksAndMinnowsPlayer",
         "pursuer": "vrg.games.pursuit_evasion.pursuer:Pursuer",
+        **{
+            name: f"vrg.games.roboflag.strategies:{kind}"
+            for name, kind in (
+                ("conservative", "Conservative"),
+                ("aggressive", "Aggressive"),
+                ("aggressive-two-groups", "TwoGroups"),
+                ("balanced", "Balanced"),
+                ("team-flag", "TeamFlag"),
+                ("tag-defense", "TagDefense"),
+                ("flagged-safety", "FlaggedSafety"),
+                ("hail-mary", "HailMary"),
+                ("mixed", "Mixed"),
+            )
+        },
         "intruder": "vrg.games.pursuit_evasion.intruder:Intruder",
     },
     lambda found: None if isinstance(found, type) else "expected a class",

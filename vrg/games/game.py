@@ -17,6 +17,7 @@ from vrg.colours import BLUE, GREEN, GREY, PURPLE, YELLOW, Rgb
 from vrg.registry import load_object
 
 if TYPE_CHECKING:
+    from vrg.coordinator.proof import Prover
     from vrg.coordinator.rulebook import RuleBook
     from vrg.tables import Table
 
@@ -73,6 +74,49 @@ class Moment:
     thought: bool = False
 
 
+@dataclass(frozen=True)
+class Priority:
+    """Something that a person who commands a team can want the team to do, as long as the person wants it.
+
+    Args:
+        name: its name in messages, such as `hail-mary`. title: its name as people read it. meaning: what a team does.
+    """
+
+    name: str
+    title: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class RuleText:
+    """A rule as people read it.
+
+    Args:
+        words: what it says. source: where it is written, such as `thesis 4.3`; empty for a rule of VRG's own.
+    """
+
+    words: str
+    source: str = ""
+
+
+COMMON_RULES: Mapping[str, RuleText] = {
+    "begin": RuleText("A round begins when everybody stands on its mark and reports.", "thesis, Algorithm 3.1"),
+    "halt": RuleText("Play is halted by an official, an emergency stop, or a fault outside the game.", "thesis 3.2"),
+    "resume": RuleText("An official continues play once nothing stands against it.", "thesis 3.2"),
+    "ended": RuleText("An official may end the game.", "thesis 3.2"),
+    "overruled": RuleText("An official may set a score, a role or a state.", "thesis 3.2"),
+    "refused": RuleText("What cannot be done now is refused, with the reason."),
+    "recover": RuleText("An official asks robots to clear the faults that they have latched."),
+    "place": RuleText("An official puts a virtual robot somewhere, or tells where a physical one stands."),
+    "placed": RuleText("Virtual robots that are late for the round are put on their marks."),
+    "late": RuleText("A physical robot that is late for the round must be carried to its mark."),
+    "game_over": RuleText("The game ends when the rules of the game say so.", "thesis, Algorithm 3.1"),
+    DISQUALIFIED: RuleText("A player whose program fails is out, and its robot stands as an obstacle."),
+    "reinstated": RuleText("A player that was out and reports again plays from the next round."),
+}
+"""The rules that every game has, by the names of their calls."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Game:
     """The description of one game.
@@ -90,7 +134,11 @@ class Game:
         won_words: why a team has won, by team, where the score does not decide.
         out_of_play: the states in which a player is only an obstacle.
         moments: how calls are marked in plots and windows, by rule.
+        label: the game's name as people write it; made from `name` if it is empty.
+        priorities: what a person who commands a team can order, at most four: one for each face button of a gamepad.
         competitive: False if nobody can win, so that its end is just told as the end.
+        rule_texts: the rules as people read them, by the names of their calls.
+        prover: `module:function`, a `vrg.coordinator.proof.Prover`; empty if the game tells no numbers.
     """
 
     name: str
@@ -105,12 +153,16 @@ class Game:
     won_words: Mapping[str, str] = field(default_factory=dict)
     out_of_play: frozenset[str] = frozenset()
     moments: Mapping[str, Moment] = field(default_factory=dict)
+    label: str = ""
+    priorities: tuple[Priority, ...] = ()
     competitive: bool = True
+    rule_texts: Mapping[str, RuleText] = field(default_factory=dict)
+    prover: str = ""
 
     @property
     def title(self) -> str:
         """The game's name as people write it, such as `Sharks and Minnows`."""
-        return title(self.name)
+        return self.label or title(self.name)
 
     @property
     def start_roles(self) -> tuple[str, ...]:
@@ -121,6 +173,10 @@ class Game:
     def marked(self) -> Mapping[str, Moment]:
         """How calls are marked, by rule: the game's own, and those that every game has."""
         return {DISQUALIFIED: Moment("P", "disqualified"), **self.moments}
+
+    def rule_text(self, rule: str) -> RuleText | None:
+        """The rule of a call as people read it: the game's own, or one that every game has; None if there is none."""
+        return self.rule_texts.get(rule) or COMMON_RULES.get(rule)
 
     def role(self, name: str) -> Role | None:
         """The role of this name, or None if there is none."""
@@ -153,6 +209,11 @@ class Game:
     def load_rules(self) -> "type[RuleBook[Any]]":
         """Import and return the class of the rule book."""
         found: type[RuleBook[Any]] = load_object(self.rules)
+        return found
+
+    def load_prover(self) -> "Prover | None":
+        """Import and return what tells why calls were made; None if the game has no such function."""
+        found: Prover | None = load_object(self.prover) if self.prover else None
         return found
 
     def default_match(self) -> Path:

@@ -1,8 +1,8 @@
 """The match's side of a robot, written once for every driver.
 
-It enforces what the match demands of a robot, whatever the robot's player does: the referee's gate, the speed limit,
-the emergency stop (also between two ticks), the recovery from faults, and the lease of a human. It also knows where a
-physical robot is on the map, and tells the world.
+It enforces what the match demands of a robot, whatever the robot's player does: the referee's gate and its lease, the
+speed limit, the emergency stop (also between two ticks), the recovery from faults, and the lease of a human. It also
+knows where a physical robot is on the map, and tells the world.
 """
 
 import logging
@@ -10,12 +10,12 @@ import threading
 
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Inlet, Mailbox
-from vrg.bus.messages import Estop, Manual, MeasuredPose, SensorMessage
+from vrg.bus.messages import Estop, EstopRelease, Manual, MeasuredPose, SensorMessage
 from vrg.bus.node import is_fresh
 from vrg.bus.topics import Keys
 from vrg.errors import RobotError
 from vrg.hal.driver import Driver
-from vrg.hal.estop import EstopLatch, decisive
+from vrg.hal.estop import EstopLatch, EstopOrders
 from vrg.hal.gate import REFEREE_TIMEOUT, RefereeGate
 from vrg.hal.location import Location
 from vrg.hal.models import RobotModel
@@ -61,7 +61,7 @@ class Device:
         self._recovery: threading.Thread | None = None
         self._asked_to_recover = False
         self._referee = mailbox.subscribe(keys.referee_state)
-        self._estops = mailbox.subscribe(keys.estop, alarm=self._alarm)
+        self._estops = EstopOrders(mailbox, keys, alarm=self._alarm)
         self._limits = mailbox.subscribe(keys.speed_limit(self.name))
         self._recovers = mailbox.subscribe(keys.recover(self.name))
         self._manual = mailbox.subscribe(keys.manual(self.name))
@@ -100,9 +100,10 @@ class Device:
         for limit in self._limits.take():
             self._limit = limit.body.v_max
         before = self._latch.engaged
-        order = decisive(self._estops.take())
+        order = self._estops.take()
+        released = isinstance(order, EstopRelease)
         if order is not None:
-            self._latch.order(order.engaged, self._mailbox.now)
+            self._latch.order(not released, self._mailbox.now)
         for state in self._referee.take():
             self._gate.hear(state.stamp, state.body)
             # A referee that has just been restarted, and hears no clock yet, does not know of a stop.
@@ -110,7 +111,6 @@ class Device:
                 self._latch.referee(state.body.estop, state.stamp)
         if self._latch.engaged and not before:
             self._driver.emergency_stop()
-        released = order is not None and not order.engaged
         if not self._latch.engaged and (before or released):
             self._driver.release()
         if self._location is not None:
@@ -173,7 +173,7 @@ class Device:
         self._driver.arm()
 
     def drive(self, twist: Twist) -> Twist:
-        """Command a motion, as far as the match allows it.
+        """Command a motion, as far as the match allows it. While the referee leases the robot, its own motion counts.
 
         Returns:
             the twist that was really sent, after the limits of the referee and of the robot.
@@ -185,8 +185,7 @@ class Device:
             raise RobotError(f"{self.name}: the emergency stop is engaged: release it, then arm again")
         if not twist.is_finite:
             raise RobotError(f"{self.name}: expected a finite motion, got {twist}")
-        if self._gate.closed(self._mailbox.now) or self._gate.holds(self.name):
-            twist = STILL
+        twist = self._gate.passed(self.name, twist, self._mailbox.now)
         return self._driver.drive(self.features.limited(twist, self._limit))
 
     def stop(self) -> None:
@@ -204,11 +203,10 @@ class Device:
             self._recovery.join(RECOVERY_PATIENCE)
         self._driver.close()
 
-    def _alarm(self, message: Received[Estop]) -> None:
+    def _alarm(self, _order: Received[Estop]) -> None:
         """Stop the robot at once. The executor calls this as soon as an order arrives, also between two ticks."""
-        if message.body.engaged:
-            self._latch.order(True, self._mailbox.now)
-            self._driver.emergency_stop()
+        self._latch.order(True, self._mailbox.now)
+        self._driver.emergency_stop()
 
     @property
     def _is_recovering(self) -> bool:

@@ -1,21 +1,40 @@
-"""Whether the emergency stop of the match holds a robot. This module uses no bus and no clock."""
+"""Whether the emergency stop of the match holds a robot. This module uses no clock."""
 
-from collections.abc import Sequence
+from collections.abc import Callable
 
 from vrg.bus.codec import Received
-from vrg.bus.messages import Estop
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import Estop, EstopRelease
+from vrg.bus.topics import Keys
 
 SETTLE = 0.5
 """The match time in s after a release in which the referee's state may still report the stop before it."""
 
 
-def decisive(orders: Sequence[Received[Estop]]) -> Estop | None:
-    """The order that counts among those that arrived in one tick, or None if none arrived.
+class EstopOrders:
+    """The orders about the emergency stop that a node hears.
 
-    An order that engages the stop wins, whatever the stamps say. If all are releases, the last one counts.
+    Engaging and releasing are two keys, which only the router's rules tell apart. No order is kept between them on the
+    bus, so whoever hears both in one tick stays stopped.
+
+    Args:
+        mailbox: the mailbox of the node. keys: the keys of the match.
+        alarm: called with each order that engages the stop, as soon as it arrives; see `Mailbox.subscribe`.
     """
-    engaging = (order.body for order in orders if order.body.engaged)
-    return next(engaging, orders[-1].body if orders else None)
+
+    def __init__(self, mailbox: Mailbox, keys: Keys, alarm: Callable[[Received[Estop]], None] | None = None) -> None:
+        self._engaging = mailbox.subscribe(keys.estop, alarm=alarm)
+        self._releasing = mailbox.subscribe(keys.estop_release)
+
+    def take(self) -> Estop | EstopRelease | None:
+        """The order that counts among those that have arrived since the last call, or None if none has.
+
+        The first one that engages the stop wins, whatever the stamps say. If all are releases, the last one counts.
+        """
+        engaging, releasing = self._engaging.take(), self._releasing.take()
+        if engaging:
+            return engaging[0].body
+        return releasing[-1].body if releasing else None
 
 
 class EstopLatch:

@@ -1,13 +1,21 @@
-"""Which robots the referee lets move. The device and the world enforce it, whatever a player does.
+"""What the referee lets robots do. The device and the world enforce it, whatever a player does.
+
+The referee may hold a robot, or lease it: then it drives the robot itself, by a motion that is part of its state. Each
+state renews the lease. A state without the lease gives the robot back. If no state comes, the lease expires and the
+robot stands, until the referee is heard again.
 
 This module uses no bus and no clock.
 """
 
 from vrg.bus.messages import RefereeState
 from vrg.bus.node import is_fresh
+from vrg.shared import shared
+from vrg.types import STILL, Twist
 
 REFEREE_TIMEOUT = 0.5
 """The match time in s after which a silent referee is taken for dead, once one has been heard."""
+LEASE_TIMEOUT = 0.3
+"""The match time in s for which a state of the referee leases robots."""
 _EPS = 1e-9
 
 
@@ -24,13 +32,14 @@ class RefereeGate:
         self._heard: float | None = None
         self._all_held = False
         self._held: frozenset[str] = frozenset()
+        self._leases: dict[str, Twist] = {}
 
     def hear(self, at: float, state: RefereeState) -> None:
         """Take in a state of the referee, of match time `at`."""
         self.refereed = True
         self._heard = at
         self._all_held = state.halted is not None or state.estop
-        self._held = frozenset(player.name for player in state.players if not player.may_move)
+        self._held, self._leases = _held(state), _leases(state)
 
     def closed(self, now: float) -> bool:
         """Whether every robot is held: the match is halted, the emergency stop is engaged, or the referee is dead."""
@@ -41,3 +50,27 @@ class RefereeGate:
     def holds(self, robot: str) -> bool:
         """Whether this robot's player may not move."""
         return robot in self._held
+
+    def passed(self, robot: str, wanted: Twist, now: float) -> Twist:
+        """The motion that a robot may make now: none, that of the referee's lease, or the one that is wanted.
+
+        A robot that is to stand stands also during a lease, as its device knows why.
+        """
+        if wanted == STILL or self.closed(now) or self.holds(robot):
+            return STILL
+        lease = self._leases.get(robot)
+        if lease is None:
+            return wanted
+        return lease if self._heard is not None and is_fresh(self._heard, now, LEASE_TIMEOUT + _EPS) else STILL
+
+
+@shared
+def _held(state: RefereeState) -> frozenset[str]:
+    """The players that may not move."""
+    return frozenset(player.name for player in state.players if not player.may_move)
+
+
+@shared
+def _leases(state: RefereeState) -> dict[str, Twist]:
+    """The motions of the robots that the referee drives."""
+    return {player.name: player.lease for player in state.players if player.lease is not None}

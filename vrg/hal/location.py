@@ -46,7 +46,7 @@ class Location:
         self._mailbox = mailbox
         self.topic = keys.robot_pose(name)
         self._feed = mailbox.subscribe(self.topic) if fed else None
-        self._world = mailbox.subscribe(keys.poses)
+        self._world = mailbox.subscribe(keys.robot_seen(name))
         self._placed = mailbox.subscribe(keys.placed(name))
         self._known = start
         """The pose that the robot is taken to have at the next reading of its odometry, if `_begin_anew` is set."""
@@ -57,11 +57,9 @@ class Location:
 
     def hear(self) -> None:
         """Take in where the world last saw the robot, and where a person has put it."""
-        poses = self._world.latest
-        if not self._located and poses is not None:
-            for body in poses.body.bodies:
-                if body.name == self._name:
-                    self._known, self._begin_anew, self._located = body.pose, True, True
+        seen = self._world.latest
+        if not self._located and seen is not None:
+            self._known, self._begin_anew, self._located = seen.body.pose, True, True
         for placed in self._placed.take():
             self._known, self._begin_anew, self._located = placed.body.pose, True, True
 
@@ -91,4 +89,5 @@ class Location:
         return self._place(ins.value.pose, ins.stamp, ins.age)
 
     def _place(self, pose: Pose, stamp: float, age: float) -> Place:
-        return Place(pose, max(0.0, stamp), age, publish=self._located and age <= TOO_OLD)
+        publish = self._feed is None and self._located and age <= TOO_OLD
+        return Place(pose, max(0.0, stamp), age, publish=publish)

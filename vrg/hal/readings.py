@@ -37,7 +37,7 @@ def samples_of(inlets: Sequence[tuple[str, Inlet[SensorMessage]]], now: float) -
     ]
 
 
-class Readings(Struct, frozen=True):
+class Readings(Struct, frozen=True, gc=False):
     """The state of a robot and its newest samples. A sensor that it lacks, or that has said nothing yet, has no sample.
 
     Args:

@@ -18,6 +18,10 @@ class BackendSettings(Table):
         """What a match file alone cannot prove of these robots, in words, for `vrg check`."""
         return []
 
+    def missing_here(self, robots: Sequence[str]) -> list[str]:
+        """What these robots need and this machine lacks, in words, each with what to do."""
+        return []
+
     def files(self, robots: Sequence[str]) -> list[str]:
         """The files that this table names for these robots, as it names them; they are kept with a run."""
         return []

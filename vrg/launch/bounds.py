@@ -22,6 +22,9 @@ BUDGET = 5.0
 half as long is taken to hang."""
 _STUBBORN = 5.0
 """The real time in s more after which a decision that catches every exception ends the whole process."""
+_STUCK = BUDGET + _STUBBORN + 2.0
+"""The processor time in s after which the kernel ends a process whose decision does not even let signals be handled, as
+in a loop in C code."""
 _LOOK = 0.25
 """The real time in s between two looks at whether a decision goes on."""
 
@@ -95,20 +98,31 @@ class DecisionAlarm:
         if self._works:
             self._before = signal.signal(signal.SIGALRM, self._look)
             signal.setitimer(signal.ITIMER_REAL, _LOOK, _LOOK)
+            # It tells where it was, and then ends.
+            faulthandler.register(signal.SIGVTALRM, file=sys.__stderr__ or 2, all_threads=False, chain=True)
         return self
 
     def __exit__(self, *_: object) -> None:
         if self._works:
+            self._bound(0.0)
+            faulthandler.unregister(signal.SIGVTALRM)
             signal.setitimer(signal.ITIMER_REAL, 0.0)
             signal.signal(signal.SIGALRM, self._before)  # type: ignore[arg-type]
 
     def begin(self) -> None:
         """A decision begins. Until its `end` a DecisionTimeoutError may come at any point."""
         self._looks, self._deciding = 0, True
+        self._bound(_STUCK)
 
     def end(self) -> None:
         """It has been made."""
         self._deciding = False
+        self._bound(0.0)
+
+    def _bound(self, seconds: float) -> None:
+        """Let the kernel end this process after so much processor time; 0 for never."""
+        if self._works:
+            signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
 
     def _look(self, _number: int, frame: FrameType | None) -> None:
         if not self._deciding:

@@ -18,23 +18,46 @@ FAILED_FOR_GOOD = 3
 """The exit status of a player whose strategy has failed in a way that makes another start useless."""
 
 
+_KEYS, _UPSTREAM = "--keys=", "--upstream="
+"""What arguments begin with that name the folder of keys and the router upstream. They are the last arguments."""
+
+
 def arguments_of(
-    kind: str, *, router: str, run: Path | None = None, name: str = "", strategy: str = ""
+    kind: str,
+    *,
+    router: str,
+    run: Path | None = None,
+    name: str = "",
+    strategy: str = "",
+    keys: Path | None = None,
+    upstream: str | None = None,
 ) -> tuple[str, ...]:
     """Return the arguments of a child, for `main`.
 
     Args:
         kind: `router`, or one of `vrg.launch.serving.KINDS`. router: the endpoint of the router.
-        run: the run folder; the router needs none. name: the name of a player or of a window.
+        run: the run folder; a router without keys needs none. name: the name of a player or of a window.
         strategy: of a player, in place of the one in the match file.
+        keys: the folder of the keys of the match's seats; None in a match without them.
+        upstream: the endpoint of the router that a further router is linked to.
     """
-    words = (kind, router)
-    return words if run is None else (*words, str(run), *(word for word in (name, strategy) if word))
+    words = (kind, router) if run is None else (kind, router, str(run), *(word for word in (name, strategy) if word))
+    options = {_KEYS: keys, _UPSTREAM: upstream}
+    return (*words, *(f"{option}{value}" for option, value in options.items() if value is not None))
+
+
+def split_options(arguments: Sequence[str]) -> tuple[list[str], Path | None, str | None]:
+    """Split the arguments of a child into those in the order above, the folder of keys, and the router upstream."""
+    found = {_KEYS: "", _UPSTREAM: ""}
+    words = list(arguments)
+    while option := next((option for option in found if words[-1].startswith(option)), None):
+        found[option] = words.pop().removeprefix(option)
+    return words, Path(found[_KEYS]) if found[_KEYS] else None, found[_UPSTREAM] or None
 
 
 def title(arguments: Sequence[str]) -> str:
     """Return the title of a child in a list of processes."""
-    kind, _, *rest = arguments
+    kind, _, *rest = split_options(arguments)[0]
     run = f" in {Path(rest[0]).name}" if rest else ""
     return f"vrg {kind}{f' {rest[1]}' if len(rest) > 1 else ''}{run}"
 
@@ -44,16 +67,19 @@ def main(arguments: Sequence[str]) -> int:
     from setproctitle import setproctitle  # noqa: PLC0415 - the fork server, which imports this, keeps its name
 
     setproctitle(title(arguments))
-    kind, router, *rest = arguments
+    (kind, router, *rest), keys, upstream = split_options(arguments)
     try:
         if kind == "router":
-            stop = serve_router(router, leash=True)
+            setup = None if keys is None else read_setup(RunFolder(Path(rest[0])).setup)
+            stop = serve_router(router, upstream=upstream, setup=setup, keys=keys, leash=True)
         else:
             run = Path(rest[0])
             setup = read_setup(RunFolder(run).setup)
             if len(rest) > 2:
                 setup = setup.substituted(rest[1], rest[2])
-            stop = serve(kind, setup, router=router, run=run, name=rest[1] if len(rest) > 1 else "", leash=True)
+            stop = serve(
+                kind, setup, router=router, run=run, name=rest[1] if len(rest) > 1 else "", keys=keys, leash=True
+            )
     except VrgError as error:
         print(f"vrg: {error}", file=sys.stderr)
         return FAILED_FOR_GOOD if isinstance(error, StrategyError) and error.final else 1

@@ -2,6 +2,7 @@
 
 import io
 import logging
+import traceback
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -33,6 +34,9 @@ class ContainedPlayer(Node):
         alarm: ends its decisions when they take too long. memory: bounds what the whole match uses.
         log: the file for what it prints; None lets it print.
         disqualify: True disqualifies it when it has failed too often; False ends the match.
+
+    Attributes:
+        failures: what has failed so far, in words, each with the match time.
     """
 
     kind = "player"
@@ -49,6 +53,7 @@ class ContainedPlayer(Node):
         disqualify: bool,
     ) -> None:
         super().__init__(player.name, player.mailbox, player.period)
+        self.failures: list[str] = []
         self._player = player
         self._keys = keys
         self._make = make
@@ -108,7 +113,8 @@ class ContainedPlayer(Node):
         """Its robot stands; it gets a fresh strategy, or is out."""
         if isinstance(error.__cause__, MemoryError):
             self._memory.lift()
-        self._note(f"{tick.time:.1f} s: {error}\n")
+        self.failures.append(f"{self.name}: {error} (at {tick.time:.1f} s)")
+        self._note(f"{tick.time:.1f} s: {error}\n{_trace(error)}")
         log.warning("%s: %s", self.name, error)
         self._player.give_way(f"{self.name}: {error}")
         why = str(error)
@@ -139,3 +145,8 @@ class ContainedPlayer(Node):
         if self._log is not None:
             with self._log.open() as log:
                 log.write(text.encode("utf-8", "backslashreplace"))
+
+
+def _trace(error: StrategyError) -> str:
+    """Where a strategy has failed, as Python tells it; empty if the strategy has raised nothing."""
+    return "".join(traceback.format_exception(error.__cause__)) if error.__cause__ is not None else ""

@@ -35,6 +35,8 @@ REAPED = 2.0
 """The real time in s from the end of a node within which the server must have reported its status."""
 LOADING = 60.0
 """The real time in s that the launcher waits for the first answer, because the server may still be loading."""
+ORPHANED = 12.0
+"""The real time in s from the launcher's death after which nodes are killed. Their own leash gives them 10 s."""
 UNKNOWN = 255
 """The exit status that is assumed for a node whose end was not seen, because the server died before it."""
 _MESSAGE = 1 << 16
@@ -226,28 +228,66 @@ def _serve(channel: socket.socket) -> None:
     signal.signal(signal.SIGCHLD, lambda _number, _frame: None)
     signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    while True:
-        ready = select.select([channel.fileno(), reader], [], [])[0]
-        if reader in ready:
-            os.read(reader, 4096)
-            _reap(channel)
-        if channel.fileno() in ready:
-            data, descriptors, _, _ = socket.recv_fds(channel, _MESSAGE, 2)
-            if not data:
-                return
-            pid = os.fork()
-            if pid == 0:
-                signal.set_wakeup_fd(-1)
-                for descriptor in (reader, writer):
-                    os.close(descriptor)
-                channel.close()
-                _become(json.loads(data), *descriptors)
-            for descriptor in descriptors:
+    children: set[int] = set()
+    try:
+        while _serve_one(channel, reader, writer, children):
+            pass
+    except OSError:
+        # A launcher that is killed while an answer waits for it resets the connection.
+        pass
+    finally:
+        _end(children)
+
+
+def _serve_one(channel: socket.socket, reader: int, writer: int, children: set[int]) -> bool:
+    """Wait for a request or the end of a node, and deal with it; return False if the launcher is gone.
+
+    Args:
+        reader, writer: the ends of the pipe by which the end of a node wakes this up. children: the nodes that run.
+
+    Raises:
+        OSError: the launcher is gone.
+    """
+    ready = select.select([channel.fileno(), reader], [], [])[0]
+    if reader in ready:
+        os.read(reader, 4096)
+        children -= set(_reap(channel))
+    if channel.fileno() in ready:
+        data, descriptors, _, _ = socket.recv_fds(channel, _MESSAGE, 2)
+        if not data:
+            return False
+        pid = os.fork()
+        if pid == 0:
+            signal.set_wakeup_fd(-1)
+            for descriptor in (reader, writer):
                 os.close(descriptor)
-            channel.send(json.dumps({"pid": pid}).encode())
+            channel.close()
+            _become(json.loads(data), *descriptors)
+        children.add(pid)
+        for descriptor in descriptors:
+            os.close(descriptor)
+        channel.send(json.dumps({"pid": pid}).encode())
+    return True
 
 
-def _reap(channel: socket.socket) -> None:
+def _end(children: set[int]) -> None:
+    """Kill the nodes that have not ended by themselves a while after the launcher died: their own leash may be stuck.
+
+    A launcher that ends in the ordinary way kills this server before.
+    """
+    deadline = time.monotonic() + ORPHANED
+    while children and time.monotonic() < deadline:
+        time.sleep(0.1)
+        with contextlib.suppress(ChildProcessError):
+            while (pid := os.waitpid(-1, os.WNOHANG)[0]) != 0:
+                children.discard(pid)
+    for pid in children:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)
+
+
+def _reap(channel: socket.socket) -> Iterator[int]:
+    """Report the nodes that have ended, and yield their process ids."""
     while True:
         try:
             pid, status = os.waitpid(-1, os.WNOHANG)
@@ -255,6 +295,7 @@ def _reap(channel: socket.socket) -> None:
             return
         if pid == 0:
             return
+        yield pid
         ended = {"pid": pid, "status": os.waitstatus_to_exitcode(status)}
         with contextlib.suppress(OSError):
             channel.send(json.dumps(ended).encode())
@@ -289,7 +330,9 @@ def _preload() -> None:
     """Import what most nodes need, but nothing that starts threads, such as numpy."""
     import vrg.agents.player  # noqa: PLC0415
     import vrg.bus.session  # noqa: PLC0415
-    import vrg.hal.sim.driver  # noqa: F401, PLC0415
+    import vrg.hal.sim.driver  # noqa: PLC0415
+    import vrg.launch.sandbox.player  # noqa: PLC0415
+    import vrg.launch.sandbox.seal  # noqa: F401, PLC0415
 
     # Frozen objects are not touched by garbage collection, so they stay in memory pages that all nodes share.
     gc.collect()

@@ -1,5 +1,6 @@
 """Plays a whole virtual match in this process, in lockstep."""
 
+import gc
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -26,10 +27,12 @@ class Ending:
     Args:
         state: the last state of the referee.
         time: the match time at the end, s.
+        failures: what has failed in the code of players, in words.
     """
 
     state: RefereeState
     time: float
+    failures: tuple[str, ...] = ()
 
 
 def play(
@@ -70,6 +73,9 @@ def play(
         stack.callback(executor.stop)
         stack.enter_context(alarm)
         stack.enter_context(memory)
+        # What is there now stays until the end: the garbage collector need not look at it again and again.
+        stack.callback(gc.unfreeze)
+        gc.freeze()
         # The match goes on for one more second, so that every node hears how it ended.
         while linger < 1.0 and executor.time < limit:
             executor.step()
@@ -80,7 +86,8 @@ def play(
     if logs is not None:
         for player in players:
             write_json(logs / f"{player.name}.json", player.counted())
-    return Ending(coordinator.match.state(Field({}), estop=False), executor.time)
+    failures = tuple(failure for player in players for failure in player.failures)
+    return Ending(coordinator.match.state(Field({}), estop=False), executor.time, failures)
 
 
 def _contained(

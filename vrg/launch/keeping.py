@@ -4,18 +4,18 @@ Files beside the match file keep their place, so that the match file in the run 
 the folder `files`, and the copy of the match file names them there.
 """
 
-import ast
 import json
 import os
 import shutil
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from vrg.config.setup import MatchSetup
 from vrg.hal.backends import BACKENDS
 from vrg.hal.sensors.laser import LaserSpec
+from vrg.launch.code_files import imported
 from vrg.launch.run_folder import RunFolder
+from vrg.modules import module_in
 from vrg.recording.layout import foxglove_layout
 from vrg.regions import surrounding
 
@@ -46,7 +46,7 @@ def files_of(setup: MatchSetup) -> Kept:
         module, colon, _ = player.strategy.rpartition(":")
         if module.endswith(".py"):
             keeper.keep(module)
-        elif colon and (source := _module_in(base, module.split(".")[0])) is not None:
+        elif colon and (source := module_in(base, module.split(".")[0])) is not None:
             keeper.keep(str(source.relative_to(base)))
     if setup.map.endswith(".toml") or "/" in setup.map:
         keeper.keep(os.path.relpath(setup.map, base) if Path(setup.map).is_relative_to(base) else setup.map)
@@ -57,6 +57,24 @@ def files_of(setup: MatchSetup) -> Kept:
             for file in kind.settings.model_validate(table).files(robots):
                 keeper.keep(file)
     return Kept(keeper.text, keeper.copies)
+
+
+def files_of_strategy(strategy: str, place: Path) -> tuple[str, dict[Path, Path]]:
+    """A strategy that is put into a folder of its own in the run folder.
+
+    Args:
+        strategy: as `vrg.config.setup.PlayerSetup.strategy`. place: that folder, in the run folder.
+
+    Returns:
+        the strategy there, and the source of each file or package that it needs, by its path in the run folder. A
+        strategy that is no file is the same everywhere.
+    """
+    path, colon, name = strategy.rpartition(":")
+    if not (colon and path.endswith(".py")):
+        return strategy, {}
+    source = Path(path)
+    copies = {place / beside.name: beside for beside in (source, *imported(source))}
+    return f"{(place / source.name).as_posix()}:{name}", copies
 
 
 def keep(setup: MatchSetup, folder: RunFolder) -> None:
@@ -128,7 +146,7 @@ class _Keeper:
                 for end in (quote, ":"):
                     self.text = self.text.replace(f"{quote}{name}{end}", f"{quote}{place.as_posix()}{end}")
         self.copies[place] = source
-        for beside in _imported(source):
+        for beside in imported(source):
             self.copies[self._place(beside)] = beside
 
     def _place(self, source: Path) -> Path:
@@ -137,38 +155,3 @@ class _Keeper:
         number = len(self._folders) + 1
         folder = self._folders.setdefault(source.parent, Path(FILES, str(number)))
         return folder / source.name
-
-
-def _imported(source: Path) -> list[Path]:
-    """The modules and packages in a Python file's own folder that it imports, and those that these import."""
-    found: list[Path] = []
-    waiting = [source] if source.suffix == ".py" else []
-    while waiting:
-        for name in _names(waiting.pop()):
-            beside = _module_in(source.parent, name)
-            if beside is not None and beside != source and beside not in found:
-                found.append(beside)
-                waiting += [beside] if beside.is_file() else list(beside.rglob("*.py"))
-    return found
-
-
-def _names(file: Path) -> Iterator[str]:
-    """The first parts of the names of all modules that a file imports."""
-    try:
-        tree = ast.parse(file.read_text(encoding="utf-8"))
-    except (OSError, SyntaxError, ValueError):
-        return  # who runs it is told better
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            yield from (alias.name.split(".")[0] for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            yield node.module.split(".")[0]
-
-
-def _module_in(folder: Path, name: str) -> Path | None:
-    """The file or the package of a module in a folder; None for VRG itself, which is no part of a match."""
-    if name == "vrg":
-        return None
-    if (folder / f"{name}.py").is_file():
-        return folder / f"{name}.py"
-    return folder / name if (folder / name / "__init__.py").is_file() else None

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import psutil
 
+from vrg.bus.messages import ProcessState, ProcessStatus
 from vrg.errors import LaunchError
 from vrg.launch.fork_server import Forked, ForkServer
 from vrg.launch.process_log import ProcessLog
@@ -20,6 +21,8 @@ IDLE_PATIENCE = 30.0
 """The real time in s that a process may do nothing at all before it is ready."""
 BUSY_PATIENCE = 60.0
 """The processor time in s that a process may use before it is ready. An endless loop would use more."""
+_LOAD_PERIOD = 1.0
+"""The shortest real time in s over which the use of the processor is averaged."""
 _WORKS = 0.01
 """The processor time in s that a process must use between two looks; less counts as doing nothing."""
 _STALL = 2.0
@@ -64,6 +67,11 @@ class ProcessSpec:
         return ("-P", "-m", "vrg" if self.command else "vrg.launch.child", *self.arguments)
 
     @property
+    def node(self) -> str:
+        """The kind and the name of its node, such as `player/ann`; empty if it is no node of the match."""
+        return "" if self.pulse is None else "/".join(self.pulse.split("/")[-2:])
+
+    @property
     def is_router(self) -> bool:
         """Whether this is the router. It has no pulse, because it runs before there is a bus."""
         return self.pulse is None and self.says is None
@@ -95,6 +103,8 @@ class ManagedProcess:
         self._idle = 0.0
         self._worked = 0.0
         self._log_begins = 0
+        self._starts = 0
+        self._usage = (0.0, 0.0, 0.0)
         self._process: subprocess.Popen[bytes] | Forked | None = None
 
     @property
@@ -123,6 +133,7 @@ class ManagedProcess:
             LaunchError: it cannot be started.
         """
         self.ready = False
+        self._starts += 1
         self._looked, self._idle, self._worked = time.monotonic(), 0.0, 0.0
         try:
             with self.log.open() as log:
@@ -173,6 +184,42 @@ class ManagedProcess:
             return 0 if pid is None else int(psutil.Process(pid).memory_info().rss)
         except psutil.Error:
             return 0
+
+    def status(self, machine: str, now: float) -> ProcessStatus:
+        """How it is.
+
+        Args:
+            machine: the name of this machine. now: the monotonic time, s.
+        """
+        pid = self.pid
+        state = ProcessState.ENDED if pid is None else ProcessState.RUNNING if self.ready else ProcessState.STARTING
+        return ProcessStatus(
+            name=self.spec.name,
+            machine=machine,
+            state=state,
+            node=self.spec.node,
+            pid=pid,
+            cpu=self._load(pid, now),
+            memory=self.memory,
+            restarts=max(0, self._starts - 1),
+        )
+
+    def _load(self, pid: int | None, now: float) -> float:
+        """How much of a processor core it has used during the last second or longer; 0.0 if it does not run."""
+        if pid is None:
+            self._usage = (0.0, now, 0.0)
+            return 0.0
+        used, since, load = self._usage
+        if now - since >= _LOAD_PERIOD:
+            try:
+                times = psutil.Process(pid).cpu_times()
+            except psutil.Error:
+                return 0.0
+            total = times.user + times.system
+            # A process that was started again has used less than the one before.
+            load = round(max(0.0, total - used) / (now - since), 3) if since else 0.0
+            self._usage = (total, now, load)
+        return load
 
     def where(self) -> str:
         """Where a player that runs is in the student's code, such as `ann.py, line 7, in act`; empty if unknown."""

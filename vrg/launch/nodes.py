@@ -4,6 +4,7 @@ Each node is imported when it is made, so that a process loads only what it need
 processes only a player's own process imports a student's code.
 """
 
+import zlib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -53,9 +54,19 @@ def coordinator_node(setup: MatchSetup, journal: "Journal") -> "Coordinator":
     """
     from vrg.config.rules import rulebook_of
     from vrg.coordinator.coordinator import Coordinator
+    from vrg.coordinator.leading import Leader
 
+    leader = Leader({player.name: player.robot.v_max for player in setup.players}, setup.obstacles)
     disqualify = setup.on_fault == "disqualify"
-    return Coordinator(Mailbox(), setup.keys, rulebook_of(setup), journal, disqualify=disqualify)
+    return Coordinator(
+        Mailbox(),
+        setup.keys,
+        rulebook_of(setup),
+        journal,
+        leader=leader,
+        sight=setup.sight,
+        disqualify=disqualify,
+    )
 
 
 def strategy_class(target: str, base: Path) -> "type[Strategy]":
@@ -83,9 +94,11 @@ def strategy_of(setup: MatchSetup, name: str) -> "Strategy":
     player = setup.player(name)
     kind = strategy_class(player.strategy, Path(setup.base))
     try:
-        return kind(name, player.robot)
+        strategy = kind(name, player.robot)
     except (Exception, SystemExit) as error:
         raise ConfigError([f"{player.strategy}: cannot be made: {failure_of(error)}"]) from error
+    strategy.seed = zlib.crc32(f"{setup.seed} {player.team}".encode())
+    return strategy
 
 
 def player_node(setup: MatchSetup, name: str) -> "Player":
@@ -119,7 +132,7 @@ def player_node(setup: MatchSetup, name: str) -> "Player":
     driver = open_driver(player.backend, context)
     device = Device(driver, keys, mailbox, start=player.pose, localisation=player.localisation)
     radio = Radio(keys, mailbox, name, player.team, link_of(setup.radio, setup.seed))
-    return Player(mailbox, keys, device, strategy, radio=radio)
+    return Player(mailbox, keys, device, strategy, team=player.team, radio=radio)
 
 
 def recorder_node(setup: MatchSetup, folder: RunFolder) -> "Recorder":
@@ -146,11 +159,12 @@ def recorder_node(setup: MatchSetup, folder: RunFolder) -> "Recorder":
     )
 
 
-def spectator_node(setup: MatchSetup, name: str, pictures: Path) -> "Spectator":
+def spectator_node(setup: MatchSetup, name: str, pictures: Path, *, official: bool = True) -> "Spectator":
     """Make a window that shows a match, with the map's walls and the robots' real sizes.
 
     Args:
         name: the name of the node. pictures: the folder for the pictures that its user takes.
+        official: False if its user may only watch and stop everything.
     """
     from vrg.ui.spectator import Spectator
 
@@ -161,4 +175,5 @@ def spectator_node(setup: MatchSetup, name: str, pictures: Path) -> "Spectator":
         sizes={p.name: p.robot.size for p in setup.players},
         obstacles=setup.obstacles,
         pictures=pictures,
+        official=official,
     )

@@ -4,7 +4,6 @@ The process writes to it directly, so that its last words are there however it e
 """
 
 import re
-import shutil
 from collections import deque
 from pathlib import Path
 from typing import IO
@@ -87,7 +86,8 @@ class ProcessLog:
         try:
             with self.path.open("rb") as old, self.path.with_name(f"{self.path.name}.1").open("wb") as kept:
                 old.seek(-LONGEST, 2)
-                shutil.copyfileobj(old, kept)
+                # Not to its end: the process may write on while it is read.
+                kept.write(old.read(LONGEST))
             with self.path.open("r+b") as log:
                 log.truncate(0)
         except OSError:

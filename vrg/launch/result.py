@@ -16,6 +16,9 @@ from vrg.launch.run_folder import RunFolder, write_json
 
 log = logging.getLogger(__name__)
 
+_LONGEST_STATISTICS = 1_000_000
+"""The size in bytes above which the statistics of a process are not believed."""
+
 
 def write_result(setup: MatchSetup, folder: RunFolder, state: RefereeState | None, ended: str) -> dict[str, Any]:
     """Write result.json, and return its content. If it cannot be written, that is logged.
@@ -24,6 +27,8 @@ def write_result(setup: MatchSetup, folder: RunFolder, state: RefereeState | Non
         state: the last state of the referee; None if there is none.
         ended: how the match ended, in words, such as `game over` or `interrupted`.
     """
+    from vrg.launch.certificate import certificate_of, data_of  # noqa: PLC0415 - nobody needs it before the end
+
     records, processes = _records(folder), _statistics(folder)
     result: dict[str, Any] = {
         "match": setup.name,
@@ -41,6 +46,7 @@ def write_result(setup: MatchSetup, folder: RunFolder, state: RefereeState | Non
             {"clock": round(c.clock, 3), "rule": c.rule, "text": c.text} for record in records for c in record.calls
         ],
         "radio": _radio(processes),
+        "stops": data_of(certificate_of(setup, folder)),
         "processes": processes,
         "vrg": __version__,
     }
@@ -97,9 +103,13 @@ def _statistics(folder: RunFolder) -> dict[str, Any]:
     found = {}
     for path in sorted(folder.logs.glob("*.json")):
         try:
-            found[path.stem] = json.loads(path.read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            continue
+            # A player's statistics are written by a process in which a student's code runs.
+            if path.stat().st_size <= _LONGEST_STATISTICS:
+                read = json.loads(path.read_text(encoding="utf-8"))
+                _radio({path.stem: read})
+                found[path.stem] = read
+        except (OSError, ValueError, RecursionError, AttributeError, KeyError, TypeError):
+            continue  # it is missing, unfinished, or not what such a process writes
     return found
 
 

@@ -73,6 +73,16 @@ class RunFolder:
         return self.path / "journal.jsonl"
 
     @property
+    def evidence(self) -> Path:
+        """What the referee decided by."""
+        return self.path / "evidence.bin"
+
+    @property
+    def events(self) -> Path:
+        """What happened to the processes of the match, as its launcher noticed it."""
+        return self.path / "events.jsonl"
+
+    @property
     def recording(self) -> Path:
         """The first part of the recording, for Foxglove."""
         return self.path / "recording.mcap"
@@ -96,6 +106,10 @@ class RunFolder:
     def logs(self) -> Path:
         """The folder with one log per process."""
         return self.path / "logs"
+
+    def of_player(self, name: str) -> Path:
+        """The folder in which a sealed player may write."""
+        return self.path / "players" / name
 
     @property
     def result(self) -> Path:

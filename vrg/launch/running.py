@@ -27,6 +27,7 @@ class RunningMatch:
     Args:
         match: its name. router: the endpoint of its router. run: its run folder. pid: the launcher's process id.
         folder: the working folder in which it was started.
+        keys: the folder of the keys of its seats; empty in a match without them.
     """
 
     match: str
@@ -34,6 +35,7 @@ class RunningMatch:
     run: str
     pid: int
     folder: str = ""
+    keys: str = ""
 
     @property
     def is_own(self) -> bool:
@@ -132,7 +134,7 @@ def find(match: str | None, router: str | None, default_router: str) -> tuple[st
 
 def _answers(endpoint: str) -> bool:
     """Whether some program accepts connections at an endpoint of TCP."""
-    host, _, port = endpoint.removeprefix("tcp/").rpartition(":")
+    host, _, port = endpoint.partition("/")[2].rpartition(":")
     try:
         socket.create_connection((host, int(port)), timeout=_PROBE).close()
     except (OSError, ValueError):

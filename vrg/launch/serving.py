@@ -1,7 +1,10 @@
 """What every process of a match does from its start to its end: it runs one node, or the router."""
 
+import json
 import logging
 import os
+import select
+import signal
 import sys
 import threading
 import time
@@ -11,12 +14,17 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from vrg.blame import tell_of_refusals
+from vrg.bus.access import rules
+from vrg.bus.credentials import Credentials, find_credentials
 from vrg.bus.node import Node
 from vrg.bus.process import Statistics, run_node, run_world
+from vrg.bus.refusals import refusals_logged
+from vrg.bus.seats import Seat, SeatKind, seats_of_node
 from vrg.bus.session import open_router, open_session
 from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.config.setup import MatchSetup, write_setup
-from vrg.errors import LaunchError, StrategyError
+from vrg.errors import LaunchError, SandboxError, StrategyError
 from vrg.launch import nodes
 from vrg.launch.bounds import MemoryBound, printing_to, say_where_on_request
 from vrg.launch.output import BoundedOutput
@@ -30,18 +38,29 @@ WINDOW_PERIOD = 1 / 30
 """The real time in s between two looks at a window's keys."""
 LEASH_PATIENCE = 10.0
 """The real time in s that a node has to stop once its supervisor is gone."""
+STUCK = 30.0
+"""The processor time in s that a node may use while no thread of Python comes to run, as in a loop in C code, before it
+is ended. This does not need a supervisor."""
 KINDS = ("world", "coordinator", "recorder", "spectator", "player")
 """The kinds of nodes that `serve` can run."""
 
 
 def serve(
-    kind: str, setup: MatchSetup, *, router: str, run: Path | None = None, name: str = "", leash: bool = False
+    kind: str,
+    setup: MatchSetup,
+    *,
+    router: str,
+    run: Path | None = None,
+    name: str = "",
+    keys: Path | None = None,
+    leash: bool = False,
 ) -> Stop:
     """Run a node of a match until it is stopped, and return the stop, which tells the reason.
 
     Args:
         kind: one of KINDS. name: the name of a player or of a window.
         router: the endpoint of the router.
+        keys: the folder of the keys of the match's seats; None in a match without them.
         run: the run folder. A world goes on from its snapshot there, and a coordinator from its journal, in HALT.
         leash: True if the process must stop when its standard input is closed, which happens when its parent dies.
 
@@ -51,9 +70,19 @@ def serve(
     folder = RunFolder(run or Path("runs") / setup.name)
     if run is not None or kind not in ("player", "spectator"):
         folder.prepare()
+    credentials = None if keys is None else find_credentials(keys, seats_of_node(kind, name))
+    sealed = kind == "player" and setup.sandboxed(name, seats=keys is not None)
+    if sealed:
+        # Threads that run already would stay as they are, so this comes before there are any.
+        folder.prepare()
+        _seal(setup, name, router, folder, credentials)
     with ExitStack() as stack:
         stop = stack.enter_context(child_process(leash))
-        session = stack.enter_context(open_session(router, stop=stop))
+        if sealed:
+            log.info("sealed: it reaches the router, reads its own files, and writes in %s", folder.of_player(name))
+        session = stack.enter_context(
+            open_session(router, stop=stop, credentials=credentials, shared_memory=not sealed)
+        )
         if kind == "world":
             world = nodes.world_node(setup)
             if folder.snapshot.exists():
@@ -81,13 +110,33 @@ def serve(
             stack.enter_context(_students_code(setup.memory))
             node = nodes.player_node(setup, name)
         elif kind == "spectator":
-            window = nodes.spectator_node(setup, name or f"window-{os.getpid()}", run or Path())
+            official = credentials is None or credentials.common_name == Seat(SeatKind.OFFICIAL).common_name
+            window = nodes.spectator_node(setup, name or f"window-{os.getpid()}", run or Path(), official=official)
             node, finished, idle = window, lambda: window.closed, WINDOW_PERIOD
         else:
             raise LaunchError(f"expected one of {', '.join(KINDS)}, got {kind!r}")
         statistics = run_node(node, session, setup.keys, stop, finished=finished, idle=idle)
-        _report(folder if run is not None or kind == "coordinator" else None, node.name, statistics, node.counted())
+        kept = run is not None or sealed or kind == "coordinator"
+        _report(folder if kept else None, node.name, statistics, node.counted(), sealed=sealed)
         return stop
+
+
+def _seal(setup: MatchSetup, name: str, router: str, folder: RunFolder, credentials: Credentials | None) -> None:
+    """Seal this process for a player's code.
+
+    Raises:
+        ConfigError: there is no such player. SandboxError: this machine cannot do it.
+    """
+    from vrg.launch.sandbox.player import policy_of  # noqa: PLC0415 - most matches have no sandboxes
+    from vrg.launch.sandbox.seal import seal  # noqa: PLC0415
+
+    seat = None if credentials is None else credentials.folder
+    try:
+        (folder.logs / f"{name}.json").touch()
+    except OSError as error:
+        raise SandboxError(f"{folder.logs}: a sealed player's statistics need a file there: {error}") from error
+    seal(policy_of(setup, name, router=router, run=folder, seat=seat))
+    tell_of_refusals("the sandbox refused it")
 
 
 @contextmanager
@@ -110,14 +159,32 @@ def _never() -> bool:
     return False
 
 
-def serve_router(endpoint: str, *, leash: bool = False) -> Stop:
+def serve_router(
+    endpoint: str,
+    *,
+    upstream: str | None = None,
+    setup: MatchSetup | None = None,
+    keys: Path | None = None,
+    leash: bool = False,
+) -> Stop:
     """Run the router that all processes of a match connect to, and return the stop, which tells the reason.
+
+    Args:
+        upstream: the endpoint of another router to be linked with.
+        setup: the match, whose seats may connect. keys: the folder of their keys. Without both, everybody may.
+        leash: see `child_process`.
 
     Raises:
         BusError: the endpoint is taken or cannot be listened on.
     """
-    with child_process(leash) as stop, open_router(endpoint):
-        log.info("routing at %s", endpoint)
+    with ExitStack() as stack:
+        stop = stack.enter_context(child_process(leash))
+        credentials, access = None, None
+        if keys is not None and setup is not None:
+            credentials, access = find_credentials(keys, seats_of_node("router", "")), rules(setup.roster)
+            stack.enter_context(refusals_logged())
+        stack.enter_context(open_router(endpoint, upstream=upstream, credentials=credentials, access=access))
+        log.info("routing at %s%s", endpoint, "" if credentials is None else ", for seats only")
         stop.wait()
     return stop
 
@@ -140,8 +207,11 @@ def child_process(leash: bool) -> Iterator[Stop]:
 
 def _hold_leash(stop: Stop) -> None:
     # It reads the bare descriptor, because a thread that holds the lock of sys.stdin keeps the interpreter from ending.
-    while os.read(0, 64):
-        pass
+    held = True
+    while held:
+        # Code that never gives up the interpreter's lock keeps this thread from running. Then the kernel ends it all.
+        signal.setitimer(signal.ITIMER_VIRTUAL, STUCK)
+        held = _held()
     log.info("stopping: the supervisor is gone")
     stop.set()
     # A node that is stuck, in a student's endless loop say, never looks at `stop`, and nobody is left to kill it.
@@ -149,12 +219,26 @@ def _hold_leash(stop: Stop) -> None:
     os._exit(1)
 
 
-def _report(folder: RunFolder | None, name: str, statistics: Statistics, counted: Mapping[str, Any]) -> None:
+def _held() -> bool:
+    """Wait a second, or until the leash is let go; whether somebody still holds it."""
+    try:
+        return not select.select([0], [], [], 1.0)[0] or bool(os.read(0, 64))
+    except OSError:
+        return False  # somebody has closed it in this process
+
+
+def _report(
+    folder: RunFolder | None, name: str, statistics: Statistics, counted: Mapping[str, Any], *, sealed: bool = False
+) -> None:
     report = {**asdict(statistics), **counted}
     log.info("statistics: %s", report)
     if folder is not None:
         try:
-            write_json(folder.logs / f"{name}.json", report)
+            if sealed:
+                # A sealed process can write this file, but make no other beside it.
+                (folder.logs / f"{name}.json").write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
+            else:
+                write_json(folder.logs / f"{name}.json", report)
         except OSError as error:
             log.warning("statistics cannot be kept: %s", error)
 

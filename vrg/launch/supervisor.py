@@ -1,19 +1,23 @@
-"""The supervisor, which starts the processes of a match in order, keeps them alive, and stops them cleanly."""
+"""The supervisor of one machine: it starts processes of a match, keeps them alive, and stops them cleanly."""
 
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 
+from vrg.bus.credentials import Credentials
 from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import ProcessStatus
 from vrg.bus.session import Session, open_session
 from vrg.bus.stopping import StopSignal
 from vrg.bus.topics import Keys, router_alive
-from vrg.errors import BusError, LaunchError
-from vrg.launch.child import FAILED_FOR_GOOD
+from vrg.config.setup import HERE
+from vrg.errors import BusError, CredentialsError, LaunchError
+from vrg.launch.child import FAILED_FOR_GOOD, arguments_of, split_options
+from vrg.launch.events import NoNotes, Notes, What
 from vrg.launch.fork_server import UNKNOWN, ForkServer
+from vrg.launch.greed import Greed
 from vrg.launch.managed import STOP_PATIENCE, ManagedProcess, ProcessSpec
 from vrg.launch.pulses import Pulses
-from vrg.launch.seats import Seats
 
 CUT_OFF = 1.0
 """The real time in s without a connection to the router after which the router is taken to hang."""
@@ -21,26 +25,27 @@ ROUTER_START = 10.0
 """The real time in s from a router's start after which it must answer."""
 QUIET = 10.0
 """The real time in s without a sign of life of any process after which a person is told."""
-WINDOW = "spectator"
-"""The name of the process of the window that the launcher opens."""
 LINES = 15
 """The number of last lines of a log that are shown when a process has ended."""
-_LOOK = 0.02
-"""The real time in s between two looks at whether starting processes are ready."""
 _PROGRESS = 0.5
 """The real time in s between two looks at whether starting processes make progress."""
 
 
 class Supervisor:
-    """Supervises the processes of one match on this machine.
+    """Supervises those processes of a match that run on this machine.
 
     Args:
-        specs: the processes, the router first.
+        specs: the processes, the router first if it runs here.
         endpoint: the endpoint of the router. keys: the keys of the match. logs: the folder for the logs.
         announce: called with a text about each event that a person should know of.
         server: the fork server that starts the processes; without one each gets an interpreter of its own.
         disqualify: True disqualifies a player that has failed for good; False halts the match.
         memory: the most memory that a player's process may use, MB.
+        machine: the name of this machine in the match file. notes: told what happens to the processes.
+        credentials: those of the supervisor's own seat; None in a match without seats.
+
+    Attributes:
+        processes: the processes, without those that have ended and are not started again. machine: as given.
     """
 
     def __init__(
@@ -54,57 +59,109 @@ class Supervisor:
         *,
         disqualify: bool = True,
         memory: int = 2000,
+        machine: str = HERE,
+        notes: Notes | None = None,
+        credentials: Credentials | None = None,
     ) -> None:
         self._endpoint = endpoint
+        self._credentials = credentials
         self._announce = announce
+        self.machine = machine
+        self._notes = notes or NoNotes()
+        self._failed: dict[str, str] = {}
+        self._disqualify = disqualify
         self._mailbox = Mailbox()
         self._beats = self._mailbox.subscribe(keys.pulse())
         self._pulses = Pulses(time.monotonic())
-        self._seats = Seats(self._mailbox, keys, announce, disqualify=disqualify, memory=memory)
+        self._greed = Greed(memory)
         self._session: Session | None = None
         self._router_since = time.monotonic()
         self._cut_since: float | None = None
         self._told_of_quiet = False
+        self._starting: list[ManagedProcess] = []
+        self._looked = 0.0
+        self._vacant: set[str] = set()
         self.processes = [ManagedProcess(spec, logs / f"{spec.name}.log", server or ForkServer()) for spec in specs]
 
     @property
-    def shows(self) -> bool:
-        """Whether a window shows the match."""
-        return any(p.spec.name == WINDOW for p in self.processes)
+    def names(self) -> list[str]:
+        """The names of the processes, without those that have ended and are not started again."""
+        return [p.spec.name for p in self.processes]
 
     @property
     def _routers(self) -> list[ManagedProcess]:
         return [p for p in self.processes if p.spec.is_router]
 
-    def start(self, session: Session, stop: StopSignal, progress: Callable[[str], None]) -> bool:
-        """Start all processes but the router, which runs already. Each group waits until the one before is ready.
+    def attach(self, session: Session) -> None:
+        """Hear the processes' signs of life over this session from now on."""
+        self._session = session
+        session.attach(self._mailbox)
 
-        Args:
-            session: the launcher's session.
-            stop: set it to break the start off.
-            progress: called with the name of each process that is ready.
+    def leave_vacant(self, names: Collection[str]) -> None:
+        """Do not start these players until they play by another strategy."""
+        self._vacant |= set(names)
 
-        Returns:
-            False if the start was broken off.
+    def begin(self, group: int) -> None:
+        """Start all processes of a group. Then call `started` again and again until it has named all of them.
+
+        Raises:
+            LaunchError: a process cannot be started.
+        """
+        vacant = self._vacant
+        members = [
+            p for p in self.processes if p.spec.group == group and not p.spec.is_router and p.spec.name not in vacant
+        ]
+        for member in members:
+            member.start()
+        self._starting = members
+        self._looked = time.monotonic()
+
+    @property
+    def starting(self) -> Collection[str]:
+        """The names of the processes that were begun and are not ready yet."""
+        return [p.spec.name for p in self._starting]
+
+    def started(self) -> list[str]:
+        """Look once at the processes that are starting, and name those that have become ready since.
 
         Raises:
             LaunchError: a process ended before it was ready, or makes no progress. The message has the end of its log.
         """
-        self._session = session
-        session.attach(self._mailbox)
-        for group in sorted({p.spec.group for p in self.processes if not p.spec.is_router}):
-            members = [p for p in self.processes if p.spec.group == group and not p.spec.is_router]
-            for member in members:
-                if stop.is_set():
-                    return False
-                member.start()
-            for ready in self._waiting(members, stop):
-                if ready is None:
-                    return False
-                progress(ready.spec.name)
-        return True
+        self._feel_pulses()
+        for router in [p for p in self._routers if p.exit_status is not None]:
+            self._check_start(router)
+        now = time.monotonic()
+        look, self._looked = (True, now) if now - self._looked > _PROGRESS else (False, self._looked)
+        ready = []
+        for process in list(self._starting):
+            if not process.ready and process.has_said:
+                self._is_ready(process)
+            if process.ready:
+                self._starting.remove(process)
+                ready.append(process.spec.name)
+            elif look or process.exit_status is not None:
+                try:
+                    self._check_start(process)
+                except LaunchError:
+                    # One student's bug does not keep the others from playing; a robot that is not there does.
+                    students = process.exit_status in (None, FAILED_FOR_GOOD)
+                    if not (process.spec.seat and self._disqualify and students):
+                        raise
+                    self._starting.remove(process)
+                    if process.exit_status is None:
+                        where = process.where()
+                        self._vacate(process, f"it does not start{f' ({where})' if where else ''}")
+                    else:
+                        self._vacate(process, process.log.last_words(1).removeprefix("vrg: "))
+        return ready
 
-    def start_router(self, stop: StopSignal) -> bool:
+    def keep(self) -> None:
+        """Nothing is to be done: this is the launcher's own machine, or the agent's."""
+
+    def fetch(self) -> None:
+        """Nothing is to be done: the run folder is here."""
+
+    def start_router(self, stop: StopSignal, meanwhile: Callable[[], None] = lambda: None) -> bool:
         """Start the router and wait until it answers. Return False if `stop` was set before.
 
         Raises:
@@ -115,7 +172,8 @@ class Supervisor:
             self._router_since = time.monotonic()
             while not self._answers(router):
                 self._check_start(router)
-                if stop.wait(_LOOK):
+                meanwhile()
+                if stop.wait(0.02):
                     return False
             router.ready = True
         return True
@@ -123,43 +181,12 @@ class Supervisor:
     def _answers(self, router: ManagedProcess) -> bool:
         """Whether the router that was started answers. Another router at the same endpoint does not count."""
         try:
-            with open_session(self._endpoint, patience=0.0) as session:
+            with open_session(self._endpoint, patience=0.0, credentials=self._credentials) as session:
                 return router.pid is not None and bool(session.alive(router_alive(router.pid)))
+        except CredentialsError as error:
+            raise LaunchError(str(error)) from None
         except BusError:
             return False
-
-    def _waiting(self, members: Sequence[ManagedProcess], stop: StopSignal) -> Iterable[ManagedProcess | None]:
-        """Yield each of the members when it is ready; yield None and end if `stop` is set."""
-        waiting = list(members)
-        looked = time.monotonic()
-        while waiting:
-            self._feel_pulses()
-            for router in [p for p in self._routers if p.exit_status is not None]:
-                self._check_start(router)
-            now = time.monotonic()
-            look, looked = (True, now) if now - looked > _PROGRESS else (False, looked)
-            for process in list(waiting):
-                process.ready = process.ready or process.has_said
-                if process.ready:
-                    waiting.remove(process)
-                    yield process
-                elif look or process.exit_status is not None:
-                    try:
-                        self._check_start(process)
-                    except LaunchError:
-                        # One student's bug does not keep the others from playing; a robot that is not there does.
-                        students = process.exit_status in (None, FAILED_FOR_GOOD)
-                        if not (process.spec.seat and self._seats.disqualify and students):
-                            raise
-                        waiting.remove(process)
-                        if process.exit_status is None:
-                            where = process.where()
-                            self._seats.vacate(process, f"it does not start{f' ({where})' if where else ''}")
-                        else:
-                            self._seats.vacate(process, process.log.last_words(1).removeprefix("vrg: "))
-            if stop.wait(_LOOK):
-                yield None
-                return
 
     @staticmethod
     def _check_start(process: ManagedProcess) -> None:
@@ -182,13 +209,48 @@ class Supervisor:
         self._feel_pulses()
         now = time.monotonic()
         for process in list(self.processes):
-            if process.exit_status is not None and process.spec.name not in self._seats.vacant:
+            if process.exit_status is not None and process.spec.name not in self._vacant:
                 self._bury(process, now)
         self._find_hung(now)
-        for process in self._seats.look(self.processes, now):
+        for process, why in self._greed.look(self.processes, now):
             self._pulses.forget(process.spec.name)
-        if self._session is not None:
-            self._session.send(self._mailbox.collect())
+            self._vacate(process, why)
+
+    def play(self, name: str, strategy: str) -> None:
+        """Let a player of this machine play by another strategy, in a new process.
+
+        Raises:
+            LaunchError: it cannot be started.
+        """
+        (process,) = (p for p in self.processes if p.spec.name == name and p.spec.seat)
+        self._notes.note(What.REPLACED, name, f"plays by {strategy}")
+        (kind, router, run, player, *_), keys, _ = split_options(process.spec.arguments)
+        process.play(arguments_of(kind, router=router, run=Path(run), name=player, strategy=strategy, keys=keys))
+        self._pulses.forget(name)
+        self._vacant.discard(name)
+
+    def _vacate(self, process: ManagedProcess, why: str) -> None:
+        """End a player that has failed for good. It is not started again until somebody gives it another strategy."""
+        self._notes.note(What.VACATED, process.spec.name, why)
+        process.kill()
+        name = process.spec.name
+        self._vacant.add(name)
+        self._failed[name] = why.removeprefix(f"{name}: ")
+
+    @property
+    def trouble(self) -> None:
+        """None: the machine of whoever asks answers."""
+        return
+
+    def take_failed(self) -> dict[str, str]:
+        """The players that have failed for good since the last call, each with the reason."""
+        failed, self._failed = self._failed, {}
+        return failed
+
+    def statuses(self) -> list[ProcessStatus]:
+        """How each of the processes is."""
+        now = time.monotonic()
+        return [process.status(self.machine, now) for process in self.processes]
 
     def _feel_pulses(self) -> None:
         if self._session is None:
@@ -197,12 +259,14 @@ class Supervisor:
         self._mailbox.handover(0.0)
         felt = {pulse.key for pulse in self._beats.take()}
         alive = [p for p in self.processes if p.spec.pulse in felt and p.pid is not None]
-        for process in alive:
-            process.ready = True
-        for process in self.processes:
-            if process.spec.pulse in felt and process.pid is None:
-                self._seats.take(process.spec.name, time.monotonic())
+        for process in [*alive, *(p for p in self.processes if p.spec.says and not p.ready and p.has_said)]:
+            self._is_ready(process)
         self._pulses.feel((process.spec.name for process in alive), time.monotonic())
+
+    def _is_ready(self, process: ManagedProcess) -> None:
+        if not process.ready:
+            process.ready = True
+            self._notes.note(What.READY, process.spec.name)
 
     def _bury(self, process: ManagedProcess, now: float) -> None:
         name, status = process.spec.name, process.exit_status
@@ -212,19 +276,22 @@ class Supervisor:
         if status in (0, UNKNOWN) and not process.spec.essential:
             self.processes.remove(process)
             self._announce(f"{name} was closed")
+            self._notes.note(What.CLOSED, name)
             return
         words = process.log.last_words(1) if status is not None and 0 < status != UNKNOWN else ""
         # What VRG itself has said last is better than the status that goes with it.
         what = words.removeprefix("vrg: ") if words.startswith("vrg: ") else ": ".join(filter(None, (how, words)))
+        self._notes.note(What.DIED, name, what, status=status)
         if process.spec.seat and status == FAILED_FOR_GOOD:
-            self._seats.vacate(process, what)
+            self._vacate(process, what)
         elif process.strikes.failure(now):
             self._announce(f"{name} {what}: started again (log: {process.log.path})")
             process.start()
+            self._notes.note(What.STARTED, name)
             if process.spec.is_router:
                 self._router_since = now
         elif process.spec.seat:
-            self._seats.vacate(process, f"it fails too often: {what}")
+            self._vacate(process, f"it fails too often: {what}")
         elif process.spec.essential:
             raise LaunchError(f"{name} {how}, too often to go on:\n{process.log.last_words(LINES)}")
         else:
@@ -239,11 +306,17 @@ class Supervisor:
             if now - self._cut_since > CUT_OFF and now - self._router_since > ROUTER_START:
                 for router in [p for p in self._routers if p.pid]:
                     self._announce("router does not answer: killed")
+                    self._notes.note(What.KILLED, router.spec.name, "does not answer")
                     router.kill()
             return
-        if self._cut_since is not None:
+        back = self._cut_since is not None
+        if back:
             self._cut_since = None
             self._router_since = now
+        for router in [p for p in self._routers if p.pid and not p.ready]:
+            if back or now - self._router_since > CUT_OFF:
+                router.ready = True
+                self._notes.note_at_next_clock(What.READY, router.spec.name)
         hung = self._pulses.hung()
         for process in self.processes:
             stuck = None if process.ready or process.spec.pulse is None else process.stuck(now)
@@ -251,9 +324,10 @@ class Supervisor:
                 where = process.where() if process.spec.seat else ""
                 what = f"{stuck or 'hangs'}{f' ({where})' if where else ''}"
                 self._pulses.forget(process.spec.name)
+                self._notes.note(What.KILLED, process.spec.name, what)
                 process.kill()
                 if process.spec.seat and not process.strikes.hang(now):
-                    self._seats.vacate(process, f"it {what}, again")
+                    self._vacate(process, f"it {what}, again")
                 else:
                     self._announce(f"{process.spec.name} {what}: killed")
         quiet = self._pulses.silence(now) > QUIET
@@ -261,16 +335,30 @@ class Supervisor:
             self._announce(f"no process of the match has given a sign of life for {QUIET:g} s: waiting for them")
         self._told_of_quiet = quiet
 
-    def stop(self) -> None:
-        """Stop all processes, players first and the router last. A process that does not stop in time is killed."""
-        for order in sorted({p.spec.stop_order for p in self.processes}):
-            members = [p for p in self.processes if p.spec.stop_order == order]
-            for member in members:
+    @property
+    def stop_orders(self) -> set[int]:
+        """The numbers for `stop`."""
+        return {p.spec.stop_order for p in self.processes}
+
+    def stop(self, order: int) -> None:
+        """Ask the processes of one number to stop."""
+        for member in self.processes:
+            if member.spec.stop_order == order:
                 member.terminate()
-            deadline = time.monotonic() + STOP_PATIENCE
-            for member in members:
-                if not member.wait_stopped(deadline):
-                    self._announce(f"{member.spec.name} did not stop within {STOP_PATIENCE:g} s: killed")
+
+    def wait_stopped(self, order: int, meanwhile: Callable[[], None] = lambda: None) -> None:
+        """Wait until the processes of one number have stopped. One that does not stop in time is killed."""
+        deadline = time.monotonic() + STOP_PATIENCE
+        for member in self.processes:
+            meanwhile()
+            if member.spec.stop_order == order and not member.wait_stopped(deadline):
+                self._announce(f"{member.spec.name} did not stop within {STOP_PATIENCE:g} s: killed")
+
+    def close(self, meanwhile: Callable[[], None] = lambda: None) -> None:
+        """Stop all processes, players first and the router last. Idempotent."""
+        for order in sorted(self.stop_orders):
+            self.stop(order)
+            self.wait_stopped(order, meanwhile)
 
 
 def _how_it_ended(status: int | None) -> str:

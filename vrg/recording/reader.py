@@ -3,30 +3,19 @@
 A file that is torn, because its recorder was killed or its disk was full, is read as far as it goes.
 """
 
-import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final, TypeVar
 
-import msgspec
 import numpy as np
 import numpy.typing as npt
-from mcap.exceptions import EndOfFile, InvalidMagic, McapError
-from mcap.reader import NonSeekingReader
-from zstandard import ZstdError
 
-from vrg.bus.messages import Sighting, Stage, Stroke, Zone
-from vrg.errors import MessageError
+from vrg.bus.messages import FieldObject, Sighting, Stage, Stroke, Zone, at_rest
 from vrg.recording.foxglove import PoseInFrame, SceneUpdate, heading_of
-from vrg.recording.records import CallRecord, SightingsRecord, StateRecord
-from vrg.recording.schemas import schema_name
+from vrg.recording.mcap_reading import decode, records_in
+from vrg.recording.records import CallRecord, EstopRecord, RestRecord, SightingsRecord, StateRecord, TwistRecord
 from vrg.recording.sketches import strokes_of
-
-R = TypeVar("R", bound=msgspec.Struct)
-
-_TORN: Final = (EndOfFile, struct.error, ZstdError)
-"""What mcap's reader raises where a file ends within a record."""
+from vrg.recording.stops import GAP, Motion, Rest, rests_of
 
 
 @dataclass(frozen=True)
@@ -60,10 +49,12 @@ class Setting:
     Args:
         game: its name, empty where the referee never spoke.
         zones: of each round that was begun, by its number, as they were while it was played.
+        objects: the things of the game that are no robots, as the referee last told of them.
     """
 
     game: str
     zones: dict[int, list[Zone]]
+    objects: Sequence[FieldObject] = ()
 
 
 _Referee = tuple[str, str, int, bool]
@@ -99,22 +90,22 @@ def read_tracks(path: Path | Sequence[Path]) -> dict[str, Track]:
     samples: dict[str, _Samples] = {}
     roles: dict[str, tuple[str, str]] = {}
     match = (0, False)
-    for topic, metadata, stamp, data in _records(path):
+    for topic, metadata, stamp, data in records_in(path):
         if topic == "/referee/state":
-            state = _decode(data, StateRecord, topic)
+            state = decode(data, StateRecord, topic)
             roles = {p.name: (p.role, p.state) for p in state.players}
             match = (state.round, state.stage == Stage.PLAY_ROUND)
         elif (name := _robot_of_pose(topic)) is not None:
             if name not in samples:
                 samples[name] = _Samples(metadata.get("physical") == "true")
-            samples[name].add(stamp, _decode(data, PoseInFrame, topic), (*roles.get(name, ("", "")), *match))
+            samples[name].add(stamp, decode(data, PoseInFrame, topic), (*roles.get(name, ("", "")), *match))
     return {name: _track(name, of) for name, of in samples.items()}
 
 
 def read_calls(path: Path | Sequence[Path]) -> list[CallRecord]:
     """Read the referee's calls in the order of their numbers. Argument and errors are those of `read_tracks`."""
     topic = "/referee/event"
-    calls = [_decode(data, CallRecord, topic) for at, _, _, data in _records(path) if at == topic]
+    calls = [decode(data, CallRecord, topic) for at, _, _, data in records_in(path) if at == topic]
     return sorted(calls, key=lambda call: call.number)
 
 
@@ -122,13 +113,15 @@ def read_setting(path: Path | Sequence[Path]) -> Setting:
     """Read the game and its field. Argument and errors are those of `read_tracks`."""
     game = ""
     zones: dict[int, list[Zone]] = {}
-    for topic, _, _, data in _records(path):
+    objects: list[FieldObject] = []
+    for topic, _, _, data in records_in(path):
         if topic == "/referee/state":
-            state = _decode(data, StateRecord, topic)
+            state = decode(data, StateRecord, topic)
             game = state.game
             if state.stage == Stage.PLAY_ROUND or state.round not in zones:
                 zones[state.round] = state.zones
-    return Setting(game, zones)
+            objects = state.objects
+    return Setting(game, zones, tuple(objects))
 
 
 @dataclass(frozen=True)
@@ -147,22 +140,97 @@ class Thought:
 def read_sightings(path: Path | Sequence[Path]) -> dict[str, list[Sighting]]:
     """Read what each player has told the referee it has seen. Argument and errors are those of `read_tracks`."""
     found: dict[str, list[Sighting]] = {}
-    for topic, _, _, data in _records(path):
+    for topic, _, _, data in records_in(path):
         match topic.split("/"):
             case ["", "player", name, "sightings"]:
-                found.setdefault(name, []).extend(_decode(data, SightingsRecord, topic).seen)
+                found.setdefault(name, []).extend(decode(data, SightingsRecord, topic).seen)
     return found
 
 
 def read_sketches(path: Path | Sequence[Path]) -> list[Thought]:
     """Read what players have sketched, in the order of time. Argument and errors are those of `read_tracks`."""
     found = []
-    for topic, _, stamp, data in _records(path):
+    for topic, _, stamp, data in records_in(path):
         match topic.split("/"):
             case ["", "player", name, "sketch"]:
-                entities = _decode(data, SceneUpdate, topic).entities
+                entities = decode(data, SceneUpdate, topic).entities
                 found.append(Thought(name, stamp, [s for entity in entities for s in strokes_of(entity)]))
     return sorted(found, key=lambda thought: thought.time)
+
+
+@dataclass
+class _Moves:
+    """What a recording tells of one robot's motion: places, velocities, and when it came to rest or moved."""
+
+    physical: bool
+    places: list[tuple[float, float, float]] = field(default_factory=list)
+    twists: list[tuple[float, float, float]] = field(default_factory=list)
+    rests: list[tuple[float, RestRecord, bool]] = field(default_factory=list)
+    """Each record with its match time, and whether the robot was seen shortly before."""
+
+    def step_back(self, time: float) -> None:
+        """Drop what was recorded beyond a match time to which the world has stepped back: it did not happen."""
+        while self.places and self.places[-1][0] >= time:
+            self.places.pop()
+        while self.twists and self.twists[-1][0] >= time:
+            self.twists.pop()
+        while self.rests and self.rests[-1][0] >= time:
+            self.rests.pop()
+
+    def add_rest(self, time: float, record: RestRecord) -> None:
+        """Add a record of a rest, after the place at the same time."""
+        seen = len(self.places) > 1 and self.places[-1][0] - self.places[-2][0] <= GAP
+        self.rests.append((time, record, seen))
+
+    def motion(self, name: str) -> Motion:
+        speeds = {time: (v, w) for time, v, w in self.twists}
+        times = [time for time, _, _ in self.places]
+        twists = [speeds.get(time, (0.0, 0.0)) for time in times]
+        # A recording of an older release does not tell since when; then the samples alone must do.
+        rests = self._spells() if self.rests else rests_of(times, [at_rest(v, w) for v, w in twists])
+        return Motion(
+            name, self.physical, times, [p[1] for p in self.places], [p[2] for p in self.places],
+            [v for v, _ in twists], rests,
+        )  # fmt: skip
+
+    def _spells(self) -> list[Rest]:
+        spells: list[Rest] = []
+        begun: RestRecord | None = None
+        for _, record, seen in self.rests:
+            if begun is not None:
+                if record.at_rest and (seen or record.since <= begun.since):
+                    # It has moved for less than the time between two records, or a world that began anew counts anew.
+                    continue
+                spells.append(Rest(begun.since, max(begun.since, record.since - record.resolution), begun.resolution))
+            begun = record if record.at_rest else None
+        return spells if begun is None else [*spells, Rest(begun.since, resolution=begun.resolution)]
+
+
+def read_motions(path: Path | Sequence[Path]) -> dict[str, Motion]:
+    """Read how each robot moved and stood, by name. Argument and errors are those of `read_tracks`."""
+    found: dict[str, _Moves] = {}
+    for topic, metadata, stamp, data in records_in(path):
+        match topic.split("/"):
+            case ["", "robot", name, "pose"]:
+                moves = found.setdefault(name, _Moves(metadata.get("physical") == "true"))
+                moves.step_back(stamp)
+                position = decode(data, PoseInFrame, topic).pose.position
+                moves.places.append((stamp, position.x, position.y))
+            case ["", "robot", name, "twist"] if name in found:
+                twist = decode(data, TwistRecord, topic)
+                found[name].twists.append((stamp, twist.v, twist.w))
+            case ["", "robot", name, "rest"] if name in found:
+                found[name].add_rest(stamp, decode(data, RestRecord, topic))
+    return {name: moves.motion(name) for name, moves in found.items()}
+
+
+def read_estops(path: Path | Sequence[Path]) -> list[tuple[float, EstopRecord]]:
+    """Read the orders that engaged and released the emergency stop, with the match time of each, s.
+
+    Argument and errors are those of `read_tracks`.
+    """
+    topic = "/estop"
+    return [(stamp, decode(data, EstopRecord, topic)) for at, _, stamp, data in records_in(path) if at == topic]
 
 
 def _track(name: str, samples: _Samples) -> Track:
@@ -188,26 +256,3 @@ def _robot_of_pose(topic: str) -> str | None:
             return name
         case _:
             return None
-
-
-def _records(path: Path | Sequence[Path]) -> Iterator[tuple[str, dict[str, str], float, bytes]]:
-    """(topic, channel's metadata, match time in s, JSON) in the order of each file, up to where it is torn."""
-    if not isinstance(path, Path):
-        for part in path:
-            yield from _records(part)
-        return
-    with path.open("rb") as stream:
-        try:
-            for _, channel, message in NonSeekingReader(stream).iter_messages(log_time_order=False):
-                yield channel.topic, channel.metadata, message.log_time / 1e9, message.data
-        except _TORN:
-            return
-        except (InvalidMagic, McapError) as error:
-            raise MessageError(f"{path}: expected an MCAP recording: {error}") from None
-
-
-def _decode(data: bytes, record: type[R], topic: str) -> R:
-    try:
-        return msgspec.json.decode(data, type=record)
-    except msgspec.DecodeError as error:
-        raise MessageError(f"{topic}: expected {schema_name(record)}: {error}") from None

@@ -7,6 +7,7 @@ Topics:
 - `/robot/<robot>/pose`: where the world shows a robot. `/robot/<robot>/measured`: a physical robot's measured pose.
 - `/robot/<robot>/twist`: how it moves. `/robot/<robot>/command`: the motion that it was last told to make, after all
   limits.
+- `/robot/<robot>/rest`: whether it is at rest, and since which tick of the world, when that changes.
 - `/robot/<robot>/battery`: the charge of its battery, when it changes by a thousandth.
 - `/robot/<robot>/<kind>/<sensor>`: the readings of its sensors, where the recorder is asked for them. Bumpers are
   written when they change, a GPS receiver when it has a fix. The cones of a sonar are drawn in `.../cones`.
@@ -14,6 +15,7 @@ Topics:
 - `/player/<player>/sightings`: the unknown robots that it has told the referee it has seen.
 - `/player/<player>/sketch`: what it wants to be shown about what it thinks, at most once in SKETCH_EVERY.
 - `/referee/state`: the state of the match.
+- `/estop`: the orders that engage and release the emergency stop.
 - `/referee/calls`: the calls in words for the viewer's log panel. `/referee/event`: the same with players and places.
 
 Times are match time in ns.
@@ -43,13 +45,15 @@ from vrg.recording.readings import records_of
 from vrg.recording.records import (
     BatteryRecord,
     CallRecord,
+    EstopRecord,
     PlayerRecord,
     ReportRecord,
+    RestRecord,
     SightingsRecord,
     StateRecord,
     TwistRecord,
 )
-from vrg.recording.scene import obstacle_entity, robot_entity, zone_entity
+from vrg.recording.scene import flag_entity, obstacle_entity, robot_entity, zone_entity
 from vrg.recording.sketches import sketch_entity
 from vrg.regions import Region
 from vrg.types import Pose
@@ -112,6 +116,8 @@ class Recorder(Node):
         self._reports = mailbox.subscribe(keys.report())
         self._sightings = mailbox.subscribe(keys.sightings())
         self._sketches = mailbox.subscribe(keys.sketch())
+        self._estops = mailbox.subscribe(keys.estop)
+        self._releases = mailbox.subscribe(keys.estop_release)
         self._sensors = [mailbox.subscribe(keys.sensor(kind)) for kind in sensors]
         self._file: McapFile | None = None
         self._flushed = 0.0
@@ -122,11 +128,15 @@ class Recorder(Node):
         self._sketched: dict[str, tuple[m.Sketch | None, float]] = {}
         self._touched: dict[str, Touch] = {}
         self._charge: dict[str, float] = {}
+        self._rest: dict[str, float | None] = {}
+        self._moved: dict[str, float] = {}
+        """The match time at which each robot was last known to move, s."""
         self._where: dict[str, Pose] = {}
         self._game_name, self._game = "", UNKNOWN
         self._roles: dict[str, tuple[str, str]] = {}
         self._zones: list[m.Zone] | None = None
         self._round = 0
+        self._objects: list[m.FieldObject] = []
 
     @property
     def recording(self) -> bool:
@@ -178,6 +188,10 @@ class Recorder(Node):
             self._write_state(state)
         for call in self._calls.take():
             self._write_call(call)
+        for estop in self._estops.take():
+            self._write_estop(estop)
+        for release in self._releases.take():
+            self._write_estop(release)
         for report in self._reports.take():
             self._write_report(report)
         for sightings in self._sightings.take():
@@ -202,18 +216,18 @@ class Recorder(Node):
         if state.game != self._game_name:
             self._game_name, self._game = state.game, game_of(state.game)
         self._roles = {p.name: (p.role, p.state) for p in state.players}
-        self._round = state.round
+        self._round, self._objects = state.round, state.objects
         if state.zones != self._zones:
             self._zones = state.zones
             # Each update is whole: a viewer that jumps to an instant reads only the last one before it.
             at = fg.time_of(received.stamp)
-            update = fg.SceneUpdate([fg.everything(at)], [zone_entity(zone, at) for zone in state.zones])
+            update = fg.SceneUpdate([fg.everything(at)], self._zone_entities(state.zones, at))
             self._write("/field", update, received)
         record = StateRecord(
             fg.time_of(received.stamp), state.game, state.stage.value, state.halted or "", state.way_out or "",
             state.waiting, state.clock, state.total, state.round, state.rounds, state.score, state.winner or "",
             state.estop, [PlayerRecord(p.name, p.team, p.role, p.state, p.may_move) for p in state.players],
-            state.zones, state.auctions,
+            state.zones, state.auctions, state.objects,
         )  # fmt: skip
         self._write("/referee/state", record, received)
 
@@ -222,6 +236,14 @@ class Recorder(Node):
         self._write("/referee/calls", fg.Log(at, 2, call.text, call.rule, "", call.number), received)
         record = CallRecord(at, call.number, call.rule, call.text, call.players, call.poses, call.clock, self._round)
         self._write("/referee/event", record, received)
+
+    def _write_estop(self, received: Received[m.Estop] | Received[m.EstopRelease]) -> None:
+        order, clock = received.body, self._clock.latest
+        # Commands hear no clock, so their stamps do not tell the match time.
+        stamp = received.stamp or (clock.stamp if clock is not None else 0.0)
+        record = EstopRecord(fg.time_of(stamp), isinstance(order, m.Estop), order.by, order.reason)
+        written: Received[m.Message] = Received(received.key, stamp, received.sequence, order)
+        self._write("/estop", record, written)
 
     def _write_report(self, received: Received[m.Report]) -> None:
         report, player = received.body, name_in(received.key)
@@ -275,10 +297,35 @@ class Recorder(Node):
             in_frame = fg.PoseInFrame(at, fg.FRAME, pose)
             self._write(f"/robot/{body.name}/pose", in_frame, received, physical=body.physical)
             self._write(f"/robot/{body.name}/twist", TwistRecord(at, body.v, body.w), received)
+            self._write_rest(body, received)
             role, state = self._roles.get(body.name, ("robot", ""))
             colour, model = self._game.style(role, state).colour, self._models.get(body.name)
             entities.append(robot_entity(body.name, pose, model, colour, state or role, at, physical=body.physical))
+        for thing in self._objects:
+            carried = self._where.get(thing.carrier or "")
+            place = (thing.x, thing.y) if carried is None else (carried.x, carried.y)
+            entities.append(flag_entity(thing.name, place, self._game.team_style(thing.team or "").colour, at))
         self._write("/scene", fg.SceneUpdate([], entities), received)
+
+    def _write_rest(self, body: m.Body, received: Received[m.Poses]) -> None:
+        """Write whether a robot is at rest if that has changed. Not all poses are heard, but each tells since when."""
+        name, measured = body.name, received.stamp - body.age
+        if not m.at_rest(body.v, body.w):
+            self._moved[name] = measured
+        if name in self._rest and self._rest[name] == body.rest:
+            return
+        self._rest[name] = body.rest
+        since = measured if body.rest is None else body.rest
+        clock = self._clock.latest
+        resolution = clock.body.time / clock.body.tick if clock is not None and clock.body.tick else 0.0
+        if body.physical:  # it is measured less often than the world ticks
+            resolution = max(resolution, since - self._moved.get(name, since))
+        record = RestRecord(fg.time_of(received.stamp), body.rest is not None, since, round(resolution, 6))
+        self._write(f"/robot/{name}/rest", record, received)
+
+    def _zone_entities(self, zones: Sequence[m.Zone], at: fg.Time) -> list[fg.SceneEntity]:
+        team = self._game.team_style
+        return [zone_entity(zone, team(zone.team).colour if zone.team else None, at) for zone in zones]
 
     def _write_reading(self, received: Received[m.SensorMessage]) -> None:
         _, _, _, coded, _, kind, sensor = received.key.split("/")

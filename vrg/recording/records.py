@@ -6,7 +6,7 @@ not null, because a viewer's reader of schemas knows no unions; the ids by which
 
 from msgspec import Struct
 
-from vrg.bus.messages import Auction, Sighting, Zone
+from vrg.bus.messages import Auction, FieldObject, Sighting, Zone
 from vrg.recording.foxglove import Time
 from vrg.types import Pose
 
@@ -40,6 +40,7 @@ class StateRecord(Struct, frozen=True, gc=False):
     players: list[PlayerRecord]
     zones: list[Zone]
     auctions: list[Auction] = []
+    objects: list[FieldObject] = []
 
 
 class ReportRecord(Struct, frozen=True, gc=False):
@@ -63,6 +64,28 @@ class TwistRecord(Struct, frozen=True, gc=False):
     timestamp: Time
     v: float
     w: float
+
+
+class RestRecord(Struct, frozen=True, gc=False):
+    """vrg.Rest: whether a robot is at rest, when that changes.
+
+    `since` is the match time of the world's tick since which it has been so, s, which may be before this record.
+    `resolution` tells how long before that, s, it was last known to move.
+    """
+
+    timestamp: Time
+    at_rest: bool
+    since: float
+    resolution: float
+
+
+class EstopRecord(Struct, frozen=True, gc=False):
+    """vrg.Estop: an order that engages or releases the emergency stop."""
+
+    timestamp: Time
+    engaged: bool
+    by: str
+    reason: str
 
 
 class BatteryRecord(Struct, frozen=True, gc=False):

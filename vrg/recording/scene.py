@@ -13,10 +13,12 @@ from vrg.hal.sensors.laser import LaserSpec
 from vrg.hal.sensors.sonar import Sonar, SonarSpec
 from vrg.recording import foxglove as fg
 from vrg.regions import Region
-from vrg.types import Pose
+from vrg.types import Pose, Vector
 
 BLOCK_HEIGHT: Final = 1.0
 """The height of walls and obstacles, m. It is that of the world, `vrg.hal.sim.map.WALL_HEIGHT`."""
+FLAG_HEIGHT: Final = 0.9
+"""The height of a flag's pole, m."""
 SONAR_HEIGHT: Final = 0.2
 """The height above ground in which the cones of a sonar are drawn, m."""
 UNKNOWN_SIZE: Final = fg.Vector3(0.5, 0.4, 0.25)
@@ -44,10 +46,20 @@ def robot_entity(
     return fg.SceneEntity(at, fg.FRAME, name, _FOREVER, False, [arrow], [box], rim, [text])
 
 
-def zone_entity(zone: Zone, at: fg.Time) -> fg.SceneEntity:
-    """The outline of a zone; a safe one is green."""
+def flag_entity(name: str, place: Vector, colour: Rgb, at: fg.Time) -> fg.SceneEntity:
+    """A flag: a pole with a cloth in the colour of its team, at a place on the ground, m."""
+    x, y = place
+    pole = fg.CubePrimitive(fg.pose_of(x, y, 0.0, FLAG_HEIGHT / 2), fg.Vector3(0.04, 0.04, FLAG_HEIGHT), _WHITE)
+    cloth = fg.CubePrimitive(
+        fg.pose_of(x + 0.2, y, 0.0, FLAG_HEIGHT - 0.14), fg.Vector3(0.36, 0.03, 0.24), colour_of(colour)
+    )
+    return fg.SceneEntity(at, fg.FRAME, f"object:{name}", _FOREVER, False, [], [pole, cloth], [], [])
+
+
+def zone_entity(zone: Zone, team: Rgb | None, at: fg.Time) -> fg.SceneEntity:
+    """The outline of a zone; a safe one is green, and that of a team has the team's colour."""
     corners = [fg.Vector3(x, y, 0.01) for x, y in zone.region.outline()]
-    colour = colour_of(GREEN if zone.kind == "safe" else GREY)
+    colour = colour_of(GREEN if zone.kind == "safe" else team or GREY)
     line = fg.LinePrimitive(1, _ORIGIN, 0.06, False, corners, colour)
     return fg.SceneEntity(at, fg.FRAME, f"zone:{zone.name}", _FOREVER, False, [], [], [line], [])
 

@@ -24,6 +24,8 @@ _NAMES: Final[dict[type[Struct], str]] = {
     records.ReportRecord: "vrg.Report",
     records.CallRecord: "vrg.Call",
     records.TwistRecord: "vrg.Twist",
+    records.RestRecord: "vrg.Rest",
+    records.EstopRecord: "vrg.Estop",
     records.BatteryRecord: "vrg.Battery",
 }
 

@@ -10,10 +10,11 @@ from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.topics import Keys, name_in
 from vrg.games import UNKNOWN, game_of
+from vrg.hal.estop import EstopOrders
 from vrg.regions import Region
 from vrg.types import Vector
 from vrg.ui.pace import match_speed
-from vrg.ui.scene import JUMP, Flash, Scene, SceneBody, ScenePlayer, SceneStroke
+from vrg.ui.scene import JUMP, Flash, Scene, SceneBody, SceneObject, ScenePlayer, SceneStroke
 
 TRAIL_SECONDS: Final = 6.0
 """s of a body's way that are shown."""
@@ -30,6 +31,10 @@ class SceneBuilder:
     Args:
         sizes: length and width of the robots in m, by name; others are 0.5 by 0.4, a Pioneer's.
         obstacles: the ground that the map's walls and obstacles cover, m.
+
+    Attributes:
+        only: the names of the bodies that are shown; None if all are.
+        team: the team whose players' sketches are shown; None if those of all are.
     """
 
     def __init__(
@@ -38,12 +43,14 @@ class SceneBuilder:
         sizes: Mapping[str, tuple[float, float]] | None = None,
         obstacles: Sequence[Region] = (),
     ) -> None:
+        self.only: frozenset[str] | None = None
+        self.team: str | None = None
         self._sizes = dict(sizes or {})
-        self._obstacles = tuple(obstacles)
+        self._walls = tuple(obstacles)
         self._clock: m.Clock | None = None
         self._state: m.RefereeState | None = None
         self._game = UNKNOWN
-        self._estop: m.Estop | None = None
+        self._estop: m.Estop | m.EstopRelease | None = None
         self._bodies: list[m.Body] = []
         self._trails: dict[str, deque[tuple[float, Vector]]] = {}
         self._last: dict[str, Vector] = {}
@@ -63,8 +70,9 @@ class SceneBuilder:
 
     def poses(self, poses: m.Poses, stamp: float) -> None:
         """Take in where every body is at `stamp`, s."""
-        self._bodies = poses.bodies
-        for body in poses.bodies:
+        only = self.only
+        self._bodies = [b for b in poses.bodies if only is None or b.name in only]
+        for body in self._bodies:
             here = (body.pose.x, body.pose.y)
             self._starts.setdefault(body.name, here)
             trail = self._trails.setdefault(body.name, deque())
@@ -96,7 +104,7 @@ class SceneBuilder:
         """Take in what a player wants to be shown."""
         self._sketches[player] = sketch
 
-    def estop(self, estop: m.Estop) -> None:
+    def estop(self, estop: m.Estop | m.EstopRelease) -> None:
         """Take in that somebody engaged or released the emergency stop."""
         self._estop = estop
 
@@ -113,18 +121,17 @@ class SceneBuilder:
             bodies=tuple(self._body(body) for body in self._bodies),
             calls=tuple(self._calls),
             flashes=self._flashes(),
-            obstacles=self._obstacles,
+            obstacles=self._walls,
             starts=tuple(self._starts.values()),
         )
         if state is None:
             return scene
-        scene = replace(scene, strokes=self._strokes(state))
+        scene = replace(scene, strokes=self._strokes(state), objects=self._objects(state))
         return _with_referee(scene, state, tuple(self._player(p) for p in state.players))
 
     def _stopped(self) -> tuple[bool, str]:
-        asked = self._estop is not None and self._estop.engaged
         latched = (self._clock is not None and self._clock.estop) or (self._state is not None and self._state.estop)
-        if not asked or self._estop is None:
+        if not isinstance(self._estop, m.Estop):
             return latched, ""
         by = f"pressed by {self._estop.by}"
         return True, f"{by}: {self._estop.reason}" if self._estop.reason else by
@@ -135,6 +142,8 @@ class SceneBuilder:
         lasts = FLASH_SECONDS * match_speed(self._clock.rate)
         found = []
         for stamp, call in self._moments:
+            if self.only is not None and call.players and call.players[0] not in self.only:
+                continue
             moment, share = self._game.marked.get(call.rule), (self._clock.time - stamp) / lasts
             if moment is not None and call.poses and share < 1.0:
                 found.append(Flash((call.poses[0].x, call.poses[0].y), moment.word, max(0.0, share)))
@@ -146,7 +155,22 @@ class SceneBuilder:
             SceneStroke(player.role, tuple(stroke.points), stroke.label)
             for player in state.players
             if player.name in self._sketches and not self._game.is_out(player.state)
+            if self.team in (None, player.team)
             for stroke in self._sketches[player.name].strokes
+        )
+
+    def _objects(self, state: m.RefereeState) -> tuple[SceneObject, ...]:
+        """The things of the game. What is carried is where its carrier is."""
+        places = {body.name: (body.pose.x, body.pose.y) for body in self._bodies}
+        return tuple(
+            SceneObject(
+                thing.name,
+                thing.kind,
+                thing.team or "",
+                places.get(thing.carrier or "", (thing.x, thing.y)),
+                thing.carrier or "",
+            )
+            for thing in state.objects
         )
 
     def _body(self, body: m.Body) -> SceneBody:
@@ -184,6 +208,7 @@ class SceneBuilder:
             fault=report.fault.removeprefix(f"{status.name}: ") if report and report.fault else None,
             latched=report.latched if report else False,
             out_of_play=self._game.is_out(status.state),
+            leased=status.lease is not None,
         )
 
 
@@ -210,22 +235,23 @@ class SceneInlets:
 
     Args:
         mailbox: the node's own. keys: of the match.
+        poses: False if this node may not hear where every body truly is.
     """
 
-    def __init__(self, mailbox: Mailbox, keys: Keys) -> None:
+    def __init__(self, mailbox: Mailbox, keys: Keys, *, poses: bool = True) -> None:
         self._clock = mailbox.subscribe(keys.clock)
-        self._poses = mailbox.subscribe(keys.poses)
+        self._poses = mailbox.subscribe(keys.poses) if poses else None
         self._state = mailbox.subscribe(keys.referee_state)
         self._calls = mailbox.subscribe(keys.referee_event)
         self._reports = mailbox.subscribe(keys.report())
         self._sketches = mailbox.subscribe(keys.sketch())
-        self._estop = mailbox.subscribe(keys.estop)
+        self._estops = EstopOrders(mailbox, keys)
 
     def feed(self, builder: SceneBuilder) -> list[m.Call]:
         """Hand over what arrived since this was last called, and return the referee's new calls."""
         for clock in self._clock.take():
             builder.clock(clock.body)
-        for poses in self._poses.take():
+        for poses in self._poses.take() if self._poses is not None else ():
             builder.poses(poses.body, poses.stamp)
         for state in self._state.take():
             builder.referee(state.body)
@@ -233,8 +259,9 @@ class SceneInlets:
             builder.report(name_in(report.key), report.body)
         for sketch in self._sketches.take():
             builder.sketch(name_in(sketch.key), sketch.body)
-        for estop in self._estop.take():
-            builder.estop(estop.body)
+        order = self._estops.take()
+        if order is not None:
+            builder.estop(order)
         calls = self._calls.take()
         for call in calls:
             builder.call(call.body, call.stamp)

@@ -7,7 +7,7 @@ from typing import Final
 import pygame
 
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Estop, Manual, Official, OfficialAction
+from vrg.bus.messages import Estop, EstopRelease, Manual, Official, OfficialAction
 from vrg.bus.topics import Keys
 
 LEASE: Final = 0.5
@@ -15,6 +15,8 @@ LEASE: Final = 0.5
 
 _AHEAD: Final = {pygame.K_UP: 1.0, pygame.K_DOWN: -1.0}
 _ASIDE: Final = {pygame.K_LEFT: 1.0, pygame.K_RIGHT: -1.0}
+_DECIDING: Final = (pygame.K_u, pygame.K_h, pygame.K_c, pygame.K_r, pygame.K_TAB)
+"""The keys that only an official's window may use: the router would drop what they say from any other one."""
 
 
 @dataclass
@@ -23,6 +25,7 @@ class Controls:
 
     Args:
         mailbox: where messages are published. keys: of the match. by: the name of who presses, for the log.
+        official: False if the user may neither decide nor drive; the emergency stop may be engaged by everybody.
 
     Attributes:
         driving: the player that the user drives by hand, or None.
@@ -35,6 +38,7 @@ class Controls:
     mailbox: Mailbox
     keys: Keys
     by: str
+    official: bool = True
     driving: str | None = None
     quit: bool = False
     picture: bool = False
@@ -49,19 +53,13 @@ class Controls:
             players: those that can be driven, in the order in which TAB goes through them.
             shift: SHIFT is held; TAB then goes backwards.
         """
+        if key in _DECIDING:
+            if self.official:
+                self._decide(key, players, shift)
+            return
         match key:
             case pygame.K_SPACE:
-                self.mailbox.publish(self.keys.estop, Estop(engaged=True, by=self.by))
-            case pygame.K_u:
-                self.mailbox.publish(self.keys.estop, Estop(engaged=False, by=self.by))
-            case pygame.K_h:
-                self._official(OfficialAction.HALT)
-            case pygame.K_c:
-                self._official(OfficialAction.RESUME)
-            case pygame.K_r:
-                self._official(OfficialAction.RECOVER)
-            case pygame.K_TAB:
-                self._next(players, -1 if shift else 1)
+                self.mailbox.publish(self.keys.estop, Estop(by=self.by))
             case pygame.K_ESCAPE:
                 self.give_back()
             case pygame.K_p:
@@ -101,6 +99,19 @@ class Controls:
         """Close the window, as the user asked."""
         self.give_back()
         self.quit = True
+
+    def _decide(self, key: int, players: Sequence[str], shift: bool) -> None:
+        match key:
+            case pygame.K_u:
+                self.mailbox.publish(self.keys.estop_release, EstopRelease(by=self.by))
+            case pygame.K_h:
+                self._official(OfficialAction.HALT)
+            case pygame.K_c:
+                self._official(OfficialAction.RESUME)
+            case pygame.K_r:
+                self._official(OfficialAction.RECOVER)
+            case pygame.K_TAB:
+                self._next(players, -1 if shift else 1)
 
     def _official(self, action: OfficialAction) -> None:
         self.mailbox.publish(self.keys.official, Official(action=action, by=self.by))

@@ -3,7 +3,7 @@
 import math
 import os
 from pathlib import Path
-from typing import Final
+from typing import Final, Protocol
 
 import pygame
 
@@ -24,14 +24,36 @@ NARROW: Final = 520
 """Pixels; a window narrower than this shows the field alone."""
 
 
-class Painter:
-    """Draws scenes, and keeps the fonts and the unmoving ground between frames."""
+class Panel(Protocol):
+    """What is drawn beside the field."""
 
-    def __init__(self) -> None:
-        self._fonts = Fonts()
+    def draw(self, surface: pygame.Surface, area: pygame.Rect, scene: Scene, ui: float, driving: str | None) -> None:
+        """Draw it into an area; `ui` scales letters, `driving` is the player that the user drives by hand."""
+
+    def help(self, surface: pygame.Surface, area: pygame.Rect, ui: float) -> None:
+        """List the keys in the middle of an area."""
+
+    def hand(self, driving: str) -> str:
+        """What is written on the field while the user drives a player by hand."""
+
+
+class Painter:
+    """Draws scenes, and keeps the fonts and the unmoving ground between frames.
+
+    Args:
+        fonts: to write with. panel: what is drawn beside the field; the spectator's if it is None.
+        panel_width: the width of the panel, pixels at the usual size of a window.
+        hints: False if the keys that banners name have no meaning in this window.
+    """
+
+    def __init__(
+        self, fonts: Fonts | None = None, panel: Panel | None = None, *, panel_width: int = 340, hints: bool = True
+    ) -> None:
+        self._fonts = fonts or Fonts()
         self._field = FieldPainter(self._fonts)
-        self._panel = PanelPainter(self._fonts)
-        self._banners = BannerPainter(self._fonts)
+        self._panel = panel or PanelPainter(self._fonts)
+        self._panel_width = panel_width
+        self._banners = BannerPainter(self._fonts, hints=hints)
 
     def draw(self, surface: pygame.Surface, scene: Scene, driving: str | None = None, *, keys: bool = False) -> View:
         """Draw the scene on the whole surface.
@@ -43,8 +65,8 @@ class Painter:
             How the field's coordinates became pixels.
         """
         width, height = surface.get_size()
-        ui = min(2.5, max(SMALLEST_UI, math.sqrt(width * height / (1280 * 800))))
-        panel = round(min(340 * ui, 0.45 * width)) if width >= NARROW else 0
+        ui = scale_of(width, height)
+        panel = round(min(self._panel_width * ui, 0.45 * width)) if width >= NARROW else 0
         surface.fill(palette.BACKGROUND)
         area = pygame.Rect(0, 0, max(1, width - panel), max(1, height))
         top = min(self._banners.height(area, scene, ui), area.height // 2)
@@ -67,7 +89,7 @@ class Painter:
         return view
 
     def _hand(self, surface: pygame.Surface, area: pygame.Rect, driving: str, ui: float) -> None:
-        words = f"You drive {driving}: arrows steer, ESC gives it back"
+        words = self._panel.hand(driving)
         size = round(14 * ui)
         words = self._fonts.shorten(words, area.width - round(40 * ui), size, Face.BOLD)
         text = self._fonts.render(words, size, palette.INK, Face.BOLD)
@@ -78,6 +100,11 @@ class Painter:
         plate.left = max(plate.left, min(round(190 * ui), right - plate.width))
         shapes.pill(surface, plate, palette.CAUTION, radius=plate.height // 2)
         surface.blit(text, text.get_rect(center=plate.center))
+
+
+def scale_of(width: int, height: int) -> float:
+    """By how much letters are scaled in a window of so many pixels; 1 is their size at 1280 by 800 pixels."""
+    return min(2.5, max(SMALLEST_UI, math.sqrt(width * height / (1280 * 800))))
 
 
 def render_png(scene: Scene, path: Path, size: tuple[int, int] = (1280, 800), driving: str | None = None) -> View:
@@ -111,10 +138,15 @@ def save_png(surface: pygame.Surface, path: Path) -> None:
 
 
 class BannerPainter:
-    """Draws the banners below each other at the top of an area. They have it for themselves: no robot is below them."""
+    """Draws the banners below each other at the top of an area. They have it for themselves: no robot is below them.
 
-    def __init__(self, fonts: Fonts) -> None:
+    Args:
+        fonts: to write with. hints: whether they tell which keys help.
+    """
+
+    def __init__(self, fonts: Fonts, *, hints: bool = True) -> None:
         self._fonts = fonts
+        self._hints = hints
 
     def height(self, area: pygame.Rect, scene: Scene, ui: float) -> int:
         """The height in pixels that is kept for them, which is that of a brief one where there is none."""
@@ -156,7 +188,8 @@ class BannerPainter:
         if len(wrapped) > BANNER_LINES:
             rest = len(wrapped) - BANNER_LINES + 1
             wrapped = [*wrapped[: BANNER_LINES - 1], f"… and {rest} more"]
-        return [*wrapped, self._fonts.shorten(banner.hint, room, size)] if banner.hint else wrapped
+        hinted = self._hints and banner.hint
+        return [*wrapped, self._fonts.shorten(banner.hint, room, size)] if hinted else wrapped
 
     def _draw_one(self, surface: pygame.Surface, place: pygame.Rect, banner: Banner, ui: float) -> None:
         shapes.pill(surface, place.move(0, round(3 * ui)), (0, 0, 0), 90, 10)

@@ -14,7 +14,8 @@ from vrg.types import Pose
 from vrg.ui import palette, shapes
 from vrg.ui.ground import draw_ground, strip_height
 from vrg.ui.nametags import Circle, NamePainter
-from vrg.ui.scene import Flash, Scene, SceneBody, SceneStroke
+from vrg.ui.scene import Flash, Scene, SceneBody, SceneObject, SceneStroke
+from vrg.ui.shapes import flag
 from vrg.ui.sprites import FINENESS, NOSE, robot_sprite
 from vrg.ui.text import Face, Fonts
 from vrg.ui.view import Area, Pixel, View, extent, fit
@@ -62,6 +63,8 @@ class FieldPainter:
             if body.name == driving:
                 centre = view.point(body.pose.x, body.pose.y)
                 shapes.ring(surface, centre, _radius(body, view) + 6 * ui, palette.CAUTION, 2.5 * ui)
+        for thing in scene.objects:
+            self._object(surface, thing, view)
         self._names.draw(surface, rect, [self._named(body, view, driving) for body in scene.bodies], ui)
         for flash in scene.flashes:
             self._flash(surface, rect, flash, view, ui)
@@ -105,6 +108,11 @@ class FieldPainter:
         if body.name == driving:
             colour = palette.CAUTION
         return body.name, colour, (view.point(body.pose.x, body.pose.y), _radius(body, view))
+
+    def _object(self, surface: pygame.Surface, thing: SceneObject, view: View) -> None:
+        """Draw a flag at its place, or on the robot that carries it."""
+        style = self._game.team_style(thing.team)
+        flag(surface, view.point(*thing.at), max(0.5 * view.scale, SMALLEST), style.colour)
 
     def _stroke(self, surface: pygame.Surface, stroke: SceneStroke, view: View, ui: float) -> None:
         colour = palette.mix(palette.FIELD, self._game.style(stroke.role).colour, 0.75)

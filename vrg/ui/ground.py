@@ -4,9 +4,10 @@ import math
 
 import pygame
 
-from vrg.bus.messages import Zone
+from vrg.bus.messages import LARGE_ZONES, Zone
 from vrg.colours import Rgb
-from vrg.regions import Region
+from vrg.games import game_of
+from vrg.regions import Circle, Region
 from vrg.types import Vector
 from vrg.ui import palette, shapes
 from vrg.ui.scene import Scene
@@ -21,9 +22,11 @@ def draw_ground(surface: pygame.Surface, scene: Scene, view: View, ui: float, fo
     for region in fields:
         shapes.polygon(surface, _outline(region, view), palette.FIELD)
         _grid(surface, region, view)
+    game = game_of(scene.game)
     for zone in scene.zones:
         if zone.kind != "field":
-            _zone(surface, zone, view, ui, fonts)
+            colour = game.team_style(zone.team).colour if zone.team else palette.MUTED
+            _zone(surface, zone, palette.SAFE if zone.kind == "safe" else colour, view, ui, fonts)
     for region in fields:
         shapes.outline(surface, _outline(region, view), palette.BORDER, 2.5 * ui)
     for obstacle in scene.obstacles:
@@ -61,19 +64,20 @@ def _grid(surface: pygame.Surface, region: Region, view: View) -> None:
             pygame.draw.line(surface, palette.GRID, a, b)
 
 
-def _zone(surface: pygame.Surface, zone: Zone, view: View, ui: float, fonts: Fonts) -> None:
+def _zone(surface: pygame.Surface, zone: Zone, colour: Rgb, view: View, ui: float, fonts: Fonts) -> None:
     _, _, width, height = view.box(zone.region.bounds)
     if width < 2 or height < 2:
         return
     safe = zone.kind == "safe"
-    colour = palette.SAFE if safe else palette.MUTED
-    tint = palette.mix(palette.FIELD, colour, 0.2 if safe else 0.08)
+    tint = palette.mix(palette.FIELD, colour, 0.2 if safe else 0.08 if zone.kind in LARGE_ZONES else 0.14)
     outline = _outline(zone.region, view)
     shapes.polygon(surface, outline, tint)
     if safe:
         _stripes(surface, zone.region, view, palette.mix(tint, colour, 0.22), max(14, round(18 * ui)))
     shapes.outline(surface, outline, palette.mix(colour, palette.FIELD, 0.25), 2 if safe else 1)
-    _name(surface, zone, view, ui, fonts)
+    # The name of a large zone would lie below that of the zones in it.
+    if zone.kind not in LARGE_ZONES:
+        _name(surface, zone, view, ui, fonts)
 
 
 def _stripes(surface: pygame.Surface, region: Region, view: View, colour: Rgb, step: int) -> None:
@@ -101,6 +105,13 @@ def _name(surface: pygame.Surface, zone: Zone, view: View, ui: float, fonts: Fon
         size -= 1
     ink = palette.mix(palette.SAFE, palette.TEXT, 0.45) if safe else palette.MUTED
     text = fonts.render(words, max(size, smallest), ink, Face.BOLD)
+    if zone.team and isinstance(zone.region, Circle):
+        # There may be an object in the middle, so the name is below the circle.
+        x, y = view.point(*zone.region.middle)
+        _, _, _, diameter = view.box(zone.region.bounds)
+        text = fonts.render(words, smallest, ink, Face.BOLD)
+        surface.blit(text, text.get_rect(midtop=(round(x), round(y + diameter / 2 + 4 * ui))))
+        return
     if text.get_width() > 0.85 * width and height > width:
         text = pygame.transform.rotate(text, 90)
     if text.get_width() <= width - 4 and text.get_height() <= height - 4:

@@ -1,5 +1,6 @@
 """Draws the panel beside the field: the state of the match, the players, the referee's words and the keys."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -51,10 +52,15 @@ class _Pen:
 
 
 class PanelPainter:
-    """Draws the panel into a rectangle from the top down. What has no room is left out, the keys first."""
+    """Draws the panel into a rectangle from the top down. What has no room is left out, the keys first.
 
-    def __init__(self, fonts: Fonts) -> None:
+    Args:
+        fonts: to write with. keys: the keys of the window, each with what it does.
+    """
+
+    def __init__(self, fonts: Fonts, keys: Sequence[tuple[str, str]] = KEYS) -> None:
         self._fonts = fonts
+        self._listed = keys
         self._roster = RosterPainter(fonts)
         self._game = UNKNOWN
 
@@ -82,6 +88,10 @@ class PanelPainter:
         self._calls(pen, scene, ui, floor - round(8 * ui))
         surface.set_clip(before)
 
+    def hand(self, driving: str) -> str:
+        """What is written on the field while the user drives a player by hand."""
+        return f"You drive {driving}: arrows steer, ESC gives it back"
+
     def help(self, surface: pygame.Surface, area: pygame.Rect, ui: float) -> None:
         """List the keys on a plate in the middle of an area."""
         width, pad = min(area.width - round(20 * ui), round(330 * ui)), round(16 * ui)
@@ -95,7 +105,9 @@ class PanelPainter:
 
     def _heading(self, pen: _Pen, scene: Scene, ui: float) -> None:
         size = round(21 * ui)
-        name = self._fonts.shorten(title(scene.game) or "Waiting for the referee", pen.width, size, Face.BOLD)
+        name = self._fonts.shorten(
+            self._game.title or title(scene.game) or "Waiting for the referee", pen.width, size, Face.BOLD
+        )
         pen.surface.blit(self._fonts.render(name, size, palette.TEXT, Face.BOLD), (pen.left, pen.y))
         pen.y += round(size * 1.5)
         if scene.stage is None:
@@ -144,7 +156,17 @@ class PanelPainter:
             words = self._fonts.shorten(title(team), room, size)
             label = self._fonts.render(words, size, palette.MUTED)
             pen.surface.blit(label, label.get_rect(midleft=(card.left + round(14 * ui), card.centery)))
-        pen.y += height + round(16 * ui)
+        pen.y += height + round(8 * ui)
+        for thing in scene.objects:
+            size = round(13 * ui)
+            shapes.flag(
+                pen.surface, (pen.left + round(4 * ui), pen.y + size), size, self._game.team_style(thing.team).colour
+            )
+            words = self._fonts.shorten(thing.words, pen.width - round(24 * ui), size)
+            text = self._fonts.render(words, size, palette.TEXT if thing.carrier else palette.MUTED)
+            pen.surface.blit(text, (pen.left + round(22 * ui), pen.y))
+            pen.y += round(19 * ui)
+        pen.y += round(8 * ui)
 
     def _section(self, pen: _Pen, words: str, ui: float) -> None:
         text = self._fonts.render(words, round(11 * ui), palette.MUTED, Face.BOLD)
@@ -185,14 +207,14 @@ class PanelPainter:
             pen.y += round(6 * ui)
 
     def _keys_height(self, ui: float) -> int:
-        return round((20 + 22 * ((len(KEYS) + 1) // 2)) * ui)
+        return round((20 + 22 * ((len(self._listed) + 1) // 2)) * ui)
 
     def _keys(self, pen: _Pen, top: int, ui: float) -> None:
         heading = _Pen(pen.surface, pen.left, pen.right, pen.top, pen.bottom, top)
         self._section(heading, "KEYS", ui)
-        rows = (len(KEYS) + 1) // 2
+        rows = (len(self._listed) + 1) // 2
         size = round(11 * ui)
-        for index, (key, meaning) in enumerate(KEYS):
+        for index, (key, meaning) in enumerate(self._listed):
             column, row = divmod(index, rows)
             left = pen.left + column * (pen.width // 2 + round(6 * ui))
             y = heading.y + round(22 * ui) * row

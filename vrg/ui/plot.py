@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 
-from vrg.bus.messages import Zone
-from vrg.colours import ON_WHITE
+from vrg.bus.messages import LARGE_ZONES, FieldObject, Zone
+from vrg.colours import ON_WHITE, Rgb
 from vrg.games import UNKNOWN, game_of
 from vrg.games.game import Game, Marker, Moment
 from vrg.recording.reader import Track, read_calls, read_setting, read_tracks
@@ -77,9 +77,10 @@ def plot_trajectories(
         setting = read_setting(recording)
         zones = setting.zones if zones is None else zones
         game = game or setting.game
+        objects = setting.objects
         thoughts = Thoughts.read(recording) if thoughts is None else thoughts
     else:
-        tracks = dict(recording)
+        tracks, objects = dict(recording), ()
     calls, zones, thoughts, shown_as = calls or (), zones or {}, thoughts or Thoughts(), game_of(game)
     moments = _moments(shown_as, calls)
     if not any(track.times.size for track in tracks.values()):
@@ -90,7 +91,7 @@ def plot_trajectories(
     listed = [call for of_round in marked.values() if len(of_round) > CALLS_IN_WORDS for call in of_round]
     tracks = {name: tracks[name] for name in sorted(tracks, key=_natural)}
     colours = {name: _colour(index) for index, name in enumerate(tracks)}
-    handles = [*_legend(tracks, rounds, colours, calls, shown_as), *thoughts.legend()]
+    handles = [*_legend(tracks, rounds, colours, calls, shown_as), *thoughts.legend(moments.values())]
     handles += [_listed(number, _words_of(call, moments)) for number, call in enumerate(listed, 1)]
     columns = -(-len(handles) // LEGEND_LINES)
     longest = max(len(str(handle.get_label())) for handle in handles)
@@ -101,7 +102,8 @@ def plot_trajectories(
         labels = Labels(metre, box, [zone.region for zone in here if zone.kind == "field"])
         for obstacle in obstacles:
             axes.add_patch(Polygon(obstacle.outline(), facecolor="0.72", edgecolor="0.5", linewidth=0.8, zorder=1.0))
-        _draw_zones(axes, here, labels)
+        draw_zones(axes, here, shown_as, labels)
+        _draw_objects(axes, objects, labels, shown_as)
         for track in tracks.values():
             ends = np.flatnonzero(_shown(track, number))
             for end in (0, -1) if ends.size else ():
@@ -189,11 +191,25 @@ def _lasted(tracks: Mapping[str, Track], number: int) -> tuple[float, float]:
     return (float(times.min()), float(times.max())) if times.size else (0.0, 0.0)
 
 
-def _draw_zones(axes: Axes, zones: Sequence[Zone], labels: Labels) -> None:
+def draw_zones(axes: Axes, zones: Sequence[Zone], game: Game, labels: Labels | None = None) -> None:
+    """Draw the parts of the field.
+
+    Args:
+        labels: what must not write over their names; without it, the names are left out.
+    """
     for zone in zones:
         outline = zone.region.outline()
         if zone.kind == "field":
             axes.add_patch(Polygon(outline, fill=False, edgecolor="0.25", linewidth=1.6, zorder=1.5))
+            continue
+        if zone.team is not None:
+            colour = rgb(game.team_style(zone.team).colour)
+            axes.add_patch(
+                Polygon(
+                    outline, facecolor=colour, edgecolor=colour, linewidth=0.8, zorder=0.5,
+                    alpha=0.06 if zone.kind in LARGE_ZONES else 0.15,
+                )
+            )  # fmt: skip
             continue
         safe = zone.kind == "safe"
         axes.add_patch(
@@ -202,12 +218,24 @@ def _draw_zones(axes: Axes, zones: Sequence[Zone], labels: Labels) -> None:
                 hatch="//" if safe else None, linewidth=0.8, zorder=0.5,
             )
         )  # fmt: skip
+        if labels is None:
+            continue
         words = zone.name.replace("_", " ")
         axes.text(
             *zone.region.middle, words, ha="center", va="center", fontsize=10, color="#3d8f6f" if safe else "0.6",
             path_effects=[HALO], zorder=0.6,
         )  # fmt: skip
         labels.keep_clear(zone.region.middle, width=6.0 * len(words), height=12.0)
+
+
+def _draw_objects(axes: Axes, objects: Sequence[FieldObject], labels: Labels, game: Game) -> None:
+    """Draw flags in their places."""
+    for thing in objects:
+        colour = rgb(game.team_style(thing.team or "").colour)
+        axes.plot([thing.x, thing.x], [thing.y, thing.y + 0.5], color="0.3", linewidth=1.5, zorder=2.0)
+        cloth = [(thing.x, thing.y + 0.5), (thing.x + 0.4, thing.y + 0.37), (thing.x, thing.y + 0.25)]
+        axes.add_patch(Polygon(cloth, facecolor=colour, edgecolor="0.3", linewidth=0.6, zorder=2.0))
+        labels.keep_clear((thing.x, thing.y), width=14.0, height=20.0)
 
 
 def _draw_track(axes: Axes, track: Track, number: int, colour: Colour, labels: Labels, game: Game) -> None:
@@ -299,7 +327,12 @@ def _last_of_round(track: Track, number: int, shown: int) -> int:
 
 
 def _colour(index: int) -> Colour:
-    red, green, blue = ON_WHITE[index % len(ON_WHITE)]
+    return rgb(ON_WHITE[index % len(ON_WHITE)])
+
+
+def rgb(colour: Rgb) -> Colour:
+    """A colour as matplotlib wants it."""
+    red, green, blue = colour
     return red / 255, green / 255, blue / 255
 
 

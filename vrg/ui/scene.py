@@ -43,7 +43,7 @@ class ScenePlayer:
         battery: the charge of its robot's battery, from 1 (full) to 0 (empty), or None where that is not measured.
         manual: a human drives it. fault: what keeps it from playing, in words, or None.
         latched: only an official's `recover` clears its robot's fault.
-        out_of_play: its robot is only an obstacle.
+        out_of_play: its robot is only an obstacle. leased: the referee drives it.
     """
 
     name: str
@@ -60,6 +60,7 @@ class ScenePlayer:
     fault: str | None = None
     latched: bool = False
     out_of_play: bool = False
+    leased: bool = False
 
 
 @dataclass(frozen=True)
@@ -73,6 +74,26 @@ class SceneStroke:
     role: str
     points: tuple[Vector, ...]
     label: str = ""
+
+
+@dataclass(frozen=True)
+class SceneObject:
+    """A thing of the game that is no robot, such as a flag.
+
+    Args:
+        team: the team that it belongs to, or empty. at: where it is, m. carrier: the player that carries it, or empty.
+    """
+
+    name: str
+    kind: str
+    team: str
+    at: Vector
+    carrier: str = ""
+
+    @property
+    def words(self) -> str:
+        """Where it is, in words."""
+        return f"{self.name} carried by {self.carrier}" if self.carrier else f"{self.name} in its place"
 
 
 @dataclass(frozen=True)
@@ -101,6 +122,7 @@ class Scene:
         calls: the last ones, oldest first. flashes: what was called a moment ago, oldest first.
         obstacles: the ground that walls and obstacles cover, m.
         strokes: what players want to be shown about what they think.
+        objects: the things of the game that are no robots.
         starts: where bodies were first, m.
     """
 
@@ -126,6 +148,7 @@ class Scene:
     flashes: tuple[Flash, ...] = ()
     obstacles: tuple[Region, ...] = ()
     strokes: tuple[SceneStroke, ...] = ()
+    objects: tuple[SceneObject, ...] = ()
     starts: tuple[Vector, ...] = ()
 
     def player(self, name: str) -> ScenePlayer | None:

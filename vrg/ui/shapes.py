@@ -8,6 +8,7 @@ from pygame import gfxdraw
 
 from vrg.colours import Rgb
 from vrg.games.game import Marker
+from vrg.ui import palette
 from vrg.ui.view import Pixel
 
 FAR = 16000
@@ -118,6 +119,17 @@ def marker(surface: pygame.Surface, centre: Pixel, angle: float, radius: float, 
         }[sign]
         points = [oriented(centre, angle, a * radius, b * radius) for a, b in corners]
         polygon(surface, points, colour)
+
+
+def flag(surface: pygame.Surface, foot: Pixel, height: float, colour: Rgb) -> None:
+    """Draw a flag on a pole whose foot is at a pixel, with a light rim so that it is seen upon anything."""
+    x, y = foot
+    tip = (x, y - height)
+    cloth = [tip, (x + 0.75 * height, y - 0.75 * height), (x, y - 0.5 * height)]
+    line(surface, foot, tip, palette.BORDER, max(2.0, height * 0.08))
+    polygon(surface, cloth, colour)
+    outline(surface, cloth, palette.BORDER, 1.0)
+    disc(surface, foot, max(2.0, height * 0.08), palette.BORDER)
 
 
 def pill(surface: pygame.Surface, area: pygame.Rect, colour: Rgb, alpha: int = 255, radius: int = 8) -> None:

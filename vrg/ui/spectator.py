@@ -1,7 +1,6 @@
 """The spectator's window. It shows the match, and lets a human stop it, halt it, or drive a player."""
 
 import logging
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import ClassVar, Final
@@ -17,6 +16,7 @@ from vrg.ui.controls import Controls
 from vrg.ui.draw import Painter, save_png
 from vrg.ui.pace import Pace
 from vrg.ui.scene import Scene
+from vrg.ui.window import open_window, toggle_whole_screen
 
 log = logging.getLogger(__name__)
 
@@ -43,6 +43,7 @@ class Spectator(Node):
         obstacles: the ground that the map's walls and obstacles cover, m.
         size: of the window in pixels.
         pictures: the folder where the key P leaves pictures.
+        official: False if the user may only watch and stop everything, because this window has no official's seat.
 
     Raises:
         pygame.error: at the first tick, there is no display.
@@ -61,6 +62,7 @@ class Spectator(Node):
         size: tuple[int, int] = (1280, 800),
         pictures: Path = Path(),
         period: float = FRAME,
+        official: bool = True,
     ) -> None:
         super().__init__(name, mailbox, period)
         self._title = f"VRG: {keys.match}"
@@ -68,7 +70,7 @@ class Spectator(Node):
         self._pictures = pictures
         self._inlets = SceneInlets(mailbox, keys)
         self._builder = SceneBuilder(sizes=sizes, obstacles=obstacles)
-        self._controls = Controls(mailbox, keys, by=name)
+        self._controls = Controls(mailbox, keys, by=name, official=official)
         self._scene = Scene()
         self._window: pygame.Surface | None = None
         self._painter: Painter | None = None
@@ -110,11 +112,7 @@ class Spectator(Node):
         self._close()
 
     def _open(self) -> None:
-        # This process makes no sound; SDL would otherwise open the sound card, or complain that there is none.
-        os.environ.setdefault("SDL_AUDIODRIVER", "dummy")
-        pygame.display.init()
-        pygame.display.set_caption(self._title)
-        self._window = pygame.display.set_mode(self._size, pygame.RESIZABLE)
+        self._window = open_window(self._title, self._size)
         self._painter = Painter()
 
     def _close(self) -> None:
@@ -153,10 +151,7 @@ class Spectator(Node):
             return
         if self._controls.whole_screen:
             self._controls.whole_screen = False
-            try:
-                pygame.display.toggle_fullscreen()
-            except pygame.error as error:
-                log.warning("the window cannot fill the screen: %s", error)
+            toggle_whole_screen()
         self._painter.draw(window, self._scene, self._controls.driving, keys=self._controls.help)
         pygame.display.flip()
         if self._controls.picture:

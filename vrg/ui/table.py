@@ -21,6 +21,7 @@ from vrg.ui import palette
 from vrg.ui.banner import banners
 from vrg.ui.builder import SceneBuilder, SceneInlets
 from vrg.ui.pace import Pace
+from vrg.ui.processes import Board, process_table
 from vrg.ui.scene import Scene, ScenePlayer, clock_text, speed_text
 
 STATUS_EVERY: Final = 5.0
@@ -30,6 +31,8 @@ REDRAW: Final = 0.25
 CALLS_SHOWN: Final = 6
 LONGEST_NAME: Final = 24
 """The characters of a name that are shown."""
+LEAST_HEIGHT: Final = 12
+"""The lines that the match needs at least, if processes are shown below."""
 CALLS_LEAST: Final = 2
 """Calls for which there must be room, or else the players stand beside each other."""
 
@@ -53,17 +56,26 @@ class TerminalTable(Node):
     Args:
         console: where to write; standard output if it is missing. On a terminal the table is redrawn in place,
             else each call is one line, and every 5 s of match time there is one line of status.
+        processes: True shows the processes of all machines below the match, where there is room.
     """
 
     kind: ClassVar[str] = "spectator"
 
     def __init__(
-        self, name: str, mailbox: Mailbox, keys: Keys, *, console: Console | None = None, period: float = 0.25
+        self,
+        name: str,
+        mailbox: Mailbox,
+        keys: Keys,
+        *,
+        console: Console | None = None,
+        period: float = 0.25,
+        processes: bool = False,
     ) -> None:
         super().__init__(name, mailbox, period)
         self._console = console or Console(highlight=False)
         self._inlets = SceneInlets(mailbox, keys)
         self._builder = SceneBuilder()
+        self._board = Board(mailbox, keys) if processes else None
         self._pace = Pace(REDRAW)
         self._live: Live | None = None
         self._status_due: int | None = None
@@ -90,7 +102,14 @@ class TerminalTable(Node):
             self._live = Live(console=self._console, auto_refresh=False)
             self._live.start()
         size = self._console.size
-        self._live.update(table(scene, size.width, size.height), refresh=True)
+        shown: RenderableType = table(scene, size.width, size.height)
+        if self._board is not None:
+            below = process_table(self._board.look())
+            # One line is left for the prompt.
+            room = size.height - 1 - _height(below, size.width)
+            if room >= LEAST_HEIGHT:
+                shown = Group(table(scene, size.width, room), below)
+        self._live.update(shown, refresh=True)
 
     def _print(self, scene: Scene, calls: list[Call]) -> None:
         for call in calls:
@@ -144,7 +163,11 @@ def table(scene: Scene, width: int = 120, height: int = 50) -> RenderableType:
         players = _players_beside(scene, inside)
         taken = _height(players, inside)
     parts += [players, _calls(scene, inside, max(1, room - taken))]
-    return Panel(Group(*parts), title=title(scene.game) or "Waiting for the referee", title_align="left")
+    return Panel(
+        Group(*parts),
+        title=game_of(scene.game).title or title(scene.game) or "Waiting for the referee",
+        title_align="left",
+    )
 
 
 def _height(part: RenderableType, width: int) -> int:
@@ -163,6 +186,8 @@ def _heading(scene: Scene) -> Text:
     for team, points in scene.score:
         text.append(f"   {title(team)} ")
         text.append(str(points), style="bold")
+    for thing in scene.objects:
+        text.append(f"   {thing.words}", style="bold" if thing.carrier else "dim")
     return text
 
 

@@ -1,6 +1,6 @@
 """What players saw and expected, in a plot: their sightings, and what they sketched when calls were made."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
@@ -35,12 +35,12 @@ class Thoughts:
         """Read them from a recording or its parts. Errors are those of `read_tracks`."""
         return cls(read_sightings(recording), read_sketches(recording))
 
-    def legend(self) -> Iterator[Line2D]:
-        """The lines of the legend that explain what is drawn."""
+    def legend(self, moments: Iterable[Moment]) -> Iterator[Line2D]:
+        """The lines of the legend that explain what is drawn, if calls are marked in these ways."""
         grey = "0.35"
         if any(self.sightings.values()):
             yield Line2D([], [], color=grey, marker=".", markersize=4, linestyle="", label="sighting, by its player")
-        if any(thought.strokes for thought in self.sketches):
+        if any(m.thought for m in moments) and any(thought.strokes for thought in self.sketches):
             yield Line2D([], [], color=grey, linestyle=_DASHES, label="what a player expected then")
 
     def draw_sightings(self, axes: Axes, colours: Mapping[str, Colour], begin: float, end: float) -> None:

@@ -4,8 +4,8 @@ import math
 
 from lion_and_man import LION
 from vrg.agents import Strategy, View
-from vrg.agents.control import linearise, scaled
 from vrg.agents.pursuit import lion_move
+from vrg.navigation.control import linearise, scaled
 from vrg.types import STILL, Twist, Vector
 
 OFFSET = 0.2

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrg.games.sharks_and_minnows.tagging import first_tag, first_tags
+from vrg.games.sharks_and_minnows.tagging import Hunters, first_tag, first_tags
 from vrg.geometry import interpolate, outline_distance
 from vrg.regions import Rectangle
 from vrg.types import Pose
@@ -124,3 +124,23 @@ def test_whoever_is_within_reach_at_the_instant_of_a_tag_is_named(
         if outline_distance(interpolate(a, b, at), place, size, P2AT) <= 0.30
     ]
     assert taggers == within
+
+
+far = st.floats(-4, 4)
+anywhere = st.builds(Pose, far, far, st.floats(-math.pi, math.pi))
+sizes = st.tuples(st.floats(0.1, 1.0), st.floats(0.1, 1.0))
+motions = st.tuples(anywhere, anywhere, sizes)
+
+
+@given(st.lists(motions, max_size=6), motions, st.floats(0.0, 0.5))
+def test_looking_only_at_hunters_that_are_near_misses_no_tag(
+    hunters: list[tuple[Pose, Pose, tuple[float, float]]], prey: tuple[Pose, Pose, tuple[float, float]], reach: float
+) -> None:
+    named = {f"h{i}": hunter for i, hunter in enumerate(hunters)}
+    near = Hunters(named, reach).near(prey)
+    until = dict.fromkeys(named, 1.0)
+    assert first_tags(near, prey, reach, NOWHERE, until) == first_tags(named, prey, reach, NOWHERE, until)
+
+
+def test_a_hunter_far_away_is_not_looked_at() -> None:
+    assert list(Hunters({"a": _still(0, 0), "b": _still(5, 0)}, 0.3).near(_still(0.9, 0))) == ["a"]

@@ -9,7 +9,7 @@ from typing import Any
 from tests.vcan import INTERFACE
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Estop, Message, Recover
+from vrg.bus.messages import Estop, EstopRelease, Message, Recover
 from vrg.bus.topics import Keys, Topic
 from vrg.errors import RobotError
 from vrg.hal.can.bus import message_of
@@ -123,6 +123,13 @@ class CanBench(DriverBench):
             if not left and not self.driver.read().armed:
                 left = 1  # even the last one was late
 
+    def revive(self) -> bool:
+        """Recover if the drives, which have no processor of their own, were heard too late."""
+        late = "no heartbeat" in (self.driver.read().fault or "")
+        if late:
+            self.driver.recover()
+        return late
+
     def cut(self) -> None:
         """The drives fall silent."""
         for node in self.nodes:
@@ -178,7 +185,10 @@ class DeviceBench(CanBench):
 
     def estop(self, engaged: bool) -> None:
         """Somebody engages or releases the emergency stop on the match's bus."""
-        self.hear(KEYS.estop, Estop(engaged=engaged, by="test"))
+        if engaged:
+            self.hear(KEYS.estop, Estop(by="test"))
+        else:
+            self.hear(KEYS.estop_release, EstopRelease(by="test"))
 
     def recover(self) -> None:
         """An official asks for it."""

@@ -20,7 +20,7 @@ from tests.hal.can.handling import (
     recovers,
     wait,
 )
-from vrg.bus.messages import Body, MeasuredPose, PlayerStatus, Poses, RefereeState, SpeedLimit, Stage
+from vrg.bus.messages import MeasuredPose, PlayerStatus, RefereeState, SpeedLimit, Stage
 from vrg.errors import RobotError
 from vrg.hal.can.bus import CanBus
 from vrg.hal.can.emulator.faults import FaultKind
@@ -358,7 +358,7 @@ class TestCommands:
 
     def test_it_tells_the_world_where_it_is(self, bench: DeviceBench, drives: Drives) -> None:
         armed(bench)
-        bench.hear(KEYS.poses, Poses(bodies=[Body("r", START, 0.0, 0.0, True)]))
+        bench.hear(KEYS.robot_seen("r"), MeasuredPose(pose=START, v=0.0, w=0.0))
         bench.advance(0.05)
         for _ in range(20):
             bench.device.drive(AHEAD)

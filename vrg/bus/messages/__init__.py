@@ -8,13 +8,17 @@ from vrg.bus.messages.base import REASON_LENGTH, TEXT_LENGTH, Message, SensorMes
 from vrg.bus.messages.match import (
     DISQUALIFIED,
     FAILED,
+    LARGE_ZONES,
     Auction,
     Call,
     Estop,
+    EstopRelease,
+    FieldObject,
     Official,
     OfficialAction,
     PlayerStatus,
     RefereeState,
+    Sight,
     Stage,
     Zone,
 )
@@ -35,15 +39,19 @@ from vrg.bus.messages.player import (
     Sightings,
     Sketch,
     Stroke,
+    TeamOrder,
     Variance,
 )
+from vrg.bus.messages.process import Processes, ProcessState, ProcessStatus
 from vrg.bus.messages.robot import CameraRequest, Drive, MeasuredPose, Placed, Recover, RobotState, SpeedLimit
 from vrg.bus.messages.seat import SeatAnswer, SeatRequest
-from vrg.bus.messages.world import Body, Clock, Poses, RequestKind, WorldAnswer, WorldRequest
+from vrg.bus.messages.world import AT_REST, Body, Clock, Poses, RequestKind, WorldAnswer, WorldRequest, at_rest
 
 __all__ = [
+    "AT_REST",
     "DISQUALIFIED",
     "FAILED",
+    "LARGE_ZONES",
     "REASON_LENGTH",
     "SAY_LIMIT",
     "SIGHTINGS_LIMIT",
@@ -59,6 +67,8 @@ __all__ = [
     "Covariance",
     "Drive",
     "Estop",
+    "EstopRelease",
+    "FieldObject",
     "LinkCount",
     "Links",
     "Manual",
@@ -69,6 +79,9 @@ __all__ = [
     "Placed",
     "PlayerStatus",
     "Poses",
+    "ProcessState",
+    "ProcessStatus",
+    "Processes",
     "Pulse",
     "Recover",
     "RefereeState",
@@ -79,15 +92,18 @@ __all__ = [
     "SeatAnswer",
     "SeatRequest",
     "SensorMessage",
+    "Sight",
     "Sighting",
     "Sightings",
     "Sketch",
     "SpeedLimit",
     "Stage",
     "Stroke",
+    "TeamOrder",
     "Variance",
     "WorldAnswer",
     "WorldRequest",
     "Zone",
+    "at_rest",
     "shortened",
 ]

@@ -12,8 +12,11 @@ Reason = Annotated[str, Meta(max_length=REASON_LENGTH)]
 """The text that a person types to explain a decision."""
 
 
-class Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, gc=False):
     """The base class of all messages.
+
+    A message is immutable, so it is never part of a cycle, and the garbage collector need not look at it: thousands of
+    them are made a second.
 
     Attributes:
         version: the version of the message's fields, which travels with it.

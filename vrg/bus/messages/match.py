@@ -8,7 +8,7 @@ from msgspec import Meta, Struct, field
 from vrg.bus.messages.base import Message, Reason, Text
 from vrg.bus.messages.player import SIGHTINGS_LIMIT, Cost, Sighting
 from vrg.regions import Region
-from vrg.types import Count, Name, Pose, Seconds
+from vrg.types import Count, Metres, Name, Pose, Seconds, Twist
 
 
 class Stage(enum.StrEnum):
@@ -27,7 +27,7 @@ FAILED = "failed"
 """The value of the action `disqualify` if the player's process has failed, rather than a person has decided it."""
 
 
-class PlayerStatus(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+class PlayerStatus(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, gc=False):
     """A player as the referee sees it.
 
     Args:
@@ -39,6 +39,8 @@ class PlayerStatus(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
         pose: its pose in the map's frame; None where the world has not reported it, or where the game does not
             publish it.
         mark: the pose in the map's frame at which it is asked to line up; None if it is not asked to.
+        lease: the motion that the referee itself makes its robot drive now, whatever the player wants; None while the
+            referee does not drive it.
     """
 
     name: Name
@@ -49,21 +51,50 @@ class PlayerStatus(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
     radius: Annotated[float, Meta(gt=0.0, le=100.0)]
     pose: Pose | None = None
     mark: Pose | None = None
+    lease: Twist | None = None
 
 
-class Zone(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+LARGE_ZONES = ("field", "half")
+"""The kinds of zones in which there are other zones, and may be walls."""
+
+
+class Zone(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, gc=False):
     """A marked part of the field.
 
     Args:
         name: the word that is written on it.
-        kind: `field`, `safe`, `start` or a word of the game's own. It decides how the zone is drawn, and players find
-            the zone by it.
+        kind: `field`, `half`, `safe`, `start` or a word of the game's own. It decides how the zone is drawn, and
+            players find the zone by it.
         region: where it is, in the map's frame.
+        team: the team that it belongs to; None if it belongs to none.
     """
 
     name: Name
     kind: Name
     region: Region
+    team: Name | None = None
+
+
+OBJECTS_LIMIT = 100
+"""The number of objects on a field."""
+
+
+class FieldObject(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A thing of the game that is no robot, such as a flag. It has no body: robots drive through it.
+
+    Args:
+        name: its name, unique in the match. kind: what it is, such as `flag`.
+        x, y: its place in the map's frame, m, while nobody carries it.
+        team: the team that it belongs to; None if it belongs to none.
+        carrier: the player that carries it; None if nobody does.
+    """
+
+    name: Name
+    kind: Name
+    x: Metres
+    y: Metres
+    team: Name | None = None
+    carrier: Name | None = None
 
 
 AUCTIONS_LIMIT = 1000
@@ -103,11 +134,13 @@ class RefereeState(Message, frozen=True, kw_only=True):
         score: the points of each team.
         players: every player of the match. zones: the marked parts of the field, as they are in this round.
         auctions: the auctions that are open, or whose winner still has what it has won.
+        objects: the things of the game that are no robots, such as flags.
+        numbers: numbers of the rules that players need to know, by name, such as a distance in m.
         winner: the winning team when the game is over; `draw` is possible.
         estop: True while the emergency stop is engaged.
     """
 
-    version = 3
+    version = 4
 
     game: Name
     stage: Stage
@@ -122,6 +155,8 @@ class RefereeState(Message, frozen=True, kw_only=True):
     players: list[PlayerStatus]
     zones: list[Zone]
     auctions: Annotated[list[Auction], Meta(max_length=AUCTIONS_LIMIT)] = field(default_factory=list)
+    objects: Annotated[list[FieldObject], Meta(max_length=OBJECTS_LIMIT)] = field(default_factory=list)
+    numbers: dict[Name, float] = field(default_factory=dict)
     winner: Name | None = None
     estop: bool = False
 
@@ -129,9 +164,23 @@ class RefereeState(Message, frozen=True, kw_only=True):
         """The player of this name, or None."""
         return next((p for p in self.players if p.name == name), None)
 
+    def object(self, name: str) -> FieldObject | None:
+        """The object of this name, or None."""
+        return next((thing for thing in self.objects if thing.name == name), None)
+
     def auction(self, lot: str) -> Auction | None:
         """The auction of this lot, or None."""
         return next((auction for auction in self.auctions if auction.lot == lot), None)
+
+
+class Sight(Message, frozen=True, kw_only=True):
+    """Where the players are that one team sees, in a match in which a team does not see everybody.
+
+    Args:
+        poses: the poses in the map's frame, by player. Those of the team itself are among them.
+    """
+
+    poses: dict[Name, Pose]
 
 
 class Call(Message, frozen=True, kw_only=True):
@@ -194,13 +243,24 @@ class Official(Message, frozen=True, kw_only=True):
 
 
 class Estop(Message, frozen=True, kw_only=True):
-    """An order that engages or releases the emergency stop. It stays latched in every receiver until a release.
+    """An order that engages the emergency stop. It stays latched in every receiver until an `EstopRelease`.
 
     Args:
-        engaged: True engages the stop, False releases it.
         by: who orders it. reason: why, in words.
     """
 
-    engaged: bool
+    version = 2
+
+    by: Name
+    reason: Reason = ""
+
+
+class EstopRelease(Message, frozen=True, kw_only=True):
+    """An order that releases the emergency stop. It has a key of its own, because only officials may give it.
+
+    Args:
+        by: who orders it. reason: why, in words.
+    """
+
     by: Name
     reason: Reason = ""

@@ -6,8 +6,10 @@ from typing import Annotated
 from msgspec import Meta, Struct
 
 from vrg.bus.messages.base import Message, Text
-from vrg.types import Count, Fraction, Metres, Name, Seconds, Signed, Twist
+from vrg.types import Count, Deviation, Fraction, Metres, Name, Seconds, Signed, Twist
 
+Drift = Annotated[float, Meta(ge=-1e4, le=1e4)]
+"""How much faster one clock runs than another, s per s."""
 SAY_LIMIT = 1024
 """The number of bytes of MessagePack that a player may say to its team at one tick."""
 CORRELATION = 0.999
@@ -60,6 +62,18 @@ class Manual(Message, frozen=True, kw_only=True):
     forward: Signed
     turn: Signed
     lease: Annotated[float, Meta(ge=0.0, le=1.0)]
+
+
+class TeamOrder(Message, frozen=True, kw_only=True):
+    """What the person who commands a team wants it to do.
+
+    Args:
+        priority: the name of one of the game's priorities; None lets every player follow its own strategy.
+        lease: the match time for which the order holds, s, 0 to 2. Whoever commands repeats it.
+    """
+
+    priority: Name | None
+    lease: Annotated[float, Meta(ge=0.0, le=2.0)]
 
 
 class Say(Message, frozen=True, kw_only=True):
@@ -182,7 +196,16 @@ class Pulse(Message, frozen=True, kw_only=True):
 
     Args:
         ticks: the number of ticks done so far. missed: the number of ticks that were due but never done.
+        frequency: how many ticks it has done in a second of real time since its last pulse.
+        late: how much later than the fastest the match clock's messages have reached it since then, on average, s.
+        drift: how much faster its own clock runs than the match clock, s per s. Both are None while they are not known;
+            the world has neither.
     """
+
+    version = 2
 
     ticks: Count
     missed: Count
+    frequency: Deviation = 0.0
+    late: Seconds | None = None
+    drift: Drift | None = None

@@ -27,13 +27,25 @@ class Clock(Message, frozen=True, kw_only=True):
     estop: bool
 
 
-class Body(Struct, frozen=True, forbid_unknown_fields=True):
+AT_REST = 0.05
+"""The speed in m/s and rad/s at or below which a body counts as at rest."""
+
+
+def at_rest(v: float, w: float) -> bool:
+    """Whether a body with these velocities, m/s and rad/s, is at rest."""
+    return abs(v) <= AT_REST and abs(w) <= AT_REST
+
+
+class Body(Struct, frozen=True, forbid_unknown_fields=True, gc=False):
     """One body in the world.
 
     Args:
         v, w: speed along its own x axis, m/s, and yaw rate, rad/s.
         physical: True for a physical robot, which the world shows where it was measured.
         age: the match time since it was measured, s; 0 for a virtual body.
+        rest: the match time of the tick since which it has been at rest, s; None while it moves, or while a physical
+            robot has not been measured for so long that nobody knows. Who hears only some of the poses learns by it
+            to a tick when the body came to rest.
     """
 
     name: Name
@@ -42,12 +54,13 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True):
     w: AngularSpeed
     physical: bool
     age: Seconds = 0.0
+    rest: Seconds | None = None
 
 
 class Poses(Message, frozen=True, kw_only=True):
     """The poses and velocities of all bodies at one instant."""
 
-    version = 2
+    version = 3
 
     bodies: list[Body]
 

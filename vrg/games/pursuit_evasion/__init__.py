@@ -1,7 +1,7 @@
 """The description of robot pursuit-evasion (thesis 4.2). Only processes that need the rules or a player import them."""
 
 from vrg.colours import SKY_BLUE, VERMILLION
-from vrg.games.game import Game, Marker, Moment, Role
+from vrg.games.game import Game, Marker, Moment, Role, RuleText
 
 PURSUER, INTRUDER = "pursuer", "intruder"
 PURSUERS, INTRUDERS = "pursuers", "intruders"
@@ -34,4 +34,20 @@ GAME = Game(
         "escape": Moment("s", "escaped"),
         "dispatch": Moment("*", "dispatched", others="to", thought=True),
     },
+    rule_texts={
+        "launch": RuleText("The first intruder starts at once, and the others at times by chance.", "thesis 4.2"),
+        "enter": RuleText("An intruder whose centre is inside the area has entered it.", "thesis 4.2"),
+        "auction": RuleText("An intruder that has been seen twice is auctioned among the pursuers.", "thesis 4.2"),
+        "dispatch": RuleText(
+            "The pursuer with the lowest bid, its time to intercept, is dispatched; ties go to the lowest name.",
+            "thesis 4.2",
+        ),
+        "lost": RuleText("An intruder that its pursuer cannot meet any more is auctioned again.", "thesis 4.2"),
+        "capture": RuleText("A pursuer closer than the capture distance to an intruder captures it.", "thesis 4.2"),
+        "escape": RuleText("An intruder that was inside the area and leaves it has escaped.", "thesis 4.2"),
+        "time_up": RuleText("The game ends when its time is up.", "thesis 4.2"),
+        "all_done": RuleText("The game ends when every intruder is captured or has escaped.", "thesis 4.2"),
+        "game_over": RuleText("The team with more points wins.", "thesis 4.2"),
+    },
+    prover="vrg.games.pursuit_evasion.proof:prove",
 )

@@ -2,9 +2,7 @@
 
 import math
 
-from vrg.agents.avoidance import Obstacle, steer
 from vrg.agents.charon import Agent, Automaton, Mode, Submode, Transition
-from vrg.agents.control import go_to, linearise, scaled
 from vrg.agents.interception import Interception, intercept
 from vrg.agents.motion import TopSpeed
 from vrg.agents.perception.tracking import Track
@@ -14,6 +12,8 @@ from vrg.games.pursuit_evasion import AREA, DISPATCHED, RETURNING, SIGHTINGS_AT_
 from vrg.games.pursuit_evasion.talk import words
 from vrg.games.pursuit_evasion.watch import Watch, out_of_play
 from vrg.hal.models import RobotModel
+from vrg.navigation.avoidance import Obstacle, steer
+from vrg.navigation.control import go_to, linearise, scaled
 from vrg.regions import Rectangle, Region
 from vrg.types import STILL, Twist, Vector
 

@@ -1,7 +1,7 @@
 """The description of Sharks and Minnows (thesis 4.3). Only processes that need the rules or the player import them."""
 
 from vrg.colours import SKY_BLUE, VERMILLION
-from vrg.games.game import Game, Marker, Moment, Role
+from vrg.games.game import Game, Marker, Moment, Role, RuleText
 
 SHARK, MINNOW = "shark", "minnow"
 SHARKS, MINNOWS = "sharks", "minnows"
@@ -30,4 +30,22 @@ GAME = Game(
         "out_of_bounds": Moment("s", "out of bounds"),
         "pass_limit": Moment("D", "time is up"),
     },
+    rule_texts={
+        "tag": RuleText(
+            "A minnow whose outline comes within the tag distance of an active shark's outline, and which is not in "
+            "the end zone, becomes inactive.",
+            "thesis 4.3",
+        ),
+        "out_of_bounds": RuleText("A player whose centre leaves the field becomes inactive.", "thesis 4.3"),
+        "pass_limit": RuleText(
+            "A minnow that is not in the end zone when the time of the pass is up becomes inactive.",
+            "an extension of thesis 4.3",
+        ),
+        "pass_over": RuleText("A pass is over when every minnow that is left is in the end zone.", "thesis 4.3"),
+        "new_shark": RuleText("After a pass inactive players become sharks, and the sides swap ends.", "thesis 4.3"),
+        "game_over": RuleText(
+            "Sharks win when no minnow is left, minnows when one is left after the last pass.", "thesis 4.3"
+        ),
+    },
+    prover="vrg.games.sharks_and_minnows.proof:prove",
 )

@@ -1,26 +1,23 @@
 """The strategy of a player of Sharks and Minnows (thesis 4.3.3, Figures 4.12 and 4.13)."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
+from operator import itemgetter
 
-from vrg.agents.avoidance import Obstacle, steer
 from vrg.agents.charon import Agent, Automaton, Mode, Submode, Transition
-from vrg.agents.control import linearise, scaled
 from vrg.agents.interception import intercept
 from vrg.agents.motion import TopSpeed
 from vrg.agents.potential import descent, evade
 from vrg.agents.strategy import Strategy, View
-from vrg.bus.messages import PlayerStatus
-from vrg.games.sharks_and_minnows import ACTIVE, INACTIVE, MINNOW, SHARK
+from vrg.games.sharks_and_minnows import INACTIVE, SHARK
+from vrg.games.sharks_and_minnows.scene import Scene, scene
 from vrg.hal.models import RobotModel
-from vrg.regions import Rectangle
-from vrg.types import STILL, Pose, Twist, Vector
+from vrg.navigation.avoidance import Body, steer
+from vrg.navigation.control import linearise, scaled
+from vrg.types import STILL, Twist, Vector
 
 OFFSET = 0.25
 """The distance in m from the body's centre to the point that feedback linearisation steers."""
-BORDER = 0.7
-"""The distance in m that a body's centre keeps from the border: a little more than it needs to stop."""
 EVADE_DISTANCE, CALM_DISTANCE = 2.0, 2.3
 """The distances between centres in m at which a minnow begins and ends to evade one shark."""
 HOME_DEPTH = 0.6
@@ -31,6 +28,10 @@ GAP = 0.15
 """The distance in m to keep between the circles around two bodies."""
 LOYALTY = 0.8
 """A shark changes its target only if it meets the new one in less than this fraction of the old one's time."""
+UNMET = 1e3
+"""The time in s, and more by the distance, at which a minnow that cannot be met counts as met."""
+SHY = 0.999
+"""A bound of a time, times this, is still one after rounding."""
 MARK_REACH = 0.2
 """The distance in m from its mark at which a player stops; the referee holds it already at a longer one."""
 
@@ -51,8 +52,9 @@ class SharksAndMinnowsPlayer(Strategy):
 
     def act(self, view: View) -> Twist:
         """Return the twist of one step of the automaton."""
-        if view.speed is not None:
-            self._top_speed.update(view.time, view.speed)
+        speed = view.speed
+        if speed is not None:
+            self._top_speed.update(view.time, speed)
         twist = self._automaton.step(view)
         if self._automaton.mode != _mode_of(view):
             # An official has overruled a call, and no event of the game leads to the new mode.
@@ -94,8 +96,8 @@ class SharksAndMinnowsPlayer(Strategy):
                 replace(begin, target="Intercept"),
                 Transition("Intercept", "LineUp", "Initialize", _lining_up),
                 Transition("Wait", "LineUp", "Initialize", _lining_up),
-                Transition("Intercept", "Wait", "NoPrey", lambda v: not _prey(v)),
-                Transition("Wait", "Intercept", "Prey", lambda v: bool(_prey(v))),
+                Transition("Intercept", "Wait", "NoPrey", lambda v: not _seen(v).prey),
+                Transition("Wait", "Intercept", "Prey", lambda v: bool(_seen(v).prey)),
             ],
         )
         return Agent(
@@ -123,23 +125,23 @@ class SharksAndMinnowsPlayer(Strategy):
         return self._steer(view, scaled(way, speed), horizon=min(HORIZON, math.hypot(*way) / speed))
 
     def _cross(self, view: View) -> Twist:
-        safe = view.zone("safe")
-        if safe is None:
+        seen = _seen(view)
+        if seen.safe is None:
             return STILL
-        sharks = [_place(p) for p in view.others() if _is_active(p, SHARK)]
-        return self._steer(view, scaled(descent(view.position, safe, sharks), self.robot.v_max))
+        sharks = [shark.position for shark in seen.sharks if shark.name != self.name]
+        return self._steer(view, scaled(descent(view.position, seen.safe, sharks), self.robot.v_max))
 
     def _evade(self, view: View) -> Twist:
+        seen = _seen(view)
         shark, _ = _nearest_shark(view)
-        safe, field = view.zone("safe"), view.zone("field")
-        if shark is None or safe is None or field is None:
+        if shark is None or seen.safe is None or seen.field is None:
             return self._cross(view)
-        away = evade(view.position, _place(shark), safe, field.shrunk(BORDER))
+        away = evade(view.position, shark.position, seen.safe, seen.bounds)
         return self._steer(view, scaled(away, self.robot.v_max), ignore=shark.name)
 
     def _safe(self, view: View) -> Twist:
         """Drive so deep into the end zone that there is room for those who come after."""
-        safe = view.zone("safe")
+        safe = _seen(view).safe
         if safe is None or safe.shrunk(HOME_DEPTH).contains(*view.position):
             return STILL
         inward = safe.shrunk(HOME_DEPTH + 0.2).nearest(*view.position)
@@ -148,78 +150,68 @@ class SharksAndMinnowsPlayer(Strategy):
 
     def _intercept(self, view: View) -> Twist:
         """Drive straight to where the minnow that can be met first will be."""
-        speed = self._top_speed.value
-        meetings: dict[str, tuple[float, Vector]] = {}
-        for minnow in _prey(view):
-            reach = minnow.radius + view.me.radius
-            velocity = view.velocities.get(minnow.name, (0.0, 0.0))
-            met = intercept(view.position, speed, _place(minnow), velocity, reach=reach)
-            if met is None:
-                # A minnow that drives away faster cannot be met. If there are only such ones, the nearest is chased.
-                meetings[minnow.name] = (1e3 + math.dist(view.position, _place(minnow)), _place(minnow))
-            else:
-                meetings[minnow.name] = (met.time, met.point)
-        if not meetings:
+        chosen = self._choose(view)
+        if chosen is None:
             return STILL
-        best = min(meetings, key=lambda name: (meetings[name][0], name))
-        if self._target not in meetings or meetings[best][0] < LOYALTY * meetings[self._target][0]:
-            self._target = best
-        field = view.zone("field")
-        point = meetings[self._target][1]
-        if field is not None:
-            point = field.shrunk(BORDER).nearest(*point)
+        prey, point = chosen
+        self._target = prey.name
+        seen = _seen(view)
+        if seen.field is not None:
+            point = seen.bounds.nearest(*point)
         way = point[0] - view.pose.x, point[1] - view.pose.y
-        prey = next(p for p in _prey(view) if p.name == self._target)
-        return self._steer(view, scaled(way, self._approach_speed(view, prey)), ignore=self._target)
+        return self._steer(view, scaled(way, self._approach_speed(view, prey)), ignore=prey.name)
 
-    def _approach_speed(self, view: View, prey: PlayerStatus) -> float:
+    def _choose(self, view: View) -> tuple[Body, Vector] | None:
+        """The minnow that can be met first, and where. The target is kept if it can be met almost as soon."""
+        seen, here, own, speed = _seen(view), view.position, view.me.radius, self._top_speed.value
+        chosen = None
+        first = math.inf, ""
+        for target in seen.prey:
+            if target.name == self._target:
+                time, point = _meeting(here, own, speed, target)
+                chosen, first = (target, point), (LOYALTY * time, "")
+        for minnow in seen.prey:
+            # This one cannot be met sooner, however it drives; nothing more needs to be known of most minnows.
+            soonest = (math.dist(here, minnow.position) - own - minnow.radius) / (speed + seen.fastest_prey)
+            if SHY * min(soonest, UNMET) > first[0]:
+                continue
+            time, point = _meeting(here, own, speed, minnow)
+            if (time, minnow.name) < first:
+                chosen, first = (minnow, point), (time, minnow.name)
+        return chosen
+
+    def _approach_speed(self, view: View, prey: Body) -> float:
         """Full speed, but near its prey only so fast that the shark can still stop if the prey stops now (m/s)."""
-        between = math.dist(view.position, _place(prey)) - view.me.radius - prey.radius
+        between = math.dist(view.position, prey.position) - view.me.radius - prey.radius
         braking = math.sqrt(2 * self.robot.a_max * max(0.0, between))
-        follow = math.hypot(*view.velocities.get(prey.name, (0.0, 0.0)))
-        return min(self.robot.v_max, max(braking, follow))
+        return min(self.robot.v_max, max(braking, math.hypot(*prey.velocity)))
 
     def _steer(self, view: View, wanted: Vector, *, ignore: str = "", horizon: float = HORIZON) -> Twist:
         """The twist for a wanted velocity, which leads around bodies and stays inside the field."""
-        field = view.zone("field")
-        bounds = field.shrunk(BORDER) if field else Rectangle(-1e5, -1e5, 1e5, 1e5)
-        u = steer(view.position, wanted, _bodies(view, ignore), bounds, horizon)
-        return linearise(u, view.pose.theta, OFFSET)
-
-
-def _bodies(view: View, ignore: str) -> Sequence[Obstacle]:
-    return [
-        Obstacle(
-            _place(other),
-            view.velocities.get(other.name, (0.0, 0.0)) if other.may_move else (0.0, 0.0),
-            view.me.radius + other.radius + GAP,
+        seen = _seen(view)
+        bodies = seen.crowd.around(
+            view.position, view.me.radius, math.hypot(*wanted), horizon, gap=GAP, without=(self.name, ignore)
         )
-        for other in view.others()
-        if other.name != ignore
-    ]
+        return linearise(steer(view.position, wanted, bodies, seen.bounds, horizon), view.pose.theta, OFFSET)
 
 
-def _place(player: PlayerStatus) -> Vector:
-    pose: Pose | None = player.pose
-    if pose is None:
-        raise ValueError(f"{player.name}: its pose is not known")
-    return pose.x, pose.y
+def _seen(view: View) -> Scene:
+    return scene(view.referee, view.velocities)
 
 
-def _is_active(player: PlayerStatus, role: str) -> bool:
-    return player.role == role and player.state == ACTIVE
+def _nearest_shark(view: View) -> tuple[Body | None, float]:
+    sharks = [(math.dist(view.position, s.position), s) for s in _seen(view).sharks if s.name != view.me.name]
+    distance, shark = min(sharks, key=itemgetter(0), default=(math.inf, None))
+    return shark, distance
 
 
-def _nearest_shark(view: View) -> tuple[PlayerStatus | None, float]:
-    sharks = [p for p in view.others() if _is_active(p, SHARK)]
-    nearest = min(sharks, key=lambda p: math.dist(view.position, _place(p)), default=None)
-    return nearest, math.dist(view.position, _place(nearest)) if nearest else math.inf
-
-
-def _prey(view: View) -> list[PlayerStatus]:
-    """The active minnows outside the end zone."""
-    safe = view.zone("safe")
-    return [p for p in view.others() if _is_active(p, MINNOW) and (safe is None or not safe.contains(*_place(p)))]
+def _meeting(here: Vector, radius: float, speed: float, minnow: Body) -> tuple[float, Vector]:
+    """When (s) and where a minnow can be met."""
+    met = intercept(here, speed, minnow.position, minnow.velocity, reach=minnow.radius + radius)
+    if met is None:
+        # A minnow that drives away faster cannot be met. If there are only such ones, the nearest is chased.
+        return UNMET + math.dist(here, minnow.position), minnow.position
+    return met.time, met.point
 
 
 def _mode_of(view: View) -> str:
@@ -237,7 +229,7 @@ def _lining_up(view: View) -> bool:
 
 
 def _home(view: View) -> bool:
-    safe = view.zone("safe")
+    safe = _seen(view).safe
     return safe is not None and safe.contains(*view.position)
 
 

@@ -4,7 +4,7 @@ Minnows cross a rectangle from one end to the other, and sharks tag them. A tagg
 stands still until the pass is over and is a shark in the next.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from msgspec import structs
@@ -18,8 +18,9 @@ from vrg.games.sharks_and_minnows.checks import passes, problems_of
 from vrg.games.sharks_and_minnows.lineup import Extent, line_up
 from vrg.games.sharks_and_minnows.settings import Settings
 from vrg.games.sharks_and_minnows.state import State, opposite
-from vrg.games.sharks_and_minnows.tagging import first_tags
+from vrg.games.sharks_and_minnows.tagging import Hunters, Motion, first_tags
 from vrg.geometry import circumradius, interpolate
+from vrg.regions import Region
 from vrg.types import Pose
 
 PATIENCE = 3.0
@@ -45,6 +46,8 @@ class SharksAndMinnows:
     def __init__(self, settings: Settings, contestants: Sequence[Contestant], seed: int = 0) -> None:
         self._seed = seed
         self.settings = settings
+        self._field = settings.field
+        self._ends = {end: settings.end_zone(end) for end in ("low", "high")}
         self.contestants = {c.name: c for c in contestants}
         self._extent = Extent.of(contestants)
         if problems := problems_of(settings, contestants, self._extent):
@@ -79,8 +82,9 @@ class SharksAndMinnows:
         state = state.with_state(state.disqualified, INACTIVE)
         calls: list[Call] = []
         out = self._exits(state, before, now)
-        for name in sorted(state.active(MINNOW)):
-            tag = self._first_tag(state, name, before, now, out)
+        sharks = Hunters(self._motions(sorted(state.active(SHARK)), before, now), self.settings.tag_distance)
+        for name, minnow in self._motions(sorted(state.active(MINNOW)), before, now).items():
+            tag = self._first_tag(state, name, minnow, sharks, out)
             if tag is not None:
                 calls.append(tag)
                 out.pop(name, None)
@@ -98,7 +102,8 @@ class SharksAndMinnows:
         calls += self._late(state, now, clock, {f.players[0] for f in calls})
         hit = {f.players[0] for f in calls}
         caught = state.caught + sum(state.roles[n] == MINNOW for n in hit)
-        state = structs.replace(state.with_state(hit, INACTIVE), caught=caught)
+        if hit:
+            state = structs.replace(state.with_state(hit, INACTIVE), caught=caught)
         return self._end_of_pass(state, now, calls)
 
     def _exits(self, state: State, before: Field, now: Field) -> dict[str, float]:
@@ -108,37 +113,45 @@ class SharksAndMinnows:
             if status != ACTIVE or name not in now.poses:
                 continue
             a, b = before.poses.get(name, now.poses[name]), now.poses[name]
-            fraction = self.settings.field.exit_fraction((a.x, a.y), (b.x, b.y))
+            fraction = self._field.exit_fraction((a.x, a.y), (b.x, b.y))
             if fraction is not None:
                 exits[name] = fraction
         return exits
 
-    def _first_tag(self, state: State, minnow: str, before: Field, now: Field, out: dict[str, float]) -> Call | None:
+    def _motions(self, names: Sequence[str], before: Field, now: Field) -> dict[str, Motion]:
+        """The motions of those players that were there at both instants."""
+        return {
+            n: (before.poses[n], now.poses[n], self.contestants[n].size)
+            for n in names
+            if n in before.poses and n in now.poses
+        }
+
+    def _first_tag(
+        self, state: State, name: str, minnow: Motion, sharks: Hunters, out: Mapping[str, float]
+    ) -> Call | None:
         """The first tag of a minnow, or None. Minnow and sharks must still be in bounds at that instant."""
-        there = [n for n in (minnow, *sorted(state.active(SHARK))) if n in before.poses and n in now.poses]
-        if minnow not in there:
+        near = sharks.near(minnow)
+        if not near:
             return None
-        motions = {n: (before.poses[n], now.poses[n], self.contestants[n].size) for n in there}
-        prey = motions.pop(minnow)
-        safe = self.settings.end_zone(state.goal)
-        leaves = {name: min(out.get(name, 1.0), out.get(minnow, 1.0)) for name in motions}
-        found = first_tags(motions, prey, self.settings.tag_distance, safe, leaves)
+        leaves = {shark: min(out.get(shark, 1.0), out.get(name, 1.0)) for shark in near}
+        found = first_tags(near, minnow, self.settings.tag_distance, self._ends[state.goal], leaves)
         if found is None:
             return None
         fraction, taggers = found
-        pair = [minnow, *taggers]
+        motions = {name: minnow, **near}
+        pair = [name, *taggers]
         return Call(
             rule="tag",
-            text=f"{minnow} is tagged by {' and '.join(taggers)} and inactive",
+            text=f"{name} is tagged by {' and '.join(taggers)} and inactive",
             players=tuple(pair),
-            poses=tuple(interpolate(before.poses[n], now.poses[n], fraction) for n in pair),
+            poses=tuple(interpolate(*motions[n][:2], fraction) for n in pair),
         )
 
     def _late(self, state: State, now: Field, clock: float, hit: set[str]) -> list[Call]:
         """The calls for minnows that are outside the end zone when the time of the pass is up (an extension)."""
         if not self.pass_limit or clock < self.pass_limit:
             return []
-        zone = self.settings.end_zone(state.goal)
+        zone = self._ends[state.goal]
         return [
             Call(
                 rule="pass_limit",
@@ -151,7 +164,7 @@ class SharksAndMinnows:
         ]
 
     def _end_of_pass(self, state: State, now: Field, calls: list[Call]) -> Verdict[State]:
-        zone = self.settings.end_zone(state.goal)
+        zone = self._ends[state.goal]
         remaining = state.active(MINNOW)
         home = [n for n in sorted(remaining) if n in now.poses and zone.contains(now.poses[n].x, now.poses[n].y)]
         if len(home) < len(remaining):
@@ -185,14 +198,14 @@ class SharksAndMinnows:
         recruits = [n for n, s in state.states.items() if s == INACTIVE]
         roles = {**state.roles, **dict.fromkeys(recruits, SHARK)}
         goal = opposite(state.goal)
-        field, ends = self.settings.field, {SHARK: goal, MINNOW: state.goal}
+        field, ends = self._field, {SHARK: goal, MINNOW: state.goal}
         marks: dict[str, Pose] = {}
         # Nobody drives them away: people may carry them, but need not.
         stay = [now.poses[n] for n in state.disqualified if n in now.physical and n in now.poses]
         for role, end in ends.items():
             marks |= line_up(
                 {n: now.poses.get(n, state.marks[n]) for n, r in roles.items() if r == role},
-                self.settings.end_zone(end),
+                self._ends[end],
                 field,
                 self._extent,
                 obstacles=[(pose.x, pose.y) for pose in stay],
@@ -213,13 +226,17 @@ class SharksAndMinnows:
             ],
         )
 
+    def safe_zone(self, state: State) -> Region:
+        """The end zone in which minnows are safe in this pass."""
+        return self._ends[state.goal]
+
     def statuses(self, state: State, stage: Stage, now: Field) -> list[PlayerStatus]:
         """The status of each player. Everybody knows all positions and roles, but not the top speeds.
 
         Before a round a player may drive to its mark. There it is held until the round begins.
         """
         lining_up = stage is Stage.INITIALIZE
-        lined_up = on_marks(state.marks, now)
+        lined_up = on_marks(state.marks, now) if lining_up else set()
         return [
             PlayerStatus(
                 name=name,
@@ -239,9 +256,9 @@ class SharksAndMinnows:
     def zones(self, state: State) -> list[Zone]:
         """The field, the end zone where minnows are safe, and the end zone where they start."""
         named = (
-            ("field", "field", self.settings.field),
-            ("safe", "safe", self.settings.end_zone(state.goal)),
-            ("start", "start", self.settings.end_zone(opposite(state.goal))),
+            ("field", "field", self._field),
+            ("safe", "safe", self._ends[state.goal]),
+            ("start", "start", self._ends[opposite(state.goal)]),
         )
         return [Zone(name=name, kind=kind, region=region) for name, kind, region in named]
 

@@ -1,6 +1,6 @@
 """The state of a match of Sharks and Minnows."""
 
-from collections.abc import Iterable
+from collections.abc import Collection
 
 from msgspec import structs
 
@@ -26,8 +26,10 @@ class State(GameState, frozen=True, kw_only=True):
     caught: int = 0
     crossed: int = 0
 
-    def with_state(self, names: Iterable[str], state: str) -> "State":
+    def with_state(self, names: Collection[str], state: str) -> "State":
         """Return the same state, but with the players of these names in state `state`."""
+        if all(self.states[name] == state for name in names):
+            return self
         return structs.replace(self, states={**self.states, **dict.fromkeys(names, state)})
 
     def active(self, role: str) -> list[str]:

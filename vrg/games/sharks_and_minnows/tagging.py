@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 
 from vrg.geometry import circumradius, interpolate, outline_distance, wrap
-from vrg.regions import Region
+from vrg.regions import Bounds, Region
 from vrg.types import Pose, Vector
 
 RESOLUTION = 1e-3
@@ -12,6 +12,38 @@ RESOLUTION = 1e-3
 
 Motion = tuple[Pose, Pose, Vector]
 """The motion of a body: its pose before, its pose now, and its (length, width) in m."""
+
+
+class Hunters:
+    """Many hunters, of which a prey meets few: only those are looked at closely that might come within reach of it.
+
+    Args:
+        motions: the hunters. reach: as for `first_tag`.
+    """
+
+    def __init__(self, motions: Mapping[str, Motion], reach: float) -> None:
+        self._swept = [(name, motion, swept(motion, reach + RESOLUTION)) for name, motion in motions.items()]
+
+    def near(self, prey: Motion) -> dict[str, Motion]:
+        """The hunters that might come within reach of a prey. All others surely do not."""
+        x_min, y_min, x_max, y_max = swept(prey, 0.0)
+        return {
+            name: motion
+            for name, motion, box in self._swept
+            if box[0] <= x_max and x_min <= box[2] and box[1] <= y_max and y_min <= box[3]
+        }
+
+
+def swept(motion: Motion, margin: float) -> Bounds:
+    """The bounds of all that a body may cover on its way, and `margin` m more on each side."""
+    before, now, size = motion
+    far = circumradius(size) + margin
+    return (
+        min(before.x, now.x) - far,
+        min(before.y, now.y) - far,
+        max(before.x, now.x) + far,
+        max(before.y, now.y) + far,
+    )
 
 
 def first_tags(

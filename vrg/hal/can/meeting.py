@@ -12,8 +12,10 @@ from vrg.hal.can.watch import Watch
 
 LISTEN = 0.4
 """s for which a newcomer only listens. Who drives these drives already sends several setpoints in that time."""
-MEET_PATIENCE = 3.0
-"""s for every drive to say who it is when the robot connects."""
+HEAR_PATIENCE = 3.0
+"""s in which nothing new has been heard of drives, after which one that has said nothing at all is given up."""
+ANSWER_PATIENCE = 10.0
+"""s in which nothing new has been heard, after which a drive that is heard but does not say who it is is given up."""
 ANSWERS_SETTLE = 0.2
 """s more, for a second drive with the same id to answer too."""
 _ASK_PERIOD = 0.5
@@ -67,32 +69,41 @@ def _require_sense(axes: Sequence[Axis]) -> None:
 
 
 def _answered(axes: Sequence[Axis]) -> bool:
-    """Wait until every drive has said who it is; whether all have done so in time."""
+    """Wait until every drive has said who it is, for as long as there is progress; whether all have."""
     asked = -math.inf
-    deadline = time.monotonic() + MEET_PATIENCE
+    known, since = (0, 0), time.monotonic()
     while not all(axis.heard > 0 and axis.identified for axis in axes):
-        if time.monotonic() > deadline:
+        now = time.monotonic()
+        news = (sum(axis.heard > 0 for axis in axes), sum(axis.identified for axis in axes))
+        if news != known:
+            known, since = news, now
+        left = _patience(axes) - (now - since)
+        if left <= 0:
             return False
-        if time.monotonic() - asked > _ASK_PERIOD:
-            asked = time.monotonic()
+        if now - asked > _ASK_PERIOD:
+            asked = now
             for axis in axes:
-                left = deadline - time.monotonic()
-                if left > 0 and not axis.identified:
+                if not axis.identified:
                     axis.identify(min(_ASK_PERIOD, left))
         time.sleep(_POLL)
     time.sleep(ANSWERS_SETTLE)
     return True
 
 
+def _patience(axes: Sequence[Axis]) -> float:
+    """How many s without anything new these drives are waited for."""
+    return ANSWER_PATIENCE if all(axis.heard > 0 for axis in axes) else HEAR_PATIENCE
+
+
 def _who_is_missing(protocol: str, bus: CanBus, watch: Watch, survey: Survey) -> str:
     """Which drives have not been heard, or have not answered, and who has been heard in their place."""
     with watch.lock:
-        axes, trouble, heard = watch.axes.values(), watch.guard.fault, str(survey)
+        axes, trouble, heard = list(watch.axes.values()), watch.guard.fault, str(survey)
     silent = [str(axis.node) for axis in axes if axis.heard < 0]
     mute = [str(axis.node) for axis in axes if axis.heard >= 0 and not axis.identified]
     which = f"node{'s' if len(silent or mute) > 1 else ''} {', '.join(silent or mute)}"
     what = "a heartbeat" if silent else "an answer to who they are"
     return (
         f"{f'{trouble}; ' if trouble else ''}expected {what} of {protocol} {which} on {bus.link} within "
-        f"{MEET_PATIENCE:g} s, got none; heard there: {heard}. Are the ids and the protocol right?"
+        f"{_patience(axes):g} s, got none; heard there: {heard}. Are the ids and the protocol right?"
     )

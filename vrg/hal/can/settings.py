@@ -23,6 +23,12 @@ EMULATING = "emulating"
 InterfaceName = Annotated[str, AfterValidator(known_interface)]
 
 
+_INTERFACES = Path("/sys/class/net")
+"""Where the kernel lists its network interfaces."""
+_UP = 1
+"""The kernel's flag IFF_UP of an interface."""
+
+
 class RobotWiring(Table):
     """One robot: [backends.can.robots.<name>].
 
@@ -228,6 +234,19 @@ class CanSettings(BackendSettings):
                 found.append(
                     f"{name}: the units of its drives' numbers are those that the drives or their protocol tell"
                 )
+        return found
+
+    def missing_here(self, robots: Sequence[str]) -> list[str]:
+        """Network interfaces of CAN that do not exist or are down."""
+        found = []
+        for link in {str(link): link for link in map(self.link, robots) if link.interface == "socketcan"}.values():
+            interface = _INTERFACES / link.channel
+            if not interface.exists():
+                there = ", ".join(sorted(path.name for path in _INTERFACES.iterdir())) if _INTERFACES.exists() else ""
+                found.append(f"expected the interface {link.channel}, found {there or 'none'}: see docs/hardware.md")
+            elif not int((interface / "flags").read_text(), 16) & _UP:
+                bitrate = link.bitrate or 500000
+                found.append(f"{link.channel} is down: sudo ip link set {link.channel} up type can bitrate {bitrate}")
         return found
 
     def files(self, robots: Sequence[str]) -> list[str]:

@@ -92,8 +92,8 @@ class DriveTrain:
         return self._watch.connected
 
     def connect(self) -> None:
-        """Open the bus and meet every drive. Idempotent; energises nothing. Waits for MEET_PATIENCE s at most, and for
-        the answers of the drives while they are set up.
+        """Open the bus and meet every drive. Idempotent; energises nothing. Waits as long as there is something new
+        to hear of the drives (see `meet`), and for their answers while they are set up.
 
         Raises:
             RobotError: no such interface, a drive that does not answer, speaks another protocol or shares its id.

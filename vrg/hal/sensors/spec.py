@@ -52,7 +52,7 @@ class SensorSpec:
         return max(1, round(1 / (self.rate * dt)))
 
 
-class Sample(Struct, Generic[S_co], frozen=True):
+class Sample(Struct, Generic[S_co], frozen=True, gc=False):
     """One reading, as it is given to a player.
 
     Args:

@@ -15,7 +15,7 @@ from vrg.hal.models import RobotModel
 from vrg.hal.sim.battery import Batteries
 from vrg.hal.sim.engines.engine import Engine, Floats
 from vrg.hal.sim.safety import Interlock
-from vrg.types import Pose, Twist
+from vrg.types import STILL, Pose, Twist
 
 _EMPTY = "battery empty: motors are off"
 _SILENT = "no drive command in time: braked"
@@ -41,6 +41,15 @@ class Member:
     interlock: Interlock = field(default_factory=Interlock)
     command: tuple[float, float, bool] = _BRAKE
     empty: bool = False
+    _planned: tuple[Twist, float] = (STILL, 0.0)
+    _wheels: tuple[float, float, bool] = (0.0, 0.0, False)
+
+    def plan(self, twist: Twist) -> tuple[float, float, bool]:
+        """The command to its wheels for a motion, within its top speed."""
+        if twist is not self._planned[0] or self.v_max != self._planned[1]:
+            self._planned = twist, self.v_max
+            self._wheels = (*self.model.wheels(self.model.limited(twist, self.v_max)), False)
+        return self._wheels
 
     def state(self, now: float, estop: bool) -> RobotState:
         """The robot's state at match time `now`."""
@@ -63,6 +72,7 @@ class Fleet:
 
     def __init__(self, engine: Engine) -> None:
         self.members: list[Member] = []
+        self._by_name: dict[str, Member] = {}
         self._engine = engine
         self._limits: dict[str, float] = {}
         self._rows: slice | npt.NDArray[np.intp] = slice(None)
@@ -79,7 +89,7 @@ class Fleet:
 
     def find(self, name: str) -> Member | None:
         """The robot of this name, or None if there is none."""
-        return next((member for member in self.members if member.name == name), None)
+        return self._by_name.get(name)
 
     def add(self, name: str, model: RobotModel, pose: Pose) -> Member:
         """Put a robot into the world.
@@ -90,6 +100,7 @@ class Fleet:
         self._engine.add(name, model, pose)
         member = Member(name, model, pose, min(self._limits.get(name, model.v_max), model.v_max))
         self.members.append(member)
+        self._by_name[name] = member
         return member
 
     def remove(self, name: str) -> None:
@@ -103,6 +114,7 @@ class Fleet:
             raise WorldError(f"remove {name}: expected one of the virtual robots ({', '.join(self.names) or 'none'})")
         self._engine.remove(name)
         self.members.remove(member)
+        del self._by_name[name]
 
     def resize(self) -> None:
         """Adapt to a change of the list of robots, or of their rows in the engine."""
@@ -142,8 +154,7 @@ class Fleet:
             interlock = member.interlock
             command = _BRAKE
             if interlock.armed and not (held or member.empty or interlock.silent(now) or gate.holds(member.name)):
-                left, right = member.model.wheels(member.model.limited(interlock.twist, member.v_max))
-                command = (left, right, False)
+                command = member.plan(gate.passed(member.name, interlock.twist, now))
             if command != member.command:
                 member.command = command
                 self._engine.command(member.name, *command)

@@ -4,11 +4,11 @@ import logging
 
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Clock, MeasuredPose, RobotState, SensorMessage, WorldAnswer, WorldRequest, shortened
+from vrg.bus.messages import Clock, Estop, MeasuredPose, RobotState, SensorMessage, WorldAnswer, WorldRequest, shortened
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys, Topic, name_in
 from vrg.errors import WorldError
-from vrg.hal.estop import decisive
+from vrg.hal.estop import EstopOrders
 from vrg.hal.sim.config import WorldConfig
 from vrg.hal.sim.requests import grant
 from vrg.hal.sim.snapshot import decode_snapshot, encode_snapshot
@@ -49,7 +49,7 @@ class WorldNode(Node):
         self._requests = mailbox.subscribe(keys.world_request)
         self._answers = keys.world_answer
         self._referee = mailbox.subscribe(keys.referee_state)
-        self._estops = mailbox.subscribe(keys.estop)
+        self._estops = EstopOrders(mailbox, keys)
         self._poses = keys.poses
         self._clock = keys.clock
         self._states: dict[str, Topic[RobotState]] = {}
@@ -85,7 +85,11 @@ class WorldNode(Node):
             publish(self._state_of(name), state)
         for robot, sensor, said in world.sense():
             publish(self._sensor_of(robot, sensor, type(said)), said)
-        publish(self._poses, world.poses())
+        poses = world.poses()
+        publish(self._poses, poses)
+        for body in poses.bodies:
+            if body.physical:
+                publish(self._keys.robot_seen(body.name), MeasuredPose(pose=body.pose, v=body.v, w=body.w))
         publish(
             self._clock,
             Clock(time=tick.time, tick=world.tick, epoch=world.epoch, rate=world.config.rate, estop=world.estop),
@@ -97,11 +101,11 @@ class WorldNode(Node):
 
     def _listen(self) -> None:
         world = self.world
-        estop = decisive(self._estops.take())
-        if estop is not None:
-            world.engage(estop.engaged)
+        order = self._estops.take()
+        if order is not None:
+            world.engage(isinstance(order, Estop))
         for state in self._referee.take():
-            world.referee(state.body)
+            world.referee(state.body, state.stamp)
         for request in self._requests.take():
             self._request(request.body)
         for asked in self._camera_requests.take():

@@ -15,8 +15,9 @@ from vrg.hal.sim.config import WorldConfig, check_setup, fingerprint
 from vrg.hal.sim.demand import Demand
 from vrg.hal.sim.engines import ENGINES
 from vrg.hal.sim.fleet import Fleet, Member
-from vrg.hal.sim.ghost import Ghost
+from vrg.hal.sim.ghost import EXTRAPOLATE, Ghost
 from vrg.hal.sim.map import load_map
+from vrg.hal.sim.rests import Rests
 from vrg.hal.sim.sensors.base import Instant, Said, Surroundings
 from vrg.hal.sim.sensors.suite import SensorSuite
 from vrg.hal.sim.snapshot import GhostSnapshot, RobotSnapshot, WorldSnapshot
@@ -57,6 +58,7 @@ class World:
         self._spared = frozenset() if config.lasers else _RANGE_FINDERS
         self._state_ticks = max(1, round(STATE_PERIOD / config.tick))
         self._said: dict[str, RobotState] = {}
+        self._rests = Rests()
         for robot in config.robots:
             if robot.physical:
                 self._add_ghost(robot.name, robot.description, robot.pose)
@@ -144,9 +146,9 @@ class World:
         if engaged:
             self._fleet.stop()
 
-    def referee(self, state: RefereeState) -> None:
-        """Take in the referee's state."""
-        self._gate.hear(self.time, state)
+    def referee(self, state: RefereeState, stamp: float) -> None:
+        """Take in the referee's state of match time `stamp`, s."""
+        self._gate.hear(stamp, state)
 
     def add(self, name: str, model: RobotModel, pose: Pose) -> None:
         """Put a virtual robot into the world, where there must be room for it.
@@ -206,13 +208,15 @@ class World:
 
     def poses(self) -> Poses:
         """The true poses of all virtual robots and the assumed poses of the physical ones."""
-        engine, ghosts, now = self._engine, self._ghosts, self.time
-        bodies = [
-            Body(name, Pose(x, y, theta), v, w, name in ghosts, ghosts[name].age(now) if name in ghosts else 0.0)
-            for name, (x, y, theta), (v, w) in zip(
-                engine.names, engine.poses.tolist(), engine.velocities.tolist(), strict=True
-            )
-        ]
+        engine, ghosts, rests, now = self._engine, self._ghosts, self._rests, self.time
+        bodies = []
+        for name, (x, y, theta), (v, w) in zip(
+            engine.names, engine.poses.tolist(), engine.velocities.tolist(), strict=True
+        ):
+            ghost = ghosts.get(name)
+            age = 0.0 if ghost is None else ghost.age(now)
+            rest = rests.since(name, v, w, now, known=age <= EXTRAPOLATE)
+            bodies.append(Body(name, Pose(x, y, theta), v, w, ghost is not None, age, rest))
         return Poses(bodies=bodies)
 
     def snapshot(self) -> WorldSnapshot:
@@ -265,6 +269,7 @@ class World:
             self._engine.remove(name)
         self._ghosts.clear()
         self._said.clear()
+        self._rests = Rests()
         self._fleet = Fleet(self._engine)
         self._fleet.set_used({robot.name: robot.energy_used for robot in snapshot.robots})
         self.tick, self.epoch, self.estop = snapshot.tick, snapshot.epoch + 1, snapshot.estop

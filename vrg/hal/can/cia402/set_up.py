@@ -19,8 +19,8 @@ DEADLINE = COMMAND_TIMEOUT
 """s without a setpoint after which the drive stops the motor."""
 HEARTBEAT = 0.1
 """s between heartbeats."""
-SDO_TIMEOUT = 0.5
-"""s to wait for each answer."""
+SDO_TIMEOUT = 3.0
+"""s to wait for each answer. A drive answers within milliseconds; on a busy computer it is heard later."""
 _MODE_TRIES, _MODE_PAUSE = 50, 0.01
 """How often the drive is asked whether it has taken the mode of operation, and s between."""
 _MISSING = range(0x0602_0000, 0x060A_0000)

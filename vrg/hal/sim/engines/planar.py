@@ -49,6 +49,7 @@ class PlanarEngine(Engine):
         self._reach: Floats = np.zeros(0)
         self._budgets: Floats = np.zeros((2, 0))
         """The way in m that each robot can go before it could touch a wall (first row) or a robot (second row)."""
+        self._any_kinematic = False
         self._contacts: set[tuple[int, int, int]] = set()
         self._margin = CONTACT
         """The distance in m below which two bodies may touch in this step."""
@@ -61,22 +62,23 @@ class PlanarEngine(Engine):
             return
         poses, velocities = self.poses, self.velocities
         self.speeds = speeds = self._accelerate(dt)
-        carried = velocities[self.kinematic]  # their wheels do not turn, so the lines below would give them no speed
-        v, w = velocities[:, 0], velocities[:, 1]
-        np.multiply(speeds[:, 0] + speeds[:, 1], self._half_radius, out=v)
-        np.multiply(speeds[:, 1] - speeds[:, 0], self._turn, out=w)
+        # The wheels of kinematic bodies do not turn, so the lines below would give them no speed.
+        carried = velocities[self.kinematic] if self._any_kinematic else None
+        (left, right), (v, w), (x, y, heading) = speeds.T, velocities.T, poses.T
+        np.multiply(left + right, self._half_radius, out=v)
+        np.multiply(right - left, self._turn, out=w)
         before = poses.copy()
         way, turned = v * dt, w * dt
-        heading = poses[:, 2]
         middle = heading + turned * 0.5
-        poses[:, 0] += way * np.cos(middle)
-        poses[:, 1] += way * np.sin(middle)
+        x += way * np.cos(middle)
+        y += way * np.sin(middle)
         heading += turned
         self.wheels += speeds * dt
         self._budgets -= np.abs(way) + np.abs(turned) * self._reach
         if self._budgets.min() < 0.0:
             self._collide(before, dt)
-        velocities[self.kinematic] = carried
+        if carried is not None:
+            velocities[self.kinematic] = carried
         if np.abs(heading).max() > math.pi:
             heading -= np.round(heading / (2 * math.pi)) * (2 * math.pi)
 
@@ -104,7 +106,8 @@ class PlanarEngine(Engine):
         self._budgets[0, kinematic] = math.inf
         # Without kinematic bodies no robot is pushed farther than it has driven in this step, so a robot that is out of
         # reach before the push is out of reach after it.
-        self._margin, self._shove = (CONTACT + _PUSH, _SHOVE) if kinematic.any() else (CONTACT, math.inf)
+        self._any_kinematic = bool(kinematic.any())
+        self._margin, self._shove = (CONTACT + _PUSH, _SHOVE) if self._any_kinematic else (CONTACT, math.inf)
         self._contacts.clear()
         self.touch = [0] * len(self.touch)
 

@@ -11,9 +11,13 @@ class EncodersSimulation(SensorSimulation[EncodersSpec]):
 
     def sense(self, now: Instant) -> list[Said]:
         """The counts of the robots whose encoders are due."""
+        due = self.due(now)
+        if not due:
+            return []
         said: list[Said] = []
-        for m in self.due(now):
-            left, right = now.wheels[m.row].tolist()
+        wheels = now.wheels.tolist()
+        for m in due:
+            left, right = wheels[m.row]
             per_rad = m.spec.ticks / math.tau
             counts = Encoders(left=math.floor(left * per_rad), right=math.floor(right * per_rad))
             said.append((m.robot, m.spec.name, counts))

@@ -2,9 +2,11 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from vrg.hal.sensors.ins import Ins, InsSpec
 from vrg.hal.sim.sensors.base import Instant, Mounted, Said, SensorSimulation, Surroundings
-from vrg.hal.sim.sensors.noise import Noise
+from vrg.hal.sim.sensors.noise import Floats, Noise
 from vrg.types import Pose
 
 
@@ -14,12 +16,17 @@ class InsSimulation(SensorSimulation[InsSpec]):
     def __init__(self, surroundings: Surroundings) -> None:
         super().__init__(surroundings)
         self._noise = Noise(surroundings.seed, "ins", 3)
+        self._rows: list[int] = []
+        self._deviations: Floats = np.zeros((0, 3))
         self._index: dict[tuple[str, str], int] = {}
 
     def resize(self, mounted: Sequence[Mounted[InsSpec]], now: Instant) -> None:
         """Adapt to a change of the list of robots, or of their rows."""
         super().resize(mounted, now)
         self._noise.resize([f"{m.robot} {m.spec.name}" for m in mounted])
+        self._rows = [m.row for m in mounted]
+        deviations = [(m.spec.position_noise, m.spec.position_noise, m.spec.heading_noise) for m in mounted]
+        self._deviations = np.array(deviations).reshape(-1, 3)
         self._index = {(m.robot, m.spec.name): index for index, m in enumerate(mounted)}
 
     def sense(self, now: Instant) -> list[Said]:
@@ -27,11 +34,8 @@ class InsSimulation(SensorSimulation[InsSpec]):
         due = self.due(now)
         if not due:
             return []
-        poses = now.poses[[m.row for m in due]]
+        poses = now.poses[self._rows]
         if self.surroundings.noise:
-            noise = self._noise.at(now.tick)[[self._index[m.robot, m.spec.name] for m in due]]
-            poses = poses + noise * [(m.spec.position_noise, m.spec.position_noise, m.spec.heading_noise) for m in due]
-        return [
-            (m.robot, m.spec.name, Ins(pose=Pose(x, y, theta)))
-            for m, (x, y, theta) in zip(due, poses.tolist(), strict=True)
-        ]
+            poses += self._noise.at(now.tick) * self._deviations
+        measured = poses.tolist()
+        return [(m.robot, m.spec.name, Ins(pose=Pose(*measured[self._index[m.robot, m.spec.name]]))) for m in due]

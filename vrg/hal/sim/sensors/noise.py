@@ -51,3 +51,7 @@ class Noise:
             self._drawn = np.stack(draws, axis=1) if draws else np.zeros((_BLOCK, 0, self._columns))
         drawn: Floats = self._drawn[index]
         return drawn
+
+    def of(self, numbers: Sequence[int]) -> Floats:
+        """The numbers for several readings of all robots: shape (readings, robots, columns)."""
+        return np.array([self.at(number) for number in numbers])

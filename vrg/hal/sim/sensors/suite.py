@@ -19,6 +19,8 @@ class SensorSuite:
     def __init__(self, surroundings: Surroundings) -> None:
         self._surroundings = surroundings
         self._simulations: dict[str, SensorSimulation[Any]] = {}
+        self._kinds: dict[str, str] = {}
+        """The kind of the sensors of each simulation that has any."""
 
     def resize(self, names: Sequence[str], models: Sequence[RobotModel], ghosts: Sequence[bool], now: Instant) -> None:
         """Adapt to a change of the list of robots, or of their rows.
@@ -39,6 +41,7 @@ class SensorSuite:
             if target not in self._simulations:
                 self._simulations[target] = self._load(target)
             self._simulations[target].resize(sensors, now)
+        self._kinds = {target: sensors[0].spec.kind for target, sensors in mounted.items() if sensors}
 
     def sense(self, now: Instant, *, without: frozenset[str] = frozenset()) -> list[Said]:
         """The readings of all sensors that are due at this tick. It must be called once per tick.
@@ -47,10 +50,9 @@ class SensorSuite:
             without: the kinds of sensors that are left out.
         """
         said: list[Said] = []
-        for simulation in self._simulations.values():
-            if without and simulation.mounted and simulation.mounted[0].spec.kind in without:
-                continue
-            said += simulation.sense(now)
+        for target, kind in self._kinds.items():
+            if kind not in without:
+                said += self._simulations[target].sense(now)
         return said
 
     def placed(self, robot: str) -> None:

@@ -1,0 +1,92 @@
+"""Whom a shark chases, and that all players are shown the same scene."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vrg.agents import Pose, View
+from vrg.agents.interception import intercept
+from vrg.bus.messages import PlayerStatus, RefereeState, Stage, Zone
+from vrg.games.sharks_and_minnows.player import LOYALTY, UNMET, SharksAndMinnowsPlayer
+from vrg.games.sharks_and_minnows.scene import scene
+from vrg.hal.models import robot_model
+from vrg.hal.readings import Readings
+from vrg.regions import Rectangle
+from vrg.types import Vector
+
+P2AT = robot_model("P2AT")
+FIELD, SAFE = Rectangle(0, 0, 10, 20), Rectangle(0, 0, 10, 4)
+places = st.tuples(st.floats(0, 10), st.floats(0, 20))
+speeds = st.tuples(st.floats(-2, 2), st.floats(-2, 2))
+Minnows = list[tuple[Vector, Vector]]
+
+
+def status(name: str, role: str, place: Vector | None, state: str = "active") -> PlayerStatus:
+    pose = None if place is None else Pose(*place, 0.0)
+    return PlayerStatus(name=name, team=role, role=role, state=state, may_move=True, radius=0.4, pose=pose)
+
+
+def view_of(here: Vector, players: list[PlayerStatus], velocities: dict[str, Vector]) -> View:
+    me = status("shark", "shark", here)
+    state = RefereeState(
+        game="sharks-and-minnows",
+        stage=Stage.PLAY_ROUND,
+        halted=None,
+        way_out=None,
+        waiting=[],
+        clock=0.0,
+        total=0.0,
+        round=1,
+        rounds=2,
+        score={},
+        players=[me, *players],
+        zones=[Zone(name=kind, kind=kind, region=region) for kind, region in (("field", FIELD), ("safe", SAFE))],
+    )
+    readings = Readings(stamp=0.0, age=0.0, armed=True, estop=False)
+    return View(0.0, me, readings, state, velocities, P2AT, Pose(*here, 0.0))
+
+
+def chosen_by_looking_at_all(view: View, target: str | None, speed: float) -> str | None:
+    """Whom the shark chases if it computes where it can meet each of them."""
+    times = {}
+    for minnow in scene(view.referee, view.velocities).prey:
+        met = intercept(view.position, speed, minnow.position, minnow.velocity, reach=0.8)
+        far = UNMET + math.dist(view.position, minnow.position)
+        times[minnow.name] = far if met is None else met.time
+    if not times:
+        return None
+    best = min(times, key=lambda name: (times[name], name))
+    return best if target not in times or times[best] < LOYALTY * times[target] else target
+
+
+@given(places, st.lists(st.tuples(places, speeds), max_size=12), st.integers(0, 12))
+def test_a_shark_chases_whom_it_meets_first_though_it_does_not_look_at_all_closely(
+    here: Vector, minnows: Minnows, target: int
+) -> None:
+    players = [status(f"m{i}", "minnow", place) for i, (place, _) in enumerate(minnows)]
+    view = view_of(here, players, {f"m{i}": velocity for i, (_, velocity) in enumerate(minnows)})
+    shark = SharksAndMinnowsPlayer("shark", P2AT)
+    for before in (None, f"m{target}"):
+        shark._target = before
+        chosen = shark._choose(view)
+        assert (None if chosen is None else chosen[0].name) == chosen_by_looking_at_all(view, before, P2AT.v_max)
+
+
+def test_the_scene_is_made_once_for_all_who_look() -> None:
+    view = view_of((5.0, 10.0), [status("m", "minnow", (1.0, 9.0))], {})
+    assert scene(view.referee, view.velocities) is scene(view.referee, view.velocities)
+
+
+def test_prey_are_the_active_minnows_whose_pose_is_known_and_who_are_not_safe() -> None:
+    players = [
+        status("crossing", "minnow", (1.0, 9.0)),
+        status("safe", "minnow", (1.0, 3.0)),
+        status("tagged", "minnow", (3.0, 9.0), "inactive"),
+        status("unseen", "minnow", None),
+    ]
+    seen = scene(view_of((5.0, 10.0), players, {"crossing": (0.3, 0.4)}).referee, {"crossing": (0.3, 0.4)})
+    assert [body.name for body in seen.prey] == ["crossing"]
+    assert [body.name for body in seen.sharks] == ["shark"]
+    assert seen.fastest_prey == pytest.approx(0.5)

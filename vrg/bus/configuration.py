@@ -1,0 +1,98 @@
+"""The configuration of zenoh for every process of a match, as plain data: a router's serves a stock `zenohd` too."""
+
+import os
+from typing import Any
+
+from vrg.bus.credentials import Credentials
+from vrg.errors import BusError
+
+LEASE_MS = 1000
+"""The time in ms after which a frozen process is noticed. The default of zenoh is ten times as long."""
+PENDING = 5000
+"""The number of connections that a router takes, and of those whose other end has not said yet who it is."""
+_SECURE = "tls/"
+
+
+def client_settings(
+    endpoint: str, credentials: Credentials | None = None, *, shared_memory: bool = True
+) -> dict[str, Any]:
+    """The configuration of a client of the router at `endpoint`.
+
+    Args:
+        shared_memory: False for a process that may make none, because it is sealed.
+    """
+    settings = _settings("client", {"connect": _connect([endpoint])}, credentials)
+    if not shared_memory:
+        settings["transport"]["shared_memory"] = {"enabled": False}
+    return settings
+
+
+def router_settings(
+    endpoint: str,
+    credentials: Credentials | None = None,
+    access: dict[str, Any] | None = None,
+    *,
+    upstream: str | None = None,
+) -> dict[str, Any]:
+    """The configuration of a router that listens at `endpoint`.
+
+    Args:
+        credentials: those of the seat `router`; None lets everybody in.
+        access: who may do what, as `vrg.bus.access.rules` makes it; None lets everybody do everything.
+        upstream: the endpoint of another router to be linked with.
+    """
+    others = [] if upstream is None else [upstream]
+    settings = _settings("router", {"listen": {"endpoints": [endpoint]}, "connect": _connect(others)}, credentials)
+    # One process that opens many connections and never says who it is must not keep the others out.
+    settings["transport"]["unicast"] = {"accept_pending": PENDING, "max_sessions": PENDING}
+    if access is not None:
+        settings["access_control"] = access
+    return settings
+
+
+def check_endpoint(endpoint: str, credentials: Credentials | None = None) -> None:
+    """Make sure that an endpoint can be used.
+
+    Raises:
+        BusError: it is no endpoint, or it is encrypted and there are no keys for it, or the other way round.
+    """
+    if "/" not in endpoint:
+        raise BusError(f"expected an endpoint such as tcp/127.0.0.1:7447, got {endpoint!r}")
+    secure = endpoint.startswith(_SECURE)
+    if secure and credentials is None:
+        raise BusError(
+            f"the router at {endpoint} lets only seats with keys in: name the folder of the keys with --keys, or in "
+            "the variable VRG_KEYS"
+        )
+    if not secure and credentials is not None:
+        raise BusError(
+            f"expected an endpoint that begins with {_SECURE}, because keys were given, got {endpoint!r}: without "
+            "encryption nobody can prove who it is"
+        )
+
+
+def _connect(endpoints: list[str]) -> dict[str, Any]:
+    retry = {"period_init_ms": 50, "period_max_ms": 200, "period_increase_factor": 1.5}
+    return {"retry": retry, **({"endpoints": endpoints} if endpoints else {})}
+
+
+def _settings(mode: str, ends: dict[str, Any], credentials: Credentials | None) -> dict[str, Any]:
+    """Explicit endpoints, no scouting, and a short lease."""
+    link: dict[str, Any] = {"tx": {"lease": LEASE_MS, "keep_alive": 4}}
+    if credentials is not None:
+        # A router may connect to another one.
+        roles = ("listen", "connect") if mode == "router" else ("connect",)
+        link["tls"] = {
+            "root_ca_certificate": os.path.abspath(credentials.authority),
+            **{f"{role}_certificate": os.path.abspath(credentials.certificate) for role in roles},
+            **{f"{role}_private_key": os.path.abspath(credentials.private_key) for role in roles},
+            "enable_mtls": True,
+            "verify_name_on_connect": True,
+        }
+        link["protocols"] = ["tls"]
+    return {
+        "mode": mode,
+        "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
+        "transport": {"link": link},
+        **ends,
+    }

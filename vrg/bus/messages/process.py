@@ -1,0 +1,52 @@
+"""What the launcher tells of the processes of a match."""
+
+import enum
+
+from msgspec import Struct
+
+from vrg.bus.messages.base import Message
+from vrg.types import Count, Deviation, Name
+
+
+class ProcessState(enum.Enum):
+    """How a process is.
+
+    AWAY is a process of a machine that does not answer; nobody knows whether it runs.
+    """
+
+    STARTING = "starting"
+    RUNNING = "running"
+    ENDED = "ended"
+    AWAY = "away"
+
+
+class ProcessStatus(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """How one process is.
+
+    Args:
+        name: its name. machine: the name of its machine in the match file; `here` is where the match is launched.
+        state: whether it runs.
+        node: the kind and the name of its node, such as `player/ann`; empty if it is no node of the match.
+        pid: its process id on its machine; None while it does not run.
+        cpu: how much of one processor core it has used lately, 1.0 means all of it.
+        memory: the memory that it uses, bytes. restarts: how often it was started again.
+    """
+
+    name: Name
+    machine: Name
+    state: ProcessState
+    node: str = ""
+    pid: Count | None = None
+    cpu: Deviation = 0.0
+    memory: Count = 0
+    restarts: Count = 0
+
+
+class Processes(Message, frozen=True, kw_only=True):
+    """All processes of a match that its launcher has started, twice a second.
+
+    Args:
+        processes: each of them.
+    """
+
+    processes: list[ProcessStatus]

@@ -1,0 +1,96 @@
+"""The command `vrg estop`, which engages or releases the emergency stop and waits until the referee confirms it."""
+
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vrg.bus.credentials import Credentials, find_credentials_of
+from vrg.bus.messages import Estop, EstopRelease
+from vrg.bus.seats import Seat, SeatKind
+from vrg.bus.session import open_session
+from vrg.bus.topics import Keys
+from vrg.commands.official import ANSWER_PATIENCE, ReasonOption, Referee, me
+from vrg.commands.options import KeysOption, credentials_for, keys_of, own_match, which_match
+from vrg.errors import BusError
+
+STOPPING = sorted(
+    {party.kind for party in Keys.estop.speakers} & {party.kind for party in Keys.referee_state.listeners},
+    key=lambda kind: (kind is not SeatKind.OFFICIAL, kind),
+)
+"""The kinds of seats that may engage the emergency stop and hear that the referee confirms it, the official's first."""
+
+
+def estop(
+    release: Annotated[bool, typer.Option("--release", help="Release it; robots stay disarmed until resume.")] = False,
+    match: Annotated[
+        str | None, typer.Option("--match", help="Name of the match; all that run here if missing.")
+    ] = None,
+    router: Annotated[str | None, typer.Option("--router", help="Endpoint of its router.")] = None,
+    seats: KeysOption = None,
+    reason: ReasonOption = "",
+) -> None:
+    """Stop every robot at once, of all matches that run here if none is named. It stays so until it is released.
+
+    The keys of any seat will do. Releasing needs those of the official.
+    """
+    from vrg.launch import running  # only commands on a running match need platformdirs
+
+    if release:
+        targets = [(*own_match(match, router, "release the emergency stop"), seats)]
+    else:
+        here = running.running() if match is None and router is None else []
+        # One folder, which VRG_KEYS may name, has no keys for the other matches. Each match has told where its own are.
+        several = [(m.match, m.router, Path(m.keys) if m.keys else seats) for m in here]
+        targets = several or [(*which_match(match, router), seats)]
+    order = EstopRelease(by=me(), reason=reason) if release else Estop(by=me(), reason=reason)
+    # All at once, so that no match waits for another one that does not answer.
+    with ThreadPoolExecutor(max_workers=len(targets)) as pool:
+        asked = [(name, pool.submit(_order_estop, name, at, keys, order)) for name, at, keys in targets]
+        errors = {name: error for name, done in asked if (error := done.exception()) is not None}
+    for name, _ in asked:
+        if name in errors:
+            typer.echo(f"{name}: {errors[name]}", err=True)
+        else:
+            done = "released: go on with `vrg official resume`" if release else "emergency stop engaged"
+            typer.echo(f"{name}: {done}")
+    if errors:
+        raise typer.Exit(1)
+
+
+def _order_estop(name: str, endpoint: str, seats: Path | None, order: Estop | EstopRelease) -> None:
+    """Order an emergency stop, or its release, and wait until the referee has confirmed it.
+
+    Raises:
+        BusError: the router cannot be reached, or the referee does not confirm it.
+    """
+    credentials = _credentials_for_order(endpoint, seats, order)
+    with open_session(endpoint, patience=ANSWER_PATIENCE, credentials=credentials) as session:
+        referee = Referee(session, Keys(name))
+        if isinstance(order, Estop):
+            referee.mailbox.publish(referee.keys.estop, order)
+        else:
+            referee.mailbox.publish(referee.keys.estop_release, order)
+        referee.send()
+        deadline = time.monotonic() + ANSWER_PATIENCE
+        while time.monotonic() < deadline:
+            referee.receive()
+            latest = referee.state.latest
+            if latest is not None and latest.body.estop == isinstance(order, Estop):
+                return
+            time.sleep(0.02)
+    raise BusError("sent, but the referee has not confirmed it: is the coordinator running?")
+
+
+def _credentials_for_order(endpoint: str, seats: Path | None, order: Estop | EstopRelease) -> Credentials | None:
+    """The keys of a seat that may give an order; None where the router wants none.
+
+    Raises:
+        CredentialsError: there are no keys of such a seat.
+    """
+    if isinstance(order, EstopRelease):
+        return credentials_for(endpoint, seats, Seat(SeatKind.OFFICIAL))
+    keys = keys_of(endpoint, seats)
+    return None if keys is None else find_credentials_of(keys, STOPPING)

@@ -1,0 +1,230 @@
+"""Plays a match as processes, on this machine or several, and shows on the terminal how it goes."""
+
+import threading
+from collections.abc import Iterable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, TextColumn
+
+from vrg.bus.credentials import find_credentials
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import RefereeState
+from vrg.bus.process import run_node
+from vrg.bus.seats import Seat, SeatKind, seats_of_node
+from vrg.bus.session import DEFAULT_ENDPOINT, Session, open_session
+from vrg.bus.stopping import Stop
+from vrg.config.setup import HERE, MatchSetup, write_setup
+from vrg.errors import LaunchError
+from vrg.launch.endpoints import host_of, port_of
+from vrg.launch.events import EventLog
+from vrg.launch.fork_server import ForkServer
+from vrg.launch.host import Host
+from vrg.launch.launched import LaunchedMatch
+from vrg.launch.listening import Listening
+from vrg.launch.remote.reaching import hand_out_keys, reach, remote_hosts, router_endpoints
+from vrg.launch.remote.remote_host import RemoteHost
+from vrg.launch.run_folder import RunFolder
+from vrg.launch.specs import specs
+from vrg.launch.supervisor import Supervisor
+from vrg.ui.table import TerminalTable
+
+ENDPOINTS_TRIED = 3
+"""The number of endpoints that are tried. Launchers that are started together may choose the same one at first."""
+
+
+@dataclass(frozen=True)
+class Show:
+    """What people see of a match, and what is kept of it.
+
+    Args:
+        console: where texts are printed.
+        window: True opens the spectator. record: True records for Foxglove and the plot.
+    """
+
+    console: Console
+    window: bool
+    record: bool
+
+    def announce(self, text: str) -> None:
+        """Print what happens to the processes."""
+        self.console.print(f"[yellow]{escape(text)}[/yellow]")
+
+
+@dataclass(frozen=True)
+class Security:
+    """Whether a match has seats.
+
+    Args:
+        wanted: True lets only processes with keys in.
+        given: the folder of the keys of the match's seats; None makes keys for this run alone.
+    """
+
+    wanted: bool
+    given: Path | None = None
+
+
+def play_processes(
+    setup: MatchSetup, folder: RunFolder, show: Show, stop: Stop, server: ForkServer, security: Security
+) -> tuple[RefereeState | None, LaunchError | None]:
+    """Play the match as processes. Return the last state of the referee, and the error if the match was given up.
+
+    Raises:
+        ConfigError: the keys that were given are not good for this match.
+        LaunchError: a machine cannot be used, or the router cannot run anywhere.
+    """
+    with ExitStack() as stack:
+        launched = _served(setup, folder, show, stop, server, security, stack)
+        if launched is None:
+            return None, None
+        _tell_of_router(setup, launched, show)
+        return _run(setup, launched, show, stop)
+
+
+def _tell_of_router(setup: MatchSetup, launched: LaunchedMatch, show: Show) -> None:
+    if launched.keys is not None:
+        show.console.print(
+            f"router {launched.endpoint}, for seats only: commands of other users and machines need keys (yours find "
+            f"them in {launched.keys})",
+            soft_wrap=True,
+        )
+    elif not setup.hosts and launched.endpoint != DEFAULT_ENDPOINT:
+        show.console.print(f"router {launched.endpoint}, because another program has the port of the usual one")
+    if (setup.hosts or launched.keys is not None) and port_of(launched.endpoint) != port_of(DEFAULT_ENDPOINT):
+        show.console.print(
+            f"[yellow]another program has port {port_of(DEFAULT_ENDPOINT)}: the router uses port "
+            f"{port_of(launched.endpoint)}, which a firewall may keep others from[/yellow]",
+            soft_wrap=True,
+        )
+
+
+def _run(
+    setup: MatchSetup, launched: LaunchedMatch, show: Show, stop: Stop
+) -> tuple[RefereeState | None, LaunchError | None]:
+    done = threading.Event()
+    table = threading.Thread(target=_show_table, args=(setup, launched, show.console, done))
+    bar = Progress(TextColumn("starting {task.description}"), BarColumn(), console=show.console, transient=True)
+    with bar as progress:
+        task = progress.add_task("processes", total=len(launched.names) - 1)
+
+        def ready(name: str) -> None:
+            progress.update(task, advance=1, description=name)
+
+        def started(_session: Session) -> None:
+            progress.stop()
+            table.start()
+
+        def ending() -> None:
+            done.set()
+            if table.ident is not None:
+                table.join()
+
+        try:
+            launched.run(stop, progress=ready, started=started, ending=ending, until_closed=show.window)
+        except LaunchError as failure:
+            return launched.state, failure
+        return launched.state, None
+
+
+def _served(
+    setup: MatchSetup,
+    folder: RunFolder,
+    show: Show,
+    stop: Stop,
+    server: ForkServer,
+    security: Security,
+    stack: ExitStack,
+) -> LaunchedMatch | None:
+    """Reach all machines of a match, and start its router; return None if that was interrupted.
+
+    Args:
+        stack: keys that are made for this run are deleted when it is closed.
+
+    Raises:
+        ConfigError, LaunchError: see `play_processes`; no process then runs.
+    """
+    write_setup(setup, folder.setup)
+    listening = Listening(setup.keys, EventLog(folder.events))
+    remote = remote_hosts(
+        setup, folder, window=show.window, record=show.record, announce=show.announce, notes=listening
+    )
+    served = False
+    try:
+        if remote and not _reached(remote, show, stop):
+            return None
+        keys: Path | None = None
+        for attempt in range(1, ENDPOINTS_TRIED + 1):
+            endpoints = router_endpoints(setup, remote, secure=security.wanted)
+            # They are good for addresses, and another attempt only has another port.
+            keys = keys or _keys(setup, endpoints.values(), security, stack)
+            if keys is not None:
+                hand_out_keys(setup, remote, keys, window=show.window, record=show.record)
+            main, endpoint = setup.place.get("router", HERE), endpoints[setup.router_at(HERE)]
+            here = Supervisor(
+                specs(setup, folder.path, endpoint, window=show.window, record=show.record, keys=keys),
+                endpoint,
+                setup.keys,
+                folder.logs,
+                show.announce,
+                server,
+                disqualify=setup.on_fault == "disqualify",
+                memory=setup.memory,
+                notes=listening,
+                credentials=None if keys is None else find_credentials(keys, [Seat(SeatKind.LAUNCHER)]),
+            )
+            # The router of the match is started before those that are linked to it.
+            hosts: list[Host] = [here, *remote.values()]
+            hosts.sort(key=lambda host: host.machine != main)
+            launched = LaunchedMatch(setup, folder, endpoint, hosts, show.announce, listening, keys=keys)
+            try:
+                served = launched.serve(stop)
+                return launched if served else None
+            except LaunchError:
+                # Another launcher may have taken the port of this machine in between.
+                if attempt == ENDPOINTS_TRIED or remote:
+                    raise
+    finally:
+        if not served:
+            for host in remote.values():
+                host.close()
+    return None
+
+
+def _keys(setup: MatchSetup, endpoints: Iterable[str], security: Security, stack: ExitStack) -> Path | None:
+    """The folder of the keys of all seats, good for routers at these endpoints; None in a match without seats.
+
+    Raises:
+        ConfigError: the keys that were given are not good for this match.
+    """
+    if not security.wanted:
+        return None
+    from vrg.launch.match_keys import keys_for  # certificates take a tenth of a second to load
+
+    addresses = [host_of(endpoint) for endpoint in endpoints]
+    return stack.enter_context(keys_for(setup.roster, security.given, datetime.now(UTC), addresses))
+
+
+def _reached(remote: dict[str, RemoteHost], show: Show, stop: Stop) -> bool:
+    """Reach the other machines, and show how far that is; return False if that was interrupted.
+
+    Raises:
+        LaunchError: some cannot be used; the message tells of all of them.
+    """
+    bar = Progress(TextColumn("reaching {task.description}"), BarColumn(), console=show.console, transient=True)
+    with bar as progress:
+        task = progress.add_task(", ".join(remote), total=len(remote))
+        problems = reach(remote, stop, lambda _name: progress.update(task, advance=1))
+    if problems:
+        raise LaunchError("\n".join(map(str, problems.values())))
+    return problems is not None
+
+
+def _show_table(setup: MatchSetup, launched: LaunchedMatch, console: Console, done: threading.Event) -> None:
+    credentials = launched.credentials_of(*seats_of_node("spectator", "terminal"))
+    with open_session(launched.endpoint, credentials=credentials) as session:
+        table = TerminalTable("terminal", Mailbox(), setup.keys, console=console, processes=bool(setup.hosts))
+        run_node(table, session, setup.keys, done)

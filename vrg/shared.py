@@ -1,0 +1,34 @@
+"""Results that many need at the same instant, computed by the first who asks.
+
+In a match in one process all players are given the same objects: one state of the referee, for example, and not copies
+of it. What follows from these objects alone is then the same for all of them. This module imports nothing of VRG.
+"""
+
+from collections.abc import Callable
+from functools import wraps
+from operator import is_
+from typing import Any, TypeVar, TypeVarTuple
+
+Ts = TypeVarTuple("Ts")
+T = TypeVar("T")
+
+
+def shared(function: Callable[[*Ts], T]) -> Callable[[*Ts], T]:
+    """A function that keeps its newest result, and returns it again for the same arguments.
+
+    Only the very same objects count as the same arguments. So they are compared quickly and may be of any type, but
+    nobody may change them or the result.
+    """
+    newest: tuple[tuple[Any, ...], T] | None = None
+
+    @wraps(function)
+    def kept(*given: *Ts) -> T:
+        nonlocal newest
+        known = newest  # another thread may replace it at any time
+        if known is not None and all(map(is_, known[0], given)):
+            return known[1]
+        result = function(*given)
+        newest = given, result
+        return result
+
+    return kept
