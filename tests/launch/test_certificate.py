@@ -157,7 +157,7 @@ def test_a_match_in_which_nothing_happened_has_nothing_to_tell(tmp_path: Path) -
     certificate = certificate_of(setup, folder)
     assert (certificate.incidents, certificate.stops, certificate.worst) == ([], [], None)
     assert sentence(certificate) == ""
-    assert "No HALT, no emergency stop and no death" in vrg("stops", str(folder.path))
+    assert "No HALT, no emergency stop, no death of a process and no lost machine" in vrg("stops", str(folder.path))
 
 
 def test_a_robot_that_moved_again_is_in_the_table_and_in_the_last_line() -> None:
@@ -210,11 +210,14 @@ def test_without_a_journal_no_halt_is_known(tmp_path: Path) -> None:
 
 def test_a_launcher_that_was_killed_is_told(tmp_path: Path) -> None:
     folder, setup, _ = played(tmp_path, "", until=2.0)
-    EventLog(folder.events).write(Event(what=What.BEGAN, monotonic=0.0, time=0.0))
+    links = {"world": Link(0.0, 0.0, 1)}
+    EventLog(folder.events).write(Event(what=What.BEGAN, monotonic=0.0, time=0.0, links=links))
     certificate = certificate_of(setup, folder)
     [incident] = certificate.incidents
     assert incident.process == "vrg play"
     assert any("did not end by itself" in note for note in certificate.notes)
+    assert certificate.resolution < incident.resolution, "how late it was noticed is told by itself"
+    assert "Links up to the last event of vrg play" in vrg("stops", str(folder.path))
     assert "vrg play" in sentence(certificate)
 
 

@@ -1,6 +1,7 @@
 """Which incidents a journal and a log of events tell of: each once, with its time, its robots and its end."""
 
 import math
+from collections.abc import Sequence
 
 import pytest
 
@@ -59,8 +60,8 @@ class Run:
     def end(self) -> "Run":
         return self.event(What.ENDED, None, 100.0)
 
-    def incidents(self, **more: object) -> list[Incident]:
-        return incidents_of(Evidence(self.records, self.events, self.estops, PLAYERS, **more))  # type: ignore[arg-type]
+    def incidents(self, *, players: Sequence[str] = PLAYERS, **more: object) -> list[Incident]:
+        return incidents_of(Evidence(self.records, self.events, self.estops, players, **more))  # type: ignore[arg-type]
 
 
 def test_a_match_in_which_nothing_happened_has_no_incident() -> None:
@@ -256,3 +257,27 @@ def test_a_halt_that_follows_from_a_death_has_lost_nothing_of_its_own() -> None:
     assert [(i.kind, i.lost) for i in run.incidents()] == [
         (Kind.DEATH, "8 of bob"), (Kind.HALT, ""), (Kind.HALT, "1 of bob"),
     ]  # fmt: skip
+
+
+def test_a_machine_that_is_away_stops_its_own_robots_from_the_newest_message_of_its_players() -> None:
+    heard = {"ann": 9.7, "bob": 4.9, "carol": 4.95, "world": 9.8}
+    run = Run().event(What.AWAY, "lab2", 8.0, heard=heard, text="lab2 does not answer (bob, carol)")
+    run.call("halt", 8.1, "called by vrg play").event(What.BACK, "lab2", 12.0).call("resume", 15.0).end()
+    away, halt = run.incidents(place={"bob": "lab2", "carol": "lab2", "dan": "lab3"}, players=["ann", "bob", "carol"])
+    assert (away.kind, away.what, away.process) == (Kind.AWAY, "lab2 does not answer (bob, carol)", "lab2")
+    assert (away.time, away.until, away.robots) == (4.95, 15.0, frozenset(["bob", "carol"]))
+    assert halt.kind is Kind.HALT
+    assert not away.timeless
+
+
+def test_a_machine_that_comes_back_while_play_goes_on_holds_its_robots_up_to_then() -> None:
+    run = Run().event(What.AWAY, "lab2", 8.0, heard={"bob": 4.9}).event(What.BACK, "lab2", 12.0).end()
+    [away] = run.incidents(place={"bob": "lab2"})
+    assert away.until == 12.0
+    assert Run().event(What.AWAY, "lab2", 8.0).end().incidents()[0].until == math.inf
+
+
+def test_the_loss_of_the_machine_of_the_world_stops_all_robots_and_match_time() -> None:
+    run = Run().event(What.AWAY, "lab2", 8.0, heard={"world": 7.9, "bob": 7.8}).event(What.STEPPED_BACK, "world", 7.5)
+    [away] = run.end().incidents(place={"world": "lab2", "bob": "lab2"})
+    assert (away.time, away.robots, away.timeless) == (7.5, None, True)

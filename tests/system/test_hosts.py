@@ -19,6 +19,7 @@ from tests.system.harness import MINNOWS, Match, long_match, wait_until
 from tests.system.lab import VRG, Lab, LabHost, laboratory, run
 from vrg.bus import messages as m
 from vrg.games import GAMES
+from vrg.launch.events import What, read_events
 from vrg.launch.remote.lease import LEASE
 from vrg.recording.reader import read_tracks
 
@@ -132,6 +133,8 @@ def test_when_an_agent_is_killed_its_processes_end_and_others_take_their_places(
     plays_on(match)
     assert "h3 is away (bob)" in match.said()
     match.observer.wait_until(lambda: "h3 is back: bob runs again" in match.said(), "that to be told")
+    told = [(event.what, event.text) for event in read_events(match.run.events) if event.process == "h3"]
+    assert (What.AWAY, "h3 does not answer (bob)") in told, "the stop certificate is made of such events"
 
 
 def test_a_link_that_is_cut_for_a_moment_stops_the_robots_behind_it(match: Match, lab: Lab) -> None:

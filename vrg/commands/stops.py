@@ -23,7 +23,7 @@ def stops(
     run: RunArgument,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON in place of a table.")] = False,
 ) -> None:
-    """Tell how long each robot took to stop, and how far it rolled, after each HALT, emergency stop and death."""
+    """Tell how long each robot took to stop, and how far it rolled, after each HALT, emergency stop, death and loss."""
     from vrg.launch.certificate import BUDGETS, certificate_of, data_of, sentence
 
     folder, setup = ended_run(run)
@@ -35,7 +35,7 @@ def stops(
     for note in certificate.notes:
         console.print(f"[yellow]{escape(note)}[/yellow]", soft_wrap=True)
     if not certificate.incidents:
-        console.print("No HALT, no emergency stop and no death of a process is known of this run.")
+        console.print("No HALT, no emergency stop, no death of a process and no lost machine is known of this run.")
         return
     table = Table()
     for number, head in enumerate(
@@ -99,7 +99,7 @@ def remarks(certificate: "Certificate") -> Iterator[str]:
     """What else must be known to read the table."""
     yield (
         "Times are match time: from the referee's decision, from the order of an emergency stop, or from the newest "
-        "message of a process that died. "
+        "message of a process that died or of a machine that is away. "
         f"They are good to {certificate.resolution:.2f} s. link: the age of the newest message of the robot's player."
     )
     if certificate.rate is not None and not math.isclose(certificate.rate, 1.0):
@@ -114,6 +114,13 @@ def remarks(certificate: "Certificate") -> Iterator[str]:
         lost = sum(link.lost for link in certificate.links.values())
         heard = sum(link.arrived for link in certificate.links.values())
         yield (
-            f"Links over the whole run: {heard} messages heard, {lost} lost; the longest silence between two messages "
+            f"Links{_span(certificate)}: {heard} messages heard, {lost} lost; the longest silence between two messages "
             f"of one program was {worst[0]:.2f} s ({worst[1]})."
         )
+
+
+def _span(certificate: "Certificate") -> str:
+    from vrg.launch.incidents import LAUNCHER
+
+    killed = any(incident.process == LAUNCHER for incident in certificate.incidents)
+    return " up to the last event of vrg play" if killed else " over the whole run"

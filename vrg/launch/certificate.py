@@ -10,7 +10,7 @@ from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import Record, read_journal
 from vrg.errors import JournalError, MessageError
 from vrg.launch.events import Event, Link, What, read_events
-from vrg.launch.incidents import LAUNCHER, ROUTER, Evidence, incidents_of
+from vrg.launch.incidents import LAUNCHER, Evidence, incidents_of
 from vrg.launch.listening import REFEREE, WORLD
 from vrg.launch.run_folder import RunFolder
 from vrg.recording.stops import HOLD, Incident, Kind, Motion, Outcome, Stop, rests_of, stop_of, stops_of, worst
@@ -32,7 +32,8 @@ class Certificate:
 
     Args:
         incidents: what happened, in the order of match time. stops: how each robot stopped; see `Stop`.
-        links: what the launcher has heard of each sender over the whole run.
+        links: what the launcher has heard of each sender up to its last event: the end of the run, unless it was
+            killed.
         rate: match seconds per real second that the match was played at; None where it was as fast as possible.
         notes: what cannot be told, and why, in sentences.
     """
@@ -50,8 +51,9 @@ class Certificate:
 
     @property
     def resolution(self) -> float:
-        """The largest resolution of a stop, s; 0 if no robot had to stop."""
-        return max((stop.resolution for stop in self.stops if stop.moved), default=0.0)
+        """The largest resolution of a stop, s; 0 if no robot had to stop. The launcher's own death does not count."""
+        known = [stop for stop in self.stops if self.incidents[stop.incident].process != LAUNCHER]
+        return max((stop.resolution for stop in known if stop.moved), default=0.0)
 
 
 def certificate_of(setup: MatchSetup, folder: RunFolder) -> Certificate:
@@ -67,6 +69,7 @@ def certificate_of(setup: MatchSetup, folder: RunFolder) -> Certificate:
         [player.name for player in setup.players],
         setup.physical,
         [companion.name for companion in setup.companions],
+        setup.place,
         end,
         setup.world.tick,
         setup.rate,
@@ -75,7 +78,11 @@ def certificate_of(setup: MatchSetup, folder: RunFolder) -> Certificate:
     known = motions or [Motion(player.name, player.physical) for player in setup.players]
     stops = [_in_real_time(stop, incidents[stop.incident], events, known) for stop in stops_of(incidents, known)]
     if any(incident.process == LAUNCHER for incident in incidents):
-        notes.append("vrg play did not end by itself. What happened after its last event is known from the recording.")
+        last = f"its last event, at {events[-1].time or 0.0:.2f} s,"
+        notes.append(
+            f"vrg play did not end by itself: nobody logged when. What happened after {last} is known from the "
+            "recording, and the links are told up to that event."
+        )
     links = events[-1].links if events else {}
     return Certificate(incidents, stops, links, setup.rate or None, notes)
 
@@ -123,7 +130,7 @@ def _recording(folder: RunFolder, notes: list[str]) -> tuple[list[Motion], list[
 def _in_real_time(stop: Stop, incident: Incident, events: Sequence[Event], motions: Sequence[Motion]) -> Stop:
     """A physical robot rolls on in real time while match time stands: its stop as the launcher has heard it."""
     motion = next(motion for motion in motions if motion.name == stop.robot)
-    if incident.process not in (WORLD, ROUTER) or not motion.physical or not motion.times:
+    if not incident.timeless or not motion.physical or not motion.times:
         return stop
     number = next((i for i, e in enumerate(events) if e.process == incident.process and e.what in _ENDS_AT
                    and _near(e, incident)), None)  # fmt: skip
@@ -164,7 +171,7 @@ def _in_real_time(stop: Stop, incident: Incident, events: Sequence[Event], motio
     return replace(stop_of(stop.incident, then, measured), real=True)
 
 
-_ENDS_AT = (What.KILLED, What.DIED)
+_ENDS_AT = (What.KILLED, What.DIED, What.AWAY)
 
 
 def _near(event: Event, incident: Incident) -> bool:
@@ -204,6 +211,8 @@ def _after(incident: Incident, robot: str) -> str:
         return "a HALT"
     if incident.kind is Kind.ESTOP:
         return "the emergency stop"
+    if incident.kind is Kind.AWAY:
+        return f"{incident.process} was lost"
     if incident.process == robot:
         return "its player died"
     return f"{incident.process if incident.process == LAUNCHER else f'the {incident.process}'} died"
@@ -256,6 +265,6 @@ def budget(incident: Incident) -> str:
     """What the layers of VRG promise after such an incident, until the motors are told to stop, in words."""
     if incident.kind is Kind.ESTOP:
         return "0.1"
-    if incident.kind is Kind.HALT:
+    if incident.kind is Kind.HALT or (incident.kind is Kind.AWAY and incident.robots is None):
         return "0.5 (gate)"
     return {REFEREE: "0.5 (gate)", WORLD: "-", LAUNCHER: "-"}.get(incident.process or "", "0.2 (watchdog)")

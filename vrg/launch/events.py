@@ -1,8 +1,8 @@
 """What happens to the processes of a match, in a file of the run folder: one JSON object a line.
 
-The launcher writes a line for each process that is ready, dies, is killed or started again, for each order of the
-emergency stop and each HALT that it hears, and one at its own end. A launcher that was killed leaves a file without
-that last line.
+The launcher writes a line for each process that is ready, dies, is killed or started again, for each machine that stops
+answering or answers again, for each order of the emergency stop and each HALT that it hears, and one at its own end. A
+launcher that was killed leaves a file without that last line.
 """
 
 import enum
@@ -32,6 +32,8 @@ class What(enum.StrEnum):
     ESTOP = "estop"
     RELEASE = "release"
     HALT = "halt"
+    AWAY = "away"
+    BACK = "back"
     STEPPED_BACK = "stepped back"
     MEASURED = "measured"
     ENDED = "ended"
@@ -58,7 +60,8 @@ class Event(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """One line of the file.
 
     Args:
-        what: what has happened. process: the process, or for MEASURED the robot; None where it is about none.
+        what: what has happened.
+        process: the process, for MEASURED the robot, for AWAY and BACK the machine; None where it is about none.
         monotonic: the launcher's monotonic time at which it noticed this, s.
         time: the match time that it had heard by then, s; None before the first clock.
         text: what happened, in words. status: the exit status of a process that has ended.

@@ -1,12 +1,12 @@
 """What happened in a match after which robots must stop, from its journal and its log of events. It reads no files.
 
-A HALT begins with the referee's decision, an emergency stop with its order, and the death of a process with the newest
-message that came from it: nobody knows how much later it died.
+A HALT begins with the referee's decision, an emergency stop with its order, and the death of a process or the loss of
+a machine with the newest message that came from it: nobody knows how much later it died.
 """
 
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 from vrg.coordinator.coordinator import PERIOD
 from vrg.coordinator.journal import Record
@@ -24,6 +24,8 @@ LATE = 1.0
 """The real time in s after the release of an emergency stop in which the referee may still halt play because of it."""
 BEHIND = 0.2
 """The real time in s by which the referee may be behind the launcher: its HALT then seems to come before the order."""
+_TIME = (WORLD, ROUTER)
+"""The processes without which match time stands for all others."""
 _ENDS = (What.KILLED, What.DIED, What.VACATED)
 _GOES_ON = ("resume", "ended", "game_over")
 """The rules of the calls after which a HALT is over."""
@@ -45,6 +47,7 @@ class Evidence:
         estops: the orders of the emergency stop in the recording, with their match times, s.
         players: the names of the players. physical: those with physical robots.
         companions: the programs that drive physical robots.
+        place: the machine of each process that does not run where the match was launched, by the process' name.
         end: the match time at which the recording ends, s. tick: the time between two ticks of the world, s.
         rate: match seconds per real second; 0 where the match was played as fast as possible.
     """
@@ -55,6 +58,7 @@ class Evidence:
     players: Sequence[str]
     physical: Sequence[str] = ()
     companions: Sequence[str] = ()
+    place: Mapping[str, str] = field(default_factory=dict)
     end: float = math.inf
     tick: float = 0.02
     rate: float = 1.0
@@ -67,7 +71,7 @@ class Evidence:
 def incidents_of(of: Evidence) -> list[Incident]:
     """Every HALT, emergency stop and death of a process, in the order of match time."""
     estops = [*_ordered(of), *_lost_orders(of)]
-    found = [*_halts(of), *estops, *_deaths(of), *_launcher(of)]
+    found = [*_halts(of), *estops, *_deaths(of), *_machines(of), *_launcher(of)]
     return sorted(_with_losses(found, of.events), key=lambda incident: (incident.time, incident.kind, incident.what))
 
 
@@ -171,7 +175,7 @@ def _deaths(of: Evidence) -> list[_Told]:
         if event.what not in _ENDS or name in gone:
             continue
         gone.add(name)
-        time = _onset(of, number, event)
+        time = _onset(of, number, event, [name])
         incident = Incident(
             Kind.DEATH,
             f"{name} {_how(event)}",
@@ -179,26 +183,61 @@ def _deaths(of: Evidence) -> list[_Told]:
             _until(of, number, event, time),
             _soonest(of, number, event, time),
             name,
-            _robots(of, name),
+            timeless=name in _TIME,
+            robots=_robots(of, [name]),
             ages=ages_of(event.links),
         )
         found.append((incident, event))
     return found
 
 
+def _machines(of: Evidence) -> list[_Told]:
+    """The losses of machines: of the agent that supervises the processes there, or of the link to it."""
+    found: list[_Told] = []
+    for number, event in enumerate(of.events):
+        if event.what is not What.AWAY:
+            continue
+        names = [name for name, machine in of.place.items() if machine == event.process]
+        time = _onset(of, number, event, names)
+        back = next((e for e in of.events[number:] if (e.what, e.process) == (What.BACK, event.process)), None)
+        # Its robots may move again when play goes on, or when the machine is back in play that was not halted.
+        until = goes_on(of.records, time)
+        if back is not None and back.time is not None and not _halted(of.records, back.time):
+            until = min(until, back.time)
+        incident = Incident(
+            Kind.AWAY,
+            event.text,
+            time,
+            until,
+            process=event.process,
+            timeless=any(name in _TIME for name in names),
+            robots=_robots(of, names),
+            ages=ages_of(event.links),
+        )
+        found.append((incident, event))
+    return found
+
+
+def _halted(records: Iterable[Record], at: float) -> bool:
+    """Whether play is halted at a match time, s."""
+    last = None
+    for record in records:
+        if record.time > at:
+            break
+        last = record
+    return last is not None and last.standing.halted is not None
+
+
 def _how(event: Event) -> str:
     return f"{event.text}: killed" if event.what is What.KILLED else event.text
 
 
-def _onset(of: Evidence, number: int, event: Event) -> float:
-    """The stamp of the newest message of a process that has died, s; the time at which it was noticed if none came."""
-    name = event.process or ""
+def _onset(of: Evidence, number: int, event: Event, names: Sequence[str]) -> float:
+    """The stamp of the newest message of processes that are gone, s; the time at which it was noticed if none came."""
     noticed = event.time or 0.0
-    link = event.links.get(WORLD if name in (WORLD, ROUTER) else name)
-    if link is None:
-        return noticed
-    time = min(noticed, link.time)
-    if name != WORLD:
+    links = {WORLD if name in _TIME else name for name in names} & set(event.links)
+    time = min(noticed, max((event.links[link].time for link in links), default=noticed))
+    if WORLD not in names:
         return time
     # What the world has published after its last snapshot did not happen: it goes on from there.
     later = of.events[number:]
@@ -236,12 +275,12 @@ def _soonest(of: Evidence, number: int, event: Event, time: float) -> float:
     return next((start.time for start in starts if start.time is not None), math.inf)
 
 
-def _robots(of: Evidence, name: str) -> frozenset[str] | None:
-    if name in of.players:
-        return frozenset([name])
-    if name in (REFEREE, WORLD, ROUTER):
+def _robots(of: Evidence, names: Sequence[str]) -> frozenset[str] | None:
+    """The robots that must stop without some processes; None for all."""
+    if any(name in (REFEREE, *_TIME) for name in names):
         return None
-    return frozenset(of.physical) if name in of.companions else frozenset()
+    driven = of.physical if any(name in of.companions for name in names) else ()
+    return frozenset([*driven, *(name for name in names if name in of.players)])
 
 
 def _launcher(of: Evidence) -> list[_Told]:
@@ -269,7 +308,7 @@ def _with_losses(found: Sequence[_Told], events: Sequence[Event]) -> list[Incide
         incident, before = found[number][0], found[counting[-1][0]][0] if counting else None
         # A HALT that follows from a death, and ends with the same call, loses nothing of its own.
         follows = before is not None and before.robots is None and incident.until == before.until
-        if not (follows and incident.kind is not Kind.DEATH):
+        if not (follows and incident.kind not in (Kind.DEATH, Kind.AWAY)):
             counting.append((number, events[place].links))
     last = next((event.links for event in reversed(events) if event.links), {})
     ends = [*(links for _, links in counting[1:]), last]

@@ -87,6 +87,7 @@ class LaunchedMatch:
             disqualify=setup.on_fault == "disqualify",
         )
         self._told = 0.0
+        self._away: set[str] = set()
         self._halted_for: set[str] = set()
         self._asked = 0.0
 
@@ -220,6 +221,9 @@ class LaunchedMatch:
         """
         for host in self._hosts:
             trouble = host.trouble
+            if (trouble is not None) != (host.machine in self._away):
+                self._away ^= {host.machine}
+                self._listening.note(What.BACK if trouble is None else What.AWAY, host.machine, trouble or "")
             if trouble is None:
                 self._halted_for.discard(host.machine)
             elif host.machine not in self._halted_for and self.state is not None:

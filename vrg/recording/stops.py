@@ -115,6 +115,7 @@ class Kind(enum.StrEnum):
     HALT = "halt"
     ESTOP = "estop"
     DEATH = "death"
+    AWAY = "away"
 
 
 @dataclass(frozen=True)
@@ -124,11 +125,12 @@ class Incident:
     Args:
         kind: what kind of incident. what: what happened, in words.
         time: the match time of it, s. After a death it is that of the last message of the dead process, if that is
-            known.
+            known; of a machine that is away, that of the last message of its processes.
         until: the match time at which play went on, s; infinite if it did not.
         soonest: the match time from which play may have gone on, s, where `until` only tells when that was noticed;
             infinite where `until` is exact.
-        process: the process that has died; None if none has.
+        process: the process that has died, or the machine that is away; None if there is none.
+        timeless: True if match time stood after it, as the world or the router was gone.
         robots: the robots that must stop; None means all.
         resolution: the time in s by which it may have been earlier.
         ages: the age of the newest message of each link when it happened, s of real time, by the name of the player,
@@ -142,6 +144,7 @@ class Incident:
     until: float = math.inf
     soonest: float = math.inf
     process: str | None = None
+    timeless: bool = False
     robots: frozenset[str] | None = None
     resolution: float = 0.0
     ages: dict[str, float] = field(default_factory=dict)
