@@ -187,6 +187,22 @@ def test_keys_for_one_run_are_private_and_gone_with_it() -> None:
     assert not made.exists()
 
 
+def test_the_next_launcher_deletes_keys_that_a_killed_one_has_left(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    left, strange = tmp_path / "vrg-keys-left", tmp_path / "vrg-keys-strange"
+    left.mkdir()
+    (left / ".launcher").touch()
+    strange.mkdir()
+    with keys_for(ROSTER, None, NOW) as first, keys_for(ROSTER, None, NOW) as second:
+        assert not left.exists()
+        assert strange.exists(), "nothing tells that a launcher has made it"
+        assert first.exists(), "its launcher lives"
+        assert second.exists()
+    assert not first.exists()
+
+
 def test_keys_for_one_run_are_gone_even_if_the_run_fails() -> None:
     with pytest.raises(RuntimeError), keys_for(ROSTER, None, NOW) as made:
         raise RuntimeError
