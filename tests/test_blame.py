@@ -1,6 +1,7 @@
 """Who is told to be at fault for an exception: the innermost line of the student's own code."""
 
 import json
+import socket
 from pathlib import Path
 
 import pytest
@@ -60,3 +61,10 @@ def test_a_refusal_of_the_sandbox_is_told_as_one(monkeypatch: pytest.MonkeyPatch
     said = "PermissionError: [Errno 13] Permission denied; the sandbox refused it"
     assert str(failure_of(PermissionError(13, "Permission denied"))) == said
     assert "sandbox" not in str(failure_of(FileNotFoundError(2, "No such file")))
+
+
+def test_a_name_that_the_sealed_process_cannot_look_up_is_a_refusal_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(blame, "_REFUSED", [])
+    blame.tell_of_refusals("the sandbox refused it")
+    error = socket.gaierror(-3, "Temporary failure in name resolution")
+    assert str(failure_of(error)).endswith("Temporary failure in name resolution; the sandbox refused it")

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from vrg.bus.names import NAME_RULE
-from vrg.config.loading import load_match
+from vrg.config.loading import idle_machines, load_match
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
 from vrg.launch.specs import placed, specs
@@ -82,7 +82,10 @@ def test_each_process_runs_on_the_machine_that_is_named(tmp_path: Path) -> None:
 
 
 def test_a_machine_on_which_nothing_runs_is_not_used(tmp_path: Path) -> None:
-    assert list(load(tmp_path, MACHINES, bob='machine = "lab3"').hosts) == ["lab3"]
+    setup = load(tmp_path, MACHINES, bob='machine = "lab3"')
+    assert list(setup.hosts) == ["lab3"]
+    assert "nothing runs on lab2: name it" in idle_machines(setup)
+    assert not idle_machines(load(tmp_path, MACHINES, ann='machine = "lab2"', bob='machine = "lab3"'))
 
 
 def test_the_same_match_can_be_played_on_one_machine(tmp_path: Path) -> None:
@@ -151,6 +154,24 @@ def test_a_machine_has_a_name_that_can_be_a_part_of_a_key_and_of_a_file(tmp_path
 )
 def test_what_could_be_an_option_or_another_command_is_refused(tmp_path: Path, table: str) -> None:
     assert "machines.lab2" in problems(tmp_path, f"[machines.lab2]\n{table}\n")
+
+
+@pytest.mark.parametrize(
+    ("table", "told"),
+    [
+        ('host = "ssh lab2"', "expected what you type after `ssh`, such as robot@lab2.local; its port"),
+        (
+            'host = "lab2"\nvrg = "vrg; rm x"',
+            "expected the path of the command `vrg` there, such as ~/vrg/.venv/bin/vrg",
+        ),
+        ('host = "lab2"\ndisplay = "my screen"', "expected a display there, such as :0, got 'my screen'"),
+    ],
+)
+def test_one_mistake_in_the_table_of_a_machine_is_told_in_words_and_once(tmp_path: Path, table: str, told: str) -> None:
+    further = '[machines.lab3]\nhost = "lab3"\nvia = "lab2"\n'
+    said = problems(tmp_path, f"[machines.lab2]\nrouter = true\n{table}\n{further}", bob='machine = "lab2"')
+    assert told in said
+    assert len(said.splitlines()) == 1, "that lab2 is used elsewhere is no mistake"
 
 
 SITES = '[machines.lab2]\nhost = "lab2"\nrouter = true\n[machines.lab3]\nhost = "lab3"\nvia = "lab2"\n'

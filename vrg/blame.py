@@ -1,5 +1,6 @@
 """Where in a student's code something has gone wrong, in words."""
 
+import socket
 import sys
 import traceback
 from pathlib import Path
@@ -27,7 +28,10 @@ _REFUSED: list[str] = []
 
 
 def tell_of_refusals(remark: str) -> None:
-    """Add a remark to each failure by a PermissionError from now on, because this process has given up rights."""
+    """Add a remark to each failure by a PermissionError, or by a name that the network does not resolve, from now on.
+
+    The reason is that this process has given up rights.
+    """
     _REFUSED[:] = [remark]
 
 
@@ -35,7 +39,7 @@ def failure_of(error: BaseException) -> StrategyError:
     """What a strategy has raised, in one line: the exception, and the innermost place in the student's own code."""
     said = " ".join(str(error).split()).encode("utf-8", "backslashreplace").decode()
     words = f"{type(error).__name__}: {said}" if said else type(error).__name__
-    if isinstance(error, PermissionError) and _REFUSED:
+    if isinstance(error, PermissionError | socket.gaierror) and _REFUSED:
         words = f"{words}; {_REFUSED[0]}"
     if isinstance(error, SyntaxError) and error.filename:
         where = f"{Path(error.filename).name}, line {error.lineno}"

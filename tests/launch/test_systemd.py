@@ -122,6 +122,23 @@ def test_a_match_with_seats_is_not_deployed_without_keys(tmp_path: Path) -> None
     assert "--keys /etc/vrg/keys --router tls/127.0.0.1:7447" in command
 
 
+def test_it_prints_what_to_type_to_bring_match_keys_and_units_to_each_machine(tmp_path: Path) -> None:
+    tables = '[machines.here]\naddress = "10.0.0.1"\n[machines.lab2]\nhost = "robot@lab2"\n[place]\nworld = "lab2"\n'
+    file = GAMES.get("sharks-and-minnows").default_match().read_text()
+    path = tmp_path / "two.toml"
+    path.write_text(file + tables)
+    units = tmp_path / "units"
+    command = ["deploy", "systemd", str(path), "--to", str(units), "--keys", "/opt/vrg/keys"]
+    done = CliRunner().invoke(make_app("deploy"), command)
+    said = done.output.splitlines()
+    assert done.exit_code == 0, done.exception
+    assert f"  scp -r {path} robot@lab2:/opt/vrg/match/" in said
+    assert f"  vrg keys hand world --to {units}/lab2/keys" in said
+    assert f"  scp -r {units}/lab2/keys/* robot@lab2:/opt/vrg/keys/" in said
+    assert any(line.startswith(f"  cp -r {units}/here/*.service") for line in said)
+    assert any("ssh -t robot@lab2 'sudo systemctl start vrg-" in line for line in said)
+
+
 @pytest.mark.parametrize("keys", ["keys", "~/keys"])
 def test_a_folder_of_keys_that_systemd_could_not_find_is_told(tmp_path: Path, keys: str) -> None:
     done = deployed(tmp_path, "--keys", keys, head="seats = true\n")

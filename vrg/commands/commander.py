@@ -50,7 +50,8 @@ def commander(
         state = _first_state(session, keys, stop)
         if state is not None:
             _check_team(state, team)
-            node = Commander(team, Mailbox(), keys, sizes=sizes, obstacles=obstacles, seated=credentials is not None)
+            own = None if credentials is None else [p.name for p in state.players if p.team == team]
+            node = Commander(team, Mailbox(), keys, sizes=sizes, obstacles=obstacles, seated=own)
             try:
                 run_node(node, session, keys, stop, finished=lambda: node.closed, idle=WINDOW_PERIOD)
             except DuplicateNodeError:

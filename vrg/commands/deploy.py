@@ -38,7 +38,7 @@ def systemd(
 ) -> None:
     """Write units of systemd that start the processes of a match on the machines that the match file names."""
     from vrg.config.loading import load_match, match_path  # it loads what checks match files
-    from vrg.launch.systemd import Installation, units, used_machines
+    from vrg.launch.systemd import Installation, install_commands, units, used_machines
 
     setup = load_match(match_path(match))
     if keys is None and setup.seats:
@@ -70,9 +70,9 @@ def systemd(
         place.mkdir(parents=True, exist_ok=True)
         for name, text in texts.items():
             (place / name).write_text(text, encoding="utf-8")
-        typer.echo(f"{place}: {len(texts)} units. On that machine, with the match and its files in {folder}:")
-        typer.echo(f"  sudo cp {place}/* /etc/systemd/system/ && sudo systemctl daemon-reload")
-        typer.echo(f"  sudo systemctl start vrg-{setup.name}.target   # and `enable`, to start it with the machine")
+        typer.echo(f"{place}: {len(texts)} units. VRG must be there as {vrg}. To install them, type here:")
+        for line in install_commands(setup, machine, place, folder, keys, window=window):
+            typer.echo(f"  {line}")
 
 
 def _endpoint(setup: MatchSetup, machine: str, scheme: str) -> str:

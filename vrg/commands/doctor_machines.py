@@ -11,7 +11,7 @@ from rich.console import Console
 from vrg.bus.session import open_router, open_session
 from vrg.bus.stopping import Stop
 from vrg.commands.options import stoppable
-from vrg.config.loading import load_match
+from vrg.config.loading import idle_machines, load_match
 from vrg.config.setup import HERE, MatchSetup
 from vrg.errors import BusError, LaunchError
 from vrg.launch.findings import Finding, examine
@@ -45,7 +45,8 @@ def examine_machines(match_file: Path) -> dict[str, list[Finding]]:
             # An agent wants to hear of its launcher all the time, so this machine comes first.
             here = examine(setup, folder.match_file, HERE)
             found = _examined(setup, remote, stop)
-            return {HERE: [*here, *found.pop(HERE, [])], **found}
+            idle = [Finding("place", None, text)] if (text := idle_machines(setup)) else []
+            return {HERE: [*here, *idle, *found.pop(HERE, [])], **found}
 
 
 def _examined(setup: MatchSetup, remote: dict[str, RemoteHost], stop: Stop) -> dict[str, list[Finding]]:

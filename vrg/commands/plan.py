@@ -6,6 +6,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from vrg.config.loading import idle_machines
 from vrg.config.setup import HERE, MatchSetup
 from vrg.launch.keeping import files_of
 from vrg.launch.specs import placed
@@ -33,6 +34,8 @@ def print_plan(setup: MatchSetup, console: Console, *, window: bool, record: boo
             first = False
     console.print(f"{setup.name}: nothing is started", soft_wrap=True)
     console.print(grid)
+    if idle := idle_machines(setup):
+        console.print(f"[yellow]{escape(idle)}[/yellow]", soft_wrap=True)
     if setup.hosts:
         copies = files_of(setup).copies
         files = ", ".join(["match.toml", *(Path(place).as_posix() for place in copies)])

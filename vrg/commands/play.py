@@ -50,7 +50,13 @@ SeedOption = Annotated[int | None, typer.Option(min=0, help="Seed that replaces 
 
 def check(match: MatchArgument) -> None:
     """Say whether a match file can be played, or what is wrong with it."""
-    from vrg.config.loading import check_strategies, load_match, match_path, unproved  # `vrg play` must start quickly
+    from vrg.config.loading import (  # `vrg play` must start quickly
+        check_strategies,
+        idle_machines,
+        load_match,
+        match_path,
+        unproved,
+    )
     from vrg.config.rules import rulebook_of
     from vrg.launch.nodes import strategy_of
 
@@ -62,6 +68,8 @@ def check(match: MatchArgument) -> None:
     typer.echo(f"{match}: good: {setup.game}, {players}, {rounds}, map {setup.map}")
     for remark in unproved(setup):
         typer.echo(f"not proved: {remark}")
+    if idle := idle_machines(setup):
+        typer.echo(f"note: {idle}")
 
 
 def play(

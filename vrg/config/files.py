@@ -1,9 +1,10 @@
 """The tables of a match file as people write them."""
 
 import math
+import re
 from typing import Any, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field, ValidationInfo, field_validator
 
 from vrg.bus.hosts import check_host
 from vrg.bus.names import NAME_RULE, is_name, normal
@@ -93,6 +94,17 @@ class TeamTable(Table):
     strategy: str | None = None
 
 
+_WORDS = {
+    "host": (
+        re.compile(r"[A-Za-z0-9_][^\s]*"),
+        "what you type after `ssh`, such as robot@lab2.local; its port and other options belong into ~/.ssh/config",
+    ),
+    "vrg": (re.compile(r"[A-Za-z0-9_./~+-]+"), "the path of the command `vrg` there, such as ~/vrg/.venv/bin/vrg"),
+    "display": (re.compile(r"[A-Za-z0-9_:./-]+"), "a display there, such as :0"),
+}
+"""What the fields of a machine may hold, and how to say so: they become words of a command line."""
+
+
 class MachineTable(Table):
     """One [machines.NAME] table of a match file.
 
@@ -107,12 +119,20 @@ class MachineTable(Table):
         via: the machine whose further router the processes of this machine use.
     """
 
-    host: str | None = Field(None, pattern=r"^[A-Za-z0-9_][^\s]*$")
+    host: str | None = None
     address: str | None = None
-    vrg: str = Field("vrg", pattern=r"^[A-Za-z0-9_./~+-]+$")
-    display: str | None = Field(None, pattern=r"^[A-Za-z0-9_:./-]+$")
+    vrg: str = "vrg"
+    display: str | None = None
     router: bool = False
     via: str | None = None
+
+    @field_validator("host", "vrg", "display")
+    @classmethod
+    def _word(cls, value: str | None, info: ValidationInfo) -> str | None:
+        pattern, expected = _WORDS[info.field_name or ""]
+        if value is not None and not pattern.fullmatch(value):
+            raise ValueError(f"expected {expected}, got {value!r}")
+        return value
 
     @field_validator("address")
     @classmethod

@@ -15,7 +15,7 @@ from vrg.config.machines import machine_problems, machines_of
 from vrg.config.radio import radio_problems
 from vrg.config.rules import rulebook_of
 from vrg.config.sensors import sensor_problems, sensors_of
-from vrg.config.setup import MatchSetup, PlayerSetup
+from vrg.config.setup import HERE, MatchSetup, PlayerSetup
 from vrg.config.zones import zone_problems
 from vrg.errors import ConfigError, Problem
 from vrg.errors import Path as Place
@@ -88,6 +88,14 @@ def load_match(path: Path, *, base: Path | None = None, **overrides: str | int |
     return setup
 
 
+def idle_machines(setup: MatchSetup) -> str:
+    """What to tell of the machines of a match file on which nothing runs; empty if there are none."""
+    if not setup.idle:
+        return ""
+    names = ", ".join(setup.idle)
+    return f"nothing runs on {names}: name it as the `machine` of a player or in [place], or take its table out"
+
+
 def unproved(setup: MatchSetup) -> list[str]:
     """What the match file alone cannot prove of the robots, in words."""
     found = []
@@ -117,6 +125,12 @@ def check_strategies(setup: MatchSetup, make: Callable[[MatchSetup, str], object
             problems += [Problem(p.text, ("players", player.number, "strategy")) for p in error.problems]
     if problems:
         raise ConfigError([located(problem, setup.origin, lines) for problem in problems])
+
+
+def _stand_in(name: str, table: Any) -> dict[str, Any]:
+    """A table without mistakes in place of that of a machine, so that others may refer to it."""
+    router = isinstance(table, dict) and table.get("router") is True
+    return {"router": router} if name == HERE else {"host": "unknown", "router": router}
 
 
 class _Checker:
@@ -177,6 +191,7 @@ class _Checker:
             sight=file.sight,
             machines=machines,
             place=place,
+            idle=[name for name in file.machines if name != HERE and name not in machines],
         )
         self.problems += check_setup(setup.world)
         if not self.problems:
@@ -197,6 +212,12 @@ class _Checker:
         self._numbers = [number for number in range(len(tables)) if number not in bad_players]
         rest = {key: value for key, value in data.items() if key not in wrong}
         rest = {"name": "unnamed", "map": "open", "rules": {}, **rest, "players": [tables[n] for n in self._numbers]}
+        if "machines" in wrong and isinstance(data["machines"], dict):
+            # A machine whose table has a mistake is still one that processes can be placed on.
+            bad = {place[1] for place in mistakes if place[0] == "machines" and len(place) > 1}
+            rest["machines"] = {
+                name: _stand_in(name, table) if name in bad else table for name, table in data["machines"].items()
+            }
         try:
             return MatchFile.model_validate(rest)
         except ValidationError:

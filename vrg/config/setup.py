@@ -101,6 +101,7 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
         companions: the processes that the players' robots need besides those of the players.
         machines: the machines that the match uses, by name. place: the machine of each process, by the process' name;
             what is missing runs where the match is launched.
+        idle: the further machines of the match file, on which nothing runs.
     """
 
     text: str
@@ -128,6 +129,7 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
     sight: float | None = None
     machines: dict[str, Machine] = {}
     place: dict[str, str] = {}
+    idle: list[str] = []
 
     @property
     def keys(self) -> Keys:

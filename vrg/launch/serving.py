@@ -136,7 +136,7 @@ def _seal(setup: MatchSetup, name: str, router: str, folder: RunFolder, credenti
     except OSError as error:
         raise SandboxError(f"{folder.logs}: a sealed player's statistics need a file there: {error}") from error
     seal(policy_of(setup, name, router=router, run=folder, seat=seat))
-    tell_of_refusals("the sandbox refused it")
+    tell_of_refusals("the sandbox refused it: `vrg play --no-sandbox` plays without one")
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from vrg.bus.seats import Seat, seats_of_node
 from vrg.config.setup import HERE, MatchSetup
 from vrg.launch.child import arguments_of
 from vrg.launch.managed import ProcessSpec
@@ -37,6 +38,17 @@ def kind_of(setup: MatchSetup, process: str) -> str | None:
         return None
     kinds = {"world": "world", "referee": "coordinator", "recorder": "recorder", WINDOW: "spectator"}
     return kinds.get(process, "router")
+
+
+def seats_at(setup: MatchSetup, machine: str, *, window: bool, record: bool) -> list[Seat]:
+    """The seats of the processes of a machine, each once.
+
+    A window on another machine may watch, and engage the emergency stop; it may not decide.
+    """
+    where = placed(setup, window=window, record=record)
+    kinds = {process: kind_of(setup, process) for process, at in where.items() if at == machine}
+    seats = [seats_of_node(kind, process)[-1] for process, kind in kinds.items() if kind is not None]
+    return list(dict.fromkeys(seats))
 
 
 def further_router(machine: str) -> str:

@@ -4,13 +4,16 @@ This module computes texts; it starts and writes nothing. Directives are those o
 and systemd.exec(5).
 """
 
+import os
+import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 
 from vrg.config.setup import HERE, MatchSetup
+from vrg.launch.keeping import files_of
 from vrg.launch.sandbox.excess import THREADS
-from vrg.launch.specs import WINDOW, further_router, placed
+from vrg.launch.specs import WINDOW, further_router, placed, seats_at
 
 RUN = "run"
 """The name of the unit of the run folder."""
@@ -155,6 +158,39 @@ def _quoted(word: str) -> str:
     """A word of a command line, as systemd reads it."""
     plain = word.replace("\\", "\\\\").replace('"', '\\"').replace("%", "%%").replace("$", "$$")
     return f'"{plain}"' if any(sign in word for sign in " \"'\\;") else plain
+
+
+def install_commands(
+    setup: MatchSetup, machine: str, units_in: Path, folder: str, keys: str | None, *, window: bool
+) -> list[str]:
+    """The commands that bring a machine its match, keys and units, and start them, as a person types them here.
+
+    Args:
+        units_in: the folder of the machine's units here. folder: that of the match file on the machine.
+        keys: the folder of the keys there; None in a match without seats.
+    """
+    host = setup.hosts[machine].host if machine in setup.hosts else None
+
+    def there(command: str) -> str:
+        return command if host is None else f"ssh -t {host} {shlex.quote(command)}"
+
+    def bring(paths: str, to: str) -> str:
+        return f"cp -r {paths} {to}" if host is None else f"scp -r {paths} {host}:{to}"
+
+    by_place: dict[str, list[str]] = {folder: [setup.origin]}
+    for place, source in files_of(setup).copies.items():
+        by_place.setdefault((PurePosixPath(folder) / place.parent).as_posix(), []).append(os.path.relpath(source))
+    made = [*by_place, *([keys] if keys else [])]
+    lines = [there(f"sudo install -d -o $USER {' '.join(made)}")]
+    lines += [bring(" ".join(map(shlex.quote, sources)), f"{to}/") for to, sources in by_place.items()]
+    if keys is not None:
+        seats = " ".join(map(str, seats_at(setup, machine, window=window, record=True)))
+        lines += [f"vrg keys hand {seats} --to {units_in}/keys", bring(f"{units_in}/keys/*", f"{keys}/")]
+    lines.append(bring(f"{units_in}/*.service {units_in}/*.target", "/tmp/"))
+    names = f"/tmp/{_stem(setup)}-*.service /tmp/{_stem(setup)}.target"
+    lines.append(there(f"sudo mv {names} /etc/systemd/system/ && sudo systemctl daemon-reload"))
+    start = there(f"sudo systemctl start {_stem(setup)}.target")
+    return [*lines, f"{start}   # and `enable` in place of `start`, to start it with the machine"]
 
 
 def used_machines(setup: MatchSetup, *, window: bool) -> list[str]:

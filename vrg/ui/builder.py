@@ -236,15 +236,19 @@ class SceneInlets:
     Args:
         mailbox: the node's own. keys: of the match.
         poses: False if this node may not hear where every body truly is.
+        players: the players whose reports and sketches it may hear; None for all.
     """
 
-    def __init__(self, mailbox: Mailbox, keys: Keys, *, poses: bool = True) -> None:
+    def __init__(
+        self, mailbox: Mailbox, keys: Keys, *, poses: bool = True, players: Sequence[str] | None = None
+    ) -> None:
         self._clock = mailbox.subscribe(keys.clock)
         self._poses = mailbox.subscribe(keys.poses) if poses else None
         self._state = mailbox.subscribe(keys.referee_state)
         self._calls = mailbox.subscribe(keys.referee_event)
-        self._reports = mailbox.subscribe(keys.report())
-        self._sketches = mailbox.subscribe(keys.sketch())
+        names = [()] if players is None else [(name,) for name in players]
+        self._reports = [mailbox.subscribe(keys.report(*own)) for own in names]
+        self._sketches = [mailbox.subscribe(keys.sketch(*own)) for own in names]
         self._estops = EstopOrders(mailbox, keys)
 
     def feed(self, builder: SceneBuilder) -> list[m.Call]:
@@ -255,9 +259,9 @@ class SceneInlets:
             builder.poses(poses.body, poses.stamp)
         for state in self._state.take():
             builder.referee(state.body)
-        for report in self._reports.take():
+        for report in (report for inlet in self._reports for report in inlet.take()):
             builder.report(name_in(report.key), report.body)
-        for sketch in self._sketches.take():
+        for sketch in (sketch for inlet in self._sketches for sketch in inlet.take()):
             builder.sketch(name_in(sketch.key), sketch.body)
         order = self._estops.take()
         if order is not None:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from vrg.bus.credentials import find_credentials
-from vrg.bus.seats import Seat, SeatKind, seats_of_node
+from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.stopping import StopSignal
 from vrg.config.setup import HERE, MatchSetup
 from vrg.errors import LaunchError
@@ -14,7 +14,7 @@ from vrg.launch.events import NoNotes, Notes
 from vrg.launch.remote.conversation import Conversation, Visit
 from vrg.launch.remote.remote_host import RemoteHost
 from vrg.launch.run_folder import RunFolder
-from vrg.launch.specs import kind_of, placed
+from vrg.launch.specs import seats_at
 
 _WAIT = 0.02
 """The real time in s between two looks at what the machines say."""
@@ -97,8 +97,6 @@ def hand_out_keys(
 ) -> None:
     """Let each machine have the keys of its own seats, and no others.
 
-    A window on another machine may watch, and engage the emergency stop; it may not decide.
-
     Args:
         keys: the folder of the keys of all seats.
         window: True opens the spectator somewhere. record: True runs the recorder somewhere.
@@ -106,12 +104,9 @@ def hand_out_keys(
     Raises:
         CredentialsError: a seat has no keys.
     """
-    where = placed(setup, window=window, record=record)
     for name, host in hosts.items():
-        seats = [Seat(SeatKind.HOST, name)]
-        kinds = {process: kind_of(setup, process) for process, machine in where.items() if machine == name}
-        seats += [seats_of_node(kind, process)[-1] for process, kind in kinds.items() if kind is not None]
-        host.use_keys([find_credentials(keys, [seat]) for seat in dict.fromkeys(seats)])
+        seats = [Seat(SeatKind.HOST, name), *seats_at(setup, name, window=window, record=record)]
+        host.use_keys([find_credentials(keys, [seat]) for seat in seats])
 
 
 def reach(

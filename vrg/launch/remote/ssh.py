@@ -22,6 +22,16 @@ _OPTIONS = (
     "-T", "-o", "BatchMode=yes", "-o", "ConnectTimeout=10",
     "-o", "ServerAliveInterval=2", "-o", "ServerAliveCountMax=4",
 )  # fmt: skip
+_ADVICE = (
+    ("could not resolve", "check `host` in [machines.{name}], and the name in ~/.ssh/config"),
+    ("host key verification failed", "run `ssh {host}` once and compare the key that it shows with the machine's own"),
+    ("permission denied", "put your key there by `ssh-copy-id {host}`, or load it into your key agent by `ssh-add`"),
+    ("connection refused", "start the ssh server there, or write its port into ~/.ssh/config"),
+    ("no route to host", "is the machine switched on, and in this network?"),
+    ("network is unreachable", "is this machine in the network of the other one?"),
+    ("timed out", "is the machine switched on, and does a firewall let ssh through?"),
+)
+"""What to do about the most common things that OpenSSH says before it gives up."""
 _NO_COMMAND = 127
 _SSH_FAILED = 255
 _END = 3.0
@@ -39,6 +49,16 @@ def _ssh() -> list[str]:
         return shlex.split(said)
     except ValueError as error:
         raise LaunchError(f"{SSH}: expected a command such as `ssh -F file`, got {said!r}: {error}") from error
+
+
+def advice(said: str, name: str, host: str) -> str:
+    """What a person can do when ssh has failed.
+
+    Args:
+        said: the last line of ssh. name: the machine's name in the match file. host: what ssh was to connect to.
+    """
+    found = next((text.format(name=name, host=host) for words, text in _ADVICE if words in said.lower()), "")
+    return f"{found}{'; ' if found else ''}`ssh {host} true` must work without a question"
 
 
 class Connection:
@@ -97,7 +117,7 @@ class Connection:
         said = lines[-1].removeprefix("vrg: ") if lines else ""
         skipped = self._frames.skipped.decode(errors="replace").strip()
         if status == _SSH_FAILED:
-            return f"{said or 'ssh has failed'}: `ssh {host} true` must work without a question"
+            return f"{said.rstrip('.: ') or 'ssh has failed'}: {advice(said, self._name, host)}"
         if status == _NO_COMMAND or "No such file" in said:
             return (
                 f"{said}: install VRG there, or write where it is into [machines.{self._name}], such as "

@@ -41,8 +41,9 @@ class Commander(Node):
         sizes: the length and width of the robots, m, by name.
         obstacles: the ground that the map's walls and obstacles cover, m.
         size: the size of the window, pixels.
-        seated: True if it has the seat of the team's commander, and so is not told where every body truly is. It then
-            shows the robots where the referee's state, or the team's limited sight, says.
+        seated: the names of the team's players if it has the seat of the team's commander; None otherwise. With a seat
+            it hears only of these, and is not told where every body truly is: it then shows the robots where the
+            referee's state, or the team's limited sight, says.
 
     Attributes:
         deck: what the commander has chosen. pads: the gamepads and the keyboard.
@@ -63,13 +64,13 @@ class Commander(Node):
         obstacles: Sequence[Region] = (),
         size: tuple[int, int] = (1280, 800),
         period: float = PERIOD,
-        seated: bool = False,
+        seated: Sequence[str] | None = None,
     ) -> None:
         super().__init__(team, mailbox, period)
         self._title = f"VRG: {keys.match}, {team}"
         self._size = size
-        self._inlets = SceneInlets(mailbox, keys, poses=not seated)
-        self._seated = seated
+        self._inlets = SceneInlets(mailbox, keys, poses=seated is None, players=seated)
+        self._seated = seated is not None
         self._builder = SceneBuilder(sizes=sizes, obstacles=obstacles)
         self._builder.team = team
         self._referee = mailbox.subscribe(keys.referee_state)
