@@ -8,6 +8,7 @@ from msgspec import structs
 from typer.testing import CliRunner
 
 from tests.games.roboflag.playing import four_each, match_text
+from tests.ui.test_explaining import worked_out
 from vrg.bus.messages import Call
 from vrg.cli import make_app
 from vrg.config.loading import load_match, match_path
@@ -24,6 +25,7 @@ from vrg.launch.in_process import play
 from vrg.launch.nodes import open_journal, recorder_node
 from vrg.launch.run_folder import RunFolder
 from vrg.types import Pose
+from vrg.ui.explaining import Explainer
 
 
 def played(folder: Path, setup: MatchSetup, seconds: float) -> RunFolder:
@@ -146,6 +148,16 @@ def test_a_call_is_told_with_its_rule_its_number_and_a_picture(
     )
     picture = run.path / f"why-{tag.number}.png"
     assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_window_shows_the_same_on_a_card(runs: Mapping[str, tuple[MatchSetup, RunFolder]]) -> None:
+    _, run = runs["sharks-and-minnows"]
+    tag = next(call for record in read_journal(run.journal)[1] for call in record.calls if call.rule == "tag")
+    explainer = Explainer(run.path)
+    explainer.ask(tag, "sharks-and-minnows")
+    card = worked_out(explainer)
+    assert any("distance between the outlines" in line for line in card.lines)
+    assert card.picture == run.explanation(tag.number).resolve()
 
 
 def test_calls_are_listed_and_one_that_was_not_made_is_told(

@@ -53,9 +53,19 @@ def ended_run(run: Path) -> tuple[RunFolder, MatchSetup]:
     Raises:
         LaunchError: it is no run folder, or its match runs.
     """
+    found = run_of(run)
+    if any(Path(match.run) == run.resolve() for match in running.running()):
+        raise LaunchError(f"{run}: this match still runs: ask again when it has ended")
+    return found
+
+
+def run_of(run: Path) -> tuple[RunFolder, MatchSetup]:
+    """A run folder, and the set-up of its match, which may still run.
+
+    Raises:
+        LaunchError: it is no run folder.
+    """
     folder = RunFolder(run)
     if not folder.setup.is_file():
         raise LaunchError(f"{run}: expected a run folder with a {folder.setup.name}, found none")
-    if any(Path(match.run) == run.resolve() for match in running.running()):
-        raise LaunchError(f"{run}: this match still runs: ask again when it has ended")
     return folder, read_setup(folder.setup)

@@ -54,7 +54,7 @@ def window_of(folder: "RunFolder", setup: "MatchSetup") -> "ReplayWindow":
     except ValueError as error:
         raise LaunchError(f"{folder.path}: its recording cannot be shown: {error}") from None
     note = " ".join([*_missing(folder, match, timeline.end), *_unknown(setup), *strange])
-    return ReplayWindow(timeline, title=f"VRG: {setup.name}, recorded", note=note)
+    return ReplayWindow(timeline, title=f"VRG: {setup.name}, recorded", note=note, run=folder.path)
 
 
 def _sizes(setup: "MatchSetup") -> tuple[dict[str, tuple[float, float]], list[str]]:

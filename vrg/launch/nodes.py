@@ -159,11 +159,12 @@ def recorder_node(setup: MatchSetup, folder: RunFolder) -> "Recorder":
     )
 
 
-def spectator_node(setup: MatchSetup, name: str, pictures: Path, *, official: bool = True) -> "Spectator":
+def spectator_node(setup: MatchSetup, name: str, run: Path | None, *, official: bool = True) -> "Spectator":
     """Make a window that shows a match, with the map's walls and the robots' real sizes.
 
     Args:
-        name: the name of the node. pictures: the folder for the pictures that its user takes.
+        name: the name of the node.
+        run: the run folder, for pictures that its user takes and to explain calls; None if it is not on this machine.
         official: False if its user may only watch and stop everything.
     """
     from vrg.ui.spectator import Spectator
@@ -174,6 +175,7 @@ def spectator_node(setup: MatchSetup, name: str, pictures: Path, *, official: bo
         setup.keys,
         sizes={p.name: p.robot.size for p in setup.players},
         obstacles=setup.obstacles,
-        pictures=pictures,
+        pictures=run or Path(),
+        run=run,
         official=official,
     )

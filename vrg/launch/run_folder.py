@@ -77,6 +77,10 @@ class RunFolder:
         """What the referee decided by."""
         return self.path / "evidence.bin"
 
+    def explanation(self, number: int) -> Path:
+        """The picture that shows why a call was made."""
+        return self.path / f"why-{number}.png"
+
     @property
     def events(self) -> Path:
         """What happened to the processes of the match, as its launcher noticed it."""

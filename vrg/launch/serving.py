@@ -111,7 +111,7 @@ def serve(
             node = nodes.player_node(setup, name)
         elif kind == "spectator":
             official = credentials is None or credentials.common_name == Seat(SeatKind.OFFICIAL).common_name
-            window = nodes.spectator_node(setup, name or f"window-{os.getpid()}", run or Path(), official=official)
+            window = nodes.spectator_node(setup, name or f"window-{os.getpid()}", run, official=official)
             node, finished, idle = window, lambda: window.closed, WINDOW_PERIOD
         else:
             raise LaunchError(f"expected one of {', '.join(KINDS)}, got {kind!r}")

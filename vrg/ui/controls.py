@@ -33,6 +33,7 @@ class Controls:
         picture: the user wants a picture of the window; whoever takes it sets this back.
         whole_screen: the user wants the window to change between whole screen and not; whoever does it sets this back.
         help: the keys are listed.
+        why: the user wants to know why the last call was made; whoever tells sets this back.
     """
 
     mailbox: Mailbox
@@ -44,6 +45,7 @@ class Controls:
     picture: bool = False
     whole_screen: bool = False
     help: bool = False
+    why: bool = False
     _held: set[int] = field(default_factory=set)
 
     def press(self, key: int, players: Sequence[str], *, shift: bool = False) -> None:
@@ -64,6 +66,8 @@ class Controls:
                 self.give_back()
             case pygame.K_p:
                 self.picture = True
+            case pygame.K_w:
+                self.why = True
             case pygame.K_F11:
                 self.whole_screen = True
             case pygame.K_QUESTION | pygame.K_F1:

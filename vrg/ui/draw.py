@@ -9,6 +9,8 @@ import pygame
 
 from vrg.ui import palette, shapes
 from vrg.ui.banner import Banner, banners
+from vrg.ui.card import CardPainter
+from vrg.ui.explaining import Card
 from vrg.ui.field import FieldPainter
 from vrg.ui.ground import strip_height
 from vrg.ui.palette import ink_on
@@ -54,12 +56,22 @@ class Painter:
         self._panel = panel or PanelPainter(self._fonts)
         self._panel_width = panel_width
         self._banners = BannerPainter(self._fonts, hints=hints)
+        self._card = CardPainter(self._fonts)
 
-    def draw(self, surface: pygame.Surface, scene: Scene, driving: str | None = None, *, keys: bool = False) -> View:
+    def draw(
+        self,
+        surface: pygame.Surface,
+        scene: Scene,
+        driving: str | None = None,
+        *,
+        keys: bool = False,
+        card: Card | None = None,
+    ) -> View:
         """Draw the scene on the whole surface.
 
         Args:
             driving: the player that the user drives by hand, or None. keys: list the keys over the field.
+            card: why a call was made, which is shown over the field; None shows nothing.
 
         Returns:
             How the field's coordinates became pixels.
@@ -82,6 +94,8 @@ class Painter:
         if panel:
             self._panel.draw(surface, pygame.Rect(width - panel, 0, panel, height), scene, ui, driving)
         self._banners.draw(surface, area, scene, ui)
+        if card is not None:
+            self._card.draw(surface, area, card, ui)
         if keys:
             self._panel.help(surface, area, ui)
         if driving is not None:

@@ -6,7 +6,7 @@ from typing import Final
 
 import pygame
 
-from vrg.bus.messages import Stage
+from vrg.bus.messages import Call, Stage
 from vrg.colours import Rgb
 from vrg.games import UNKNOWN, game_of
 from vrg.games.game import title
@@ -25,6 +25,7 @@ KEYS: Final = (
     ("TAB", "drive a player"),
     ("ARROWS", "steer"),
     ("ESC", "give it back"),
+    ("W", "why that call"),
     ("P", "picture"),
     ("F11", "whole screen"),
     ("?", "these keys"),
@@ -63,6 +64,7 @@ class PanelPainter:
         self._listed = keys
         self._roster = RosterPainter(fonts)
         self._game = UNKNOWN
+        self._shown: list[tuple[pygame.Rect, Call]] = []
 
     def draw(self, surface: pygame.Surface, area: pygame.Rect, scene: Scene, ui: float, driving: str | None) -> None:
         """Draw the scene's words; `ui` scales letters, `driving` is the player that the user drives by hand."""
@@ -87,6 +89,10 @@ class PanelPainter:
             surface.blit(hint, (pen.left, floor))
         self._calls(pen, scene, ui, floor - round(8 * ui))
         surface.set_clip(before)
+
+    def call_at(self, place: tuple[int, int]) -> Call | None:
+        """The call that is written at a pixel of the window; None if there is none."""
+        return next((call for area, call in self._shown if area.collidepoint(place)), None)
 
     def hand(self, driving: str) -> str:
         """What is written on the field while the user drives a player by hand."""
@@ -185,9 +191,10 @@ class PanelPainter:
 
     def _calls(self, pen: _Pen, scene: Scene, ui: float, floor: int) -> None:
         """Write the last calls, the newest on top, as many as there is room for."""
+        self._shown = []
         if not scene.calls or pen.y + round(50 * ui) > floor:
             return
-        self._section(pen, "REFEREE", ui)
+        self._section(pen, "REFEREE: CLICK A CALL TO SEE WHY", ui)
         size, step = round(13 * ui), round(17 * ui)
         indent = round(54 * ui)
         for index, call in enumerate(reversed(scene.calls)):
@@ -201,9 +208,11 @@ class PanelPainter:
             at = self._fonts.render(clock_text(call.clock), round(12 * ui), palette.MUTED, Face.MONO)
             pen.surface.blit(at, (pen.left, pen.y + 1))
             colour = palette.TEXT if index == 0 else palette.MUTED
+            top = pen.y
             for line in lines:
                 pen.surface.blit(self._fonts.render(line, size, colour), (pen.left + indent, pen.y))
                 pen.y += step
+            self._shown.append((pygame.Rect(pen.left, top, pen.width, pen.y - top), call))
             pen.y += round(6 * ui)
 
     def _keys_height(self, ui: float) -> int:

@@ -26,6 +26,8 @@ STRIP: Final = (3.0, 2.0, 1.0, 0.5)
 """How long before the call the pictures of the strip are, s."""
 MARGIN: Final = 1.5
 """What is shown around the players of the call, m."""
+_WIDTH: Final = 11.0
+"""The width of the paper, inches."""
 _NEARBY: Final = 1e-3
 _HALO: Final = withStroke(linewidth=2.5, foreground="white")
 _DECIDED: Final = "#c02020"
@@ -95,9 +97,12 @@ def draw_proof(
     if not places:
         raise ValueError(f"call {case.call.number} ({case.call.rule}) has no place on the field")
     box = _box(places, measures, [field.poses.get(name) for field in fields for name in places])
-    figure = Figure(figsize=(11.0, 8.4), layout="constrained", facecolor="white")
+    # The paper is as high as what is shown, so that nothing is wasted.
+    share = (box[3] - box[1]) / (box[2] - box[0])
+    heights = (_WIDTH * share + 0.9, _WIDTH / len(STRIP) * share + 0.3)
+    figure = Figure(figsize=(_WIDTH, sum(heights) + 0.4), layout="constrained", facecolor="white")
     FigureCanvasAgg(figure)
-    grid = figure.add_gridspec(2, len(STRIP), height_ratios=(3.4, 1.0))
+    grid = figure.add_gridspec(2, len(STRIP), height_ratios=heights)
     large = figure.add_subplot(grid[0, :])
     scenery.draw_ground(large, box)
     _draw_trails(large, places, fields)

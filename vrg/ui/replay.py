@@ -1,11 +1,14 @@
 """The window of a replay. It shows a recorded match as the spectator's window shows a running one, with a time bar."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Final
 
 import pygame
 
+from vrg.bus.messages import Call
 from vrg.ui.draw import Painter, scale_of
+from vrg.ui.explaining import Explainer
 from vrg.ui.panel import PanelPainter
 from vrg.ui.playback import Playback
 from vrg.ui.scene import Scene
@@ -28,6 +31,7 @@ KEYS: Final = (
     ("DOWN -", "slower"),
     ("RIGHT", "5 s on"),
     ("LEFT", "5 s back"),
+    ("W", "why the last call"),
     ("N", "next call"),
     ("P", "previous call"),
     ("HOME", "to the start"),
@@ -71,7 +75,7 @@ class ReplayWindow:
     Args:
         timeline: of the match. title: of the window.
         note: what the user must know of the recording, in a sentence; empty if there is nothing.
-        size: of the window in pixels.
+        size: of the window in pixels. run: the run folder, from which calls are explained; None explains none.
 
     Attributes:
         note: as given.
@@ -80,7 +84,15 @@ class ReplayWindow:
         closed: whether the user closed the window.
     """
 
-    def __init__(self, timeline: Timeline, *, title: str, note: str = "", size: tuple[int, int] = (1280, 800)) -> None:
+    def __init__(
+        self,
+        timeline: Timeline,
+        *,
+        title: str,
+        note: str = "",
+        size: tuple[int, int] = (1280, 800),
+        run: Path | None = None,
+    ) -> None:
         self.playback = Playback.of(timeline.instants, [call.time for call in timeline.calls], timeline.end)
         self.scene = Scene()
         self.view: View | None = None
@@ -94,7 +106,9 @@ class ReplayWindow:
         self._drawn: tuple[object, ...] = ()
         self._down: set[int] = set()
         fonts = Fonts()
-        self._painter = Painter(fonts, PanelPainter(fonts, KEYS), hints=False)
+        self._panel = PanelPainter(fonts, KEYS)
+        self._painter = Painter(fonts, self._panel, hints=False)
+        self._explainer = Explainer(run)
         self._bar_painter = TimeBarPainter(fonts)
 
     def open(self) -> None:
@@ -109,6 +123,7 @@ class ReplayWindow:
     def close(self) -> None:
         """Close the window. Calling it again does nothing."""
         self.closed = True
+        self._explainer.close()
         pygame.display.quit()
 
     @property
@@ -125,7 +140,8 @@ class ReplayWindow:
                 return
         self.playback = self.playback.advance(seconds)
         window = pygame.display.get_surface()
-        shown = (self.playback, self._help, self._mouse, window and window.get_size())
+        self._explainer.look()
+        shown = (self.playback, self._help, self._mouse, window and window.get_size(), self._explainer.card)
         if window is not None and shown != self._drawn:
             self._drawn = shown
             self._draw(window)
@@ -165,6 +181,10 @@ class ReplayWindow:
             self._help = not self._help
         elif key == pygame.K_q:
             self.close()
+        elif key == pygame.K_w:
+            self._explain(self.scene.calls[-1] if self.scene.calls else None)
+        elif key == pygame.K_ESCAPE:
+            self._explain(None)
         elif key == pygame.K_F11:
             toggle_whole_screen()
 
@@ -174,12 +194,23 @@ class ReplayWindow:
             self.playback = self.playback.toggle()
         elif bar.is_on_track(place):
             self.playback = self.playback.grab(bar.time_at(place[0]))
+        else:
+            self._explain(self._panel.call_at(place))
+
+    def _explain(self, call: Call | None) -> None:
+        """Show why a call was made; None shows the field again."""
+        if call is None:
+            self._explainer.close()
+            return
+        if self.playback.playing:
+            self.playback = self.playback.toggle()
+        self._explainer.ask(call, self.scene.game)
 
     def _draw(self, window: pygame.Surface) -> None:
         self.scene = self._timeline.at(self.playback.time, self.playback.speed)
         bar = self.bar
         above = window.subsurface((0, 0, window.get_width(), max(1, bar.top)))
-        self.view = self._painter.draw(above, self.scene, keys=self._help)
+        self.view = self._painter.draw(above, self.scene, keys=self._help, card=self._explainer.card)
         self._bar_painter.draw(window, bar, self.playback, self._timeline.calls, self.note, self._mouse)
         pygame.display.flip()
 

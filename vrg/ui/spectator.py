@@ -8,14 +8,18 @@ from typing import ClassVar, Final
 import pygame
 
 from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import Call
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys
 from vrg.regions import Region
 from vrg.ui.builder import SceneBuilder, SceneInlets
 from vrg.ui.controls import Controls
 from vrg.ui.draw import Painter, save_png
+from vrg.ui.explaining import Explainer
 from vrg.ui.pace import Pace
+from vrg.ui.panel import PanelPainter
 from vrg.ui.scene import Scene
+from vrg.ui.text import Fonts
 from vrg.ui.window import open_window, toggle_whole_screen
 
 log = logging.getLogger(__name__)
@@ -42,7 +46,8 @@ class Spectator(Node):
         sizes: length and width of the robots in m, by name.
         obstacles: the ground that the map's walls and obstacles cover, m.
         size: of the window in pixels.
-        pictures: the folder where the key P leaves pictures.
+        pictures: the folder where the key P leaves pictures. run: the run folder, from which calls are explained; None
+            if it is not on this machine.
         official: False if the user may only watch and stop everything, because this window has no official's seat.
 
     Raises:
@@ -61,6 +66,7 @@ class Spectator(Node):
         obstacles: Sequence[Region] = (),
         size: tuple[int, int] = (1280, 800),
         pictures: Path = Path(),
+        run: Path | None = None,
         period: float = FRAME,
         official: bool = True,
     ) -> None:
@@ -73,7 +79,9 @@ class Spectator(Node):
         self._controls = Controls(mailbox, keys, by=name, official=official)
         self._scene = Scene()
         self._window: pygame.Surface | None = None
+        self._panel: PanelPainter | None = None
         self._painter: Painter | None = None
+        self._explainer = Explainer(run)
         self._pace = Pace(FRAME)
         self._closed = False
 
@@ -95,7 +103,7 @@ class Spectator(Node):
             self._open()
         self._inlets.feed(self._builder)
         players = [player.name for player in self._scene.players]
-        asked = self._handle_events(players)
+        asked = self._handle_events(players) | self._explainer.look()
         if self._controls.quit:
             self._close()
             return
@@ -109,11 +117,14 @@ class Spectator(Node):
     def stop(self) -> None:
         """Give the driven player back and close the window. Calling it again does nothing."""
         self._controls.give_back()
+        self._explainer.close()
         self._close()
 
     def _open(self) -> None:
         self._window = open_window(self._title, self._size)
-        self._painter = Painter()
+        fonts = Fonts()
+        self._panel = PanelPainter(fonts)
+        self._painter = Painter(fonts, self._panel)
 
     def _close(self) -> None:
         self._closed = True
@@ -127,6 +138,10 @@ class Spectator(Node):
         seen = False
         for event in pygame.event.get():
             match event.type:
+                case pygame.KEYDOWN if event.key == pygame.K_ESCAPE and self._explainer.card is not None:
+                    self._explainer.close()
+                case pygame.MOUSEBUTTONDOWN if event.button == pygame.BUTTON_LEFT:
+                    self._click(event.pos)
                 case pygame.KEYDOWN:
                     # On most keyboards ? is another key with SHIFT.
                     key = pygame.K_QUESTION if getattr(event, "unicode", "") == "?" else event.key
@@ -142,7 +157,20 @@ class Spectator(Node):
                 case _:
                     continue
             seen = True
+        if controls.why:
+            controls.why = False
+            self._explain(self._scene.calls[-1] if self._scene.calls else None)
         return seen
+
+    def _click(self, place: tuple[int, int]) -> None:
+        self._explain(None if self._panel is None else self._panel.call_at(place))
+
+    def _explain(self, call: Call | None) -> None:
+        """Show why a call was made; None shows the field again."""
+        if call is None:
+            self._explainer.close()
+        else:
+            self._explainer.ask(call, self._scene.game)
 
     def _draw(self, tick: Tick) -> None:
         self._scene = self._builder.build(tick.live)
@@ -152,7 +180,9 @@ class Spectator(Node):
         if self._controls.whole_screen:
             self._controls.whole_screen = False
             toggle_whole_screen()
-        self._painter.draw(window, self._scene, self._controls.driving, keys=self._controls.help)
+        self._painter.draw(
+            window, self._scene, self._controls.driving, keys=self._controls.help, card=self._explainer.card
+        )
         pygame.display.flip()
         if self._controls.picture:
             self._controls.picture = False
