@@ -249,7 +249,7 @@ def test_a_mouse_that_leaves_the_window_points_at_nothing(window):
 def test_all_keys_are_listed():
     listed = " ".join(key for key, _ in KEYS).split()
     assert set(listed) == {"SPACE", ".", ",", "UP", "+", "DOWN", "-", "RIGHT", "LEFT", "N", "P", "HOME", "END", "F11",
-                           "?", "Q", "W"}  # fmt: skip
+                           "?", "Q", "W", "F"}  # fmt: skip
 
 
 @pytest.mark.parametrize("how", ["key", "button"])

@@ -20,6 +20,7 @@ MatchArgument = Annotated[
 ]
 RouterOption = Annotated[str, typer.Option("--router", help="Endpoint of the router, such as tcp/192.168.1.5:7447.")]
 RunOption = Annotated[Path | None, typer.Option("--run", help="Run folder to write to.")]
+RunsOption = Annotated[Path, typer.Option(help="Folder in which the run folder is made.")]
 LeashOption = Annotated[bool, typer.Option("--leash", hidden=True)]
 NameOption = Annotated[str | None, typer.Option("--match", help="Name of the match; needed if several run.")]
 EndpointOption = Annotated[str | None, typer.Option("--router", help="Endpoint of its router; needed if several run.")]
@@ -109,6 +110,15 @@ def own_match(match: str | None, router: str | None, what: str) -> tuple[str, st
         if not typer.confirm(f"{told}: {what}?"):
             raise typer.Exit(1)
     return name, endpoint
+
+
+def has_display() -> bool:
+    """Whether a window can be opened."""
+    if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        return False
+    from vrg.ui.spectator import display_available  # without a display the window library is not loaded
+
+    return display_available()
 
 
 def need_display() -> None:

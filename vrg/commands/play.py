@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from vrg.commands.options import KeysOption, MatchArgument
+from vrg.commands.options import KeysOption, MatchArgument, RunsOption
 from vrg.launch.fork_server import fork_server
 
 
@@ -29,7 +29,6 @@ RateOption = Annotated[
     str | None, typer.Option(metavar="X|max", help="Match seconds per second; max only in one process.")
 ]
 HeadlessOption = Annotated[bool, typer.Option("--headless", help="Open no window, even if there is a display.")]
-RunsOption = Annotated[Path, typer.Option(help="Folder in which the run folder is made.")]
 RecordOption = Annotated[bool, typer.Option(help="Record for Foxglove and the plot.")]
 DryRunOption = Annotated[
     bool, typer.Option("--dry-run", help="Print which process would run on which machine; start nothing.")

@@ -1,7 +1,5 @@
 """What `vrg play` does: it plays a match in this process or as processes, shows it, records it, and concludes it."""
 
-import os
-import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,6 +15,7 @@ from vrg.bus.messages import RefereeState, Stage
 from vrg.bus.node import Node
 from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.commands.launching import Security, Show, play_processes
+from vrg.commands.options import has_display
 from vrg.commands.plan import print_plan
 from vrg.config.loading import check_strategies, load_match, match_path
 from vrg.config.setup import MatchSetup, write_setup
@@ -85,7 +84,7 @@ def play_match(
         setup = setup.all_here()
     console = Console(highlight=False)
     elsewhere = WINDOW in setup.place
-    show = Show(console, window=wish.window and (elsewhere or _has_display()), record=wish.record)
+    show = Show(console, window=wish.window and (elsewhere or has_display()), record=wish.record)
     if wish.dry:
         print_plan(setup, console, window=show.window, record=show.record)
         return
@@ -122,14 +121,6 @@ def play_match(
     _conclude(setup, folder, show, state, interrupted=stop.is_set(), failure=failure)
     if failure is not None:
         raise failure
-
-
-def _has_display() -> bool:
-    if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        return False
-    from vrg.ui.spectator import display_available  # without a display the window library is not loaded
-
-    return display_available()
 
 
 def _play_in_process(

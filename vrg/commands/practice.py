@@ -8,14 +8,13 @@ from typing import Annotated
 
 import typer
 
-from vrg.commands.options import whole_target
+from vrg.commands.options import RunsOption, whole_target
 from vrg.commands.play import (
     EngineOption,
     HeadlessOption,
     InProcessOption,
     RateOption,
     RecordOption,
-    RunsOption,
     SeedOption,
     rate_of,
 )

@@ -1,45 +1,141 @@
 """The command `vrg replay`, which shows a recorded match in a window."""
 
-from typing import TYPE_CHECKING
+import json
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
 from vrg.commands.after import RunArgument, ended_run
+from vrg.commands.options import RunsOption, has_display
 from vrg.errors import ConfigError, LaunchError, MessageError
 
 if TYPE_CHECKING:
     from vrg.config.setup import MatchSetup
     from vrg.launch.run_folder import RunFolder
     from vrg.recording.recorded import RecordedMatch
+    from vrg.ui.branching import Taken
     from vrg.ui.replay import ReplayWindow
 
+_TELL: Final = 0.5
+"""The match time in s between two words about how far it is."""
 
-def replay(run: RunArgument) -> None:
+
+def replay(
+    run: RunArgument,
+    since: Annotated[
+        float | None, typer.Option("--from", help="Play on from this match time in s, with another strategy (--play).")
+    ] = None,
+    play: Annotated[
+        str | None, typer.Option(metavar="PLAYER=STRATEGY", help="Who plays by another strategy from then on.")
+    ] = None,
+    runs: RunsOption = Path("runs"),
+    as_json: Annotated[bool, typer.Option("--json", help="With --from: print JSON lines, and open no window.")] = False,
+) -> None:
     """Watch a recorded match in a window: pause it, go through it step by step, or from call to call.
 
-    In the window, ? lists the keys.
+    In the window, ? lists the keys. A match of one process can also be played on from any instant with another strategy
+    for one player: `--from 35.2 --play ann=mine.py:Mine`, or the key F.
     """
     from vrg.commands.options import need_display
     from vrg.ui.replay import show
 
     folder, setup = ended_run(run)
+    if (since is None) != (play is None):
+        raise LaunchError("expected both --from and --play, such as `--from 35.2 --play ann=mine.py:Mine`")
+    if since is not None and play is not None:
+        folder = _take_up(folder, since, play, runs, as_json=as_json)
+        if as_json or not has_display():
+            return
     if not folder.recordings():
         raise LaunchError(f"{run}: expected a recording (recording.mcap), found none: was --no-record given?")
     need_display()
-    window = window_of(folder, setup)
+    window = window_of(folder, setup, runs=runs)
+    if since is not None:
+        window.playback = window.playback.to(since)
     if window.note:
         typer.echo(window.note)
     show(window)
 
 
-def window_of(folder: "RunFolder", setup: "MatchSetup") -> "ReplayWindow":
+def _take_up(folder: "RunFolder", since: float, play: str, runs: Path, *, as_json: bool) -> "RunFolder":
+    """Play a recorded match on from an instant with another strategy, and return the new run folder."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    from vrg.bus.stopping import stop_on_signals
+    from vrg.commands.branching import compared, split
+    from vrg.commands.options import whole_target
+    from vrg.launch.branch import last_instant, play_branch
+    from vrg.launch.in_process import Change
+
+    player, strategy = split(play)
+    change = Change(since, player, whole_target(strategy))
+    end = last_instant(folder)
+    bar = Progress(
+        TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[time]:.0f} s"), TimeElapsedColumn(),
+        console=Console(stderr=True), transient=True, disable=as_json,
+    )  # fmt: skip
+    told = -_TELL
+
+    def progress(time: float) -> None:
+        nonlocal told
+        if time < told + _TELL:
+            return
+        told = time
+        what = "repeating what was recorded" if time < since else f"{player} plays {change.name}"
+        bar.update(task, description=what, completed=min(time, end), time=time)
+        if as_json:
+            typer.echo(json.dumps({"time": round(time, 3)}))
+
+    with stop_on_signals() as stop, bar:
+        task = bar.add_task("repeating what was recorded", total=end, time=0.0)
+        new = play_branch(folder, change, runs, datetime.now(), progress=progress, stop=stop)
+    if as_json:
+        typer.echo(json.dumps({"run": str(new.path), "told": compared(folder, new)}))
+    else:
+        typer.echo(compared(folder, new))
+        typer.echo(f"Recorded in {new.path}.")
+    return new
+
+
+def window_of(folder: "RunFolder", setup: "MatchSetup", *, runs: Path = Path("runs")) -> "ReplayWindow":
     """Make the window for the recorded match of a run. It is not opened.
+
+    Args:
+        runs: the folder for run folders of matches that are taken up from this one.
+
+    Raises:
+        LaunchError: the recording cannot be shown.
+    """
+    from vrg.commands.branching import ProcessBrancher, compared
+    from vrg.launch.branch import branch_of
+    from vrg.ui.branching import Taken
+    from vrg.ui.replay import ReplayWindow
+
+    def opened(new: "RunFolder") -> Taken:
+        taken = _read(new, setup)
+        return Taken(taken.timeline, f"{compared(folder, new)} {taken.note}".strip(), new.path)
+
+    first = _read(folder, setup)
+    branch = branch_of(folder)
+    note = (
+        first.note if branch is None else f"Not what happened: {branch}; recorded in {branch.of}. {first.note}".strip()
+    )
+    title = f"VRG: {setup.name}, recorded"
+    brancher = ProcessBrancher(folder, setup, runs, opened)
+    return ReplayWindow(first.timeline, title=title, note=note, run=folder.path, brancher=brancher)
+
+
+def _read(folder: "RunFolder", setup: "MatchSetup") -> "Taken":
+    """Read the recording of a run for the window.
 
     Raises:
         LaunchError: the recording cannot be shown.
     """
     from vrg.recording.recorded import read_match
-    from vrg.ui.replay import ReplayWindow
+    from vrg.ui.branching import Taken
     from vrg.ui.timeline import Timeline
 
     try:
@@ -54,7 +150,7 @@ def window_of(folder: "RunFolder", setup: "MatchSetup") -> "ReplayWindow":
     except ValueError as error:
         raise LaunchError(f"{folder.path}: its recording cannot be shown: {error}") from None
     note = " ".join([*_missing(folder, match, timeline.end), *_unknown(setup), *strange])
-    return ReplayWindow(timeline, title=f"VRG: {setup.name}, recorded", note=note, run=folder.path)
+    return Taken(timeline, note, folder.path)
 
 
 def _sizes(setup: "MatchSetup") -> tuple[dict[str, tuple[float, float]], list[str]]:

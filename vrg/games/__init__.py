@@ -50,6 +50,18 @@ UNKNOWN = Game(name="", settings="", rules="", strategy="", match="", roles=())
 """Stands for a game that is not installed on this machine. Its players are shown without colours of their own."""
 
 
+def strategies_of(name: str) -> list[str]:
+    """The names of the strategies that come with a game, sorted: those in its own package."""
+    game = GAMES.find(name)
+    if game is None:
+        return []
+    package = game.rules.rpartition(".")[0]
+    kinds = {strategy: STRATEGIES.find(strategy) for strategy in STRATEGIES.names()}
+    return [
+        strategy for strategy, kind in kinds.items() if kind is not None and kind.__module__.startswith(f"{package}.")
+    ]
+
+
 def game_of(name: str) -> Game:
     """Return the game of this name, for programs that only show it, or UNKNOWN if it is not installed here."""
     return (GAMES.find(name) if name else None) or UNKNOWN

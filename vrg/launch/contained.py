@@ -99,6 +99,19 @@ class ContainedPlayer(Node):
             self._trim_at = tick.time + _TRIM
             self._log.grow(tick.time)
 
+    def play_by(self, make: Callable[[], Strategy]) -> None:
+        """Let another strategy decide from now on, and be made anew after it has failed.
+
+        Raises:
+            ConfigError: it cannot be made.
+        """
+        self._make = make
+        self._strikes = Strikes()
+        fresh = self._fresh()
+        if not isinstance(fresh, Strategy):
+            raise ConfigError([fresh])
+        self._player.play_by(fresh)
+
     def counted(self) -> dict[str, Any]:
         """What the player has counted."""
         return self._player.counted()

@@ -6,6 +6,9 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
+from msgspec import Struct
+
+from vrg.agents.strategy import Strategy
 from vrg.bus.lockstep import Lockstep
 from vrg.bus.messages import RefereeState
 from vrg.bus.node import Node
@@ -18,6 +21,24 @@ from vrg.launch.bounds import DecisionAlarm, MemoryBound
 from vrg.launch.contained import ContainedPlayer
 from vrg.launch.nodes import coordinator_node, player_node, strategy_of, world_node
 from vrg.launch.run_folder import write_json
+
+
+class Change(Struct, frozen=True):
+    """From an instant on a player plays by another strategy.
+
+    Args:
+        time: the match time of the instant, s. player: its name.
+        strategy: as `vrg.config.setup.PlayerSetup.strategy`.
+    """
+
+    time: float
+    player: str
+    strategy: str
+
+    @property
+    def name(self) -> str:
+        """The strategy as people call it: without the folder of its file."""
+        return Path(self.strategy).name if ":" in self.strategy else self.strategy
 
 
 @dataclass(frozen=True)
@@ -45,6 +66,7 @@ def play(
     strict: bool = False,
     stop: StopSignal | None = None,
     logs: Path | None = None,
+    changes: Sequence[Change] = (),
 ) -> Ending:
     """Play a match to its end.
 
@@ -56,18 +78,20 @@ def play(
         strict: True passes every message through the codec of the bus.
         stop: what tells that the match is to stop, so that a strategy in an endless loop is interrupted.
         logs: the folder for what players print; None lets them print.
+        changes: the players that play by another strategy from some instant on, in the order of time.
 
     Raises:
-        ConfigError: a robot of the match is a physical one.
+        ConfigError: a robot of the match is a physical one, or a strategy of `changes` cannot be made.
         LaunchError: a player has failed too often, and the match file wants no disqualification.
     """
     if setup.physical:
         raise ConfigError([f"{', '.join(setup.physical)}: only robots of backend 'sim' can be played in one process"])
     coordinator = coordinator_node(setup, journal)
     alarm, memory = DecisionAlarm(stop), MemoryBound(setup.memory)
-    players = [_contained(setup, player.name, alarm, memory, logs) for player in setup.players]
+    players = {player.name: _contained(setup, player.name, alarm, memory, logs) for player in setup.players}
+    waiting = list(changes)
     world = world_node(setup)
-    executor = Lockstep(world, [coordinator, *players, *watchers], strict=strict)
+    executor = Lockstep(world, [coordinator, *players.values(), *watchers], strict=strict)
     linger = 0.0
     with ExitStack() as stack:
         stack.callback(executor.stop)
@@ -78,16 +102,24 @@ def play(
         gc.freeze()
         # The match goes on for one more second, so that every node hears how it ended.
         while linger < 1.0 and executor.time < limit:
+            while waiting and executor.time >= waiting[0].time - world.period / 2:
+                change = waiting.pop(0)
+                players[change.player].play_by(_maker(setup.substituted(change.player, change.strategy), change.player))
             executor.step()
             if pace is not None and not pace(executor.time):
                 break
             if coordinator.match.over:
                 linger += world.period
     if logs is not None:
-        for player in players:
+        for player in players.values():
             write_json(logs / f"{player.name}.json", player.counted())
-    failures = tuple(failure for player in players for failure in player.failures)
+    failures = tuple(failure for player in players.values() for failure in player.failures)
     return Ending(coordinator.match.state(Field({}), estop=False), executor.time, failures)
+
+
+def _maker(setup: MatchSetup, name: str) -> Callable[[], Strategy]:
+    """What makes the strategy of a player."""
+    return lambda: strategy_of(setup, name)
 
 
 def _contained(
@@ -97,7 +129,7 @@ def _contained(
     return ContainedPlayer(
         player_node(setup, name),
         setup.keys,
-        lambda: strategy_of(setup, name),
+        _maker(setup, name),
         alarm,
         memory,
         None if logs is None else logs / f"{name}.log",

@@ -97,6 +97,11 @@ class RunFolder:
         return sorted(parts, key=lambda part: (len(part.name), part.name))
 
     @property
+    def branch(self) -> Path:
+        """What was changed, in the run folder of a match that was taken up from another one."""
+        return self.path / "branch.json"
+
+    @property
     def layout(self) -> Path:
         """The layout in which Foxglove shows the recording."""
         return self.path / "foxglove-layout.json"

@@ -1,14 +1,16 @@
 """The window of a replay. It shows a recorded match as the spectator's window shows a running one, with a time bar."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 import pygame
 
 from vrg.bus.messages import Call
+from vrg.ui.branching import Brancher, Taken
 from vrg.ui.draw import Painter, scale_of
-from vrg.ui.explaining import Explainer
+from vrg.ui.overlay import Overlay
 from vrg.ui.panel import PanelPainter
 from vrg.ui.playback import Playback
 from vrg.ui.scene import Scene
@@ -32,6 +34,7 @@ KEYS: Final = (
     ("RIGHT", "5 s on"),
     ("LEFT", "5 s back"),
     ("W", "why the last call"),
+    ("F", "from here on"),
     ("N", "next call"),
     ("P", "previous call"),
     ("HOME", "to the start"),
@@ -76,6 +79,7 @@ class ReplayWindow:
         timeline: of the match. title: of the window.
         note: what the user must know of the recording, in a sentence; empty if there is nothing.
         size: of the window in pixels. run: the run folder, from which calls are explained; None explains none.
+        brancher: what takes the match up from an instant; None if nothing can.
 
     Attributes:
         note: as given.
@@ -92,8 +96,9 @@ class ReplayWindow:
         note: str = "",
         size: tuple[int, int] = (1280, 800),
         run: Path | None = None,
+        brancher: Brancher | None = None,
     ) -> None:
-        self.playback = Playback.of(timeline.instants, [call.time for call in timeline.calls], timeline.end)
+        self.playback = _playback(timeline)
         self.scene = Scene()
         self.view: View | None = None
         self.closed = False
@@ -108,7 +113,7 @@ class ReplayWindow:
         fonts = Fonts()
         self._panel = PanelPainter(fonts, KEYS)
         self._painter = Painter(fonts, self._panel, hints=False)
-        self._explainer = Explainer(run)
+        self._overlay = Overlay(run, brancher)
         self._bar_painter = TimeBarPainter(fonts)
 
     def open(self) -> None:
@@ -123,7 +128,7 @@ class ReplayWindow:
     def close(self) -> None:
         """Close the window. Calling it again does nothing."""
         self.closed = True
-        self._explainer.close()
+        self._overlay.close()
         pygame.display.quit()
 
     @property
@@ -140,8 +145,10 @@ class ReplayWindow:
                 return
         self.playback = self.playback.advance(seconds)
         window = pygame.display.get_surface()
-        self._explainer.look()
-        shown = (self.playback, self._help, self._mouse, window and window.get_size(), self._explainer.card)
+        taken = self._overlay.look()
+        if taken is not None:
+            self._show(taken)
+        shown = (self.playback, self._help, self._mouse, window and window.get_size(), self._overlay.card, self.note)
         if window is not None and shown != self._drawn:
             self._drawn = shown
             self._draw(window)
@@ -174,6 +181,8 @@ class ReplayWindow:
                 self._drawn = ()
 
     def _press(self, key: int, sign: str) -> None:
+        if self._overlay.press(key):
+            return
         move = SIGNS.get(sign) or MOVES.get(key)
         if move is not None:
             self.playback = move(self.playback)
@@ -183,6 +192,9 @@ class ReplayWindow:
             self.close()
         elif key == pygame.K_w:
             self._explain(self.scene.calls[-1] if self.scene.calls else None)
+        elif key == pygame.K_f:
+            self._pause()
+            self._overlay.choose(self.playback.time)
         elif key == pygame.K_ESCAPE:
             self._explain(None)
         elif key == pygame.K_F11:
@@ -200,19 +212,32 @@ class ReplayWindow:
     def _explain(self, call: Call | None) -> None:
         """Show why a call was made; None shows the field again."""
         if call is None:
-            self._explainer.close()
+            self._overlay.close()
             return
+        self._pause()
+        self._overlay.explain(call, self.scene.game)
+
+    def _pause(self) -> None:
         if self.playback.playing:
             self.playback = self.playback.toggle()
-        self._explainer.ask(call, self.scene.game)
+
+    def _show(self, taken: Taken) -> None:
+        """Show a match that was taken up, from that instant on."""
+        self._timeline, self.note = taken.timeline, taken.note
+        playback = _playback(taken.timeline).to(self._overlay.begun)
+        self.playback = replace(playback, speed=self.playback.speed)
 
     def _draw(self, window: pygame.Surface) -> None:
         self.scene = self._timeline.at(self.playback.time, self.playback.speed)
         bar = self.bar
         above = window.subsurface((0, 0, window.get_width(), max(1, bar.top)))
-        self.view = self._painter.draw(above, self.scene, keys=self._help, card=self._explainer.card)
+        self.view = self._painter.draw(above, self.scene, keys=self._help, card=self._overlay.card)
         self._bar_painter.draw(window, bar, self.playback, self._timeline.calls, self.note, self._mouse)
         pygame.display.flip()
+
+
+def _playback(timeline: Timeline) -> Playback:
+    return Playback.of(timeline.instants, [call.time for call in timeline.calls], timeline.end)
 
 
 def show(window: ReplayWindow) -> None:

@@ -1,0 +1,185 @@
+"""A match that is taken up from an instant with another strategy is the same before it, and another one after it."""
+
+import json
+import shutil
+from datetime import datetime
+from pathlib import Path
+from threading import Event as Stop
+
+import pytest
+from typer.testing import CliRunner
+
+from vrg.bus.messages import Stage
+from vrg.cli import make_app
+from vrg.config.loading import load_match
+from vrg.config.setup import write_setup
+from vrg.coordinator.evidence import read_evidence
+from vrg.errors import ConfigError, LaunchError
+from vrg.games import strategies_of
+from vrg.launch import in_process, nodes
+from vrg.launch.branch import branch_of, last_instant, play_branch
+from vrg.launch.in_process import Change
+from vrg.launch.result import write_result
+from vrg.launch.run_folder import RunFolder
+
+MATCH = """
+name = "tiny"
+game = "sharks-and-minnows"
+map = "open"
+engine = "planar"
+seed = 3
+lasers = false
+[rules]
+x = [-5.0, 5.0]
+y = [-8.0, 8.0]
+passes = 1
+[[players]]
+name = "shark"
+role = "shark"
+x = 0.0
+y = -7.0
+[[players]]
+name = "ann"
+role = "minnow"
+x = -3.0
+y = 7.0
+[[players]]
+name = "bob"
+role = "minnow"
+x = 3.0
+y = 7.0
+"""
+LAZY = """
+from vrg.agents import Action, Strategy, Twist
+class Lazy(Strategy):
+    def act(self, view):
+        return Action(Twist(0.0, 0.0), "Wait")
+"""
+NOW = datetime(2026, 11, 23)
+INSTANT = 4.0
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> RunFolder:
+    """A match that was played in one process."""
+    home = tmp_path_factory.mktemp("home")
+    (home / "tiny.toml").write_text(MATCH)
+    setup = load_match(home / "tiny.toml").at_rate(0.0)
+    folder = RunFolder.create(home / "runs", setup.name, NOW, setup.text)
+    write_setup(setup, folder.setup)
+    with nodes.open_journal(setup, folder) as journal:
+        recorder = nodes.recorder_node(setup, folder)
+        ending = in_process.play(setup, journal, watchers=[recorder], logs=folder.logs)
+    assert ending.state.stage is Stage.GAME_OVER
+    write_result(setup, folder, ending.state, "game over")
+    return folder
+
+
+@pytest.fixture
+def lazy(tmp_path: Path) -> str:
+    (tmp_path / "lazy.py").write_text(LAZY)
+    return f"{tmp_path / 'lazy.py'}:Lazy"
+
+
+def taken_up(of: RunFolder, runs: Path, change: Change) -> RunFolder:
+    return play_branch(of, change, runs, NOW, progress=lambda _time: None, stop=Stop())  # type: ignore[arg-type]
+
+
+def test_it_is_the_same_up_to_the_instant_and_another_match_from_there_on(
+    run: RunFolder, tmp_path: Path, lazy: str
+) -> None:
+    new = taken_up(run, tmp_path / "runs", Change(INSTANT, "shark", lazy))
+    before, after = ([(e.tick.time, e.digest) for e in read_evidence(f.evidence)] for f in (run, new))
+    same = [tick for tick in before if tick[0] < INSTANT - 1e-6]
+    assert after[: len(same)] == same
+    assert before != after
+    shark = {e.tick.time: e.tick.field.poses["shark"] for e in read_evidence(new.evidence)}
+    end = max(shark)
+    assert abs(shark[end].x - shark[5.0].x) + abs(shark[end].y - shark[5.0].y) < 0.05, "it stands from then on"
+    branch = branch_of(new)
+    assert branch is not None
+    assert str(branch) == "from 4.0 s on shark plays lazy.py:Lazy"
+    assert Path(branch.of) == run.path.resolve()
+    assert json.loads(new.result.read_text())["ended"] == "game over"
+    assert new.recordings()
+    assert new.plot.is_file()
+    assert branch_of(run) is None
+
+
+def test_a_match_that_was_taken_up_can_be_taken_up_again_with_both_changes(
+    run: RunFolder, tmp_path: Path, lazy: str
+) -> None:
+    first = taken_up(run, tmp_path / "runs", Change(INSTANT, "shark", lazy))
+    Path(lazy.partition(":")[0]).unlink()  # the run folder has a copy
+    second = taken_up(first, tmp_path / "runs", Change(6.0, "ann", "sharks-and-minnows"))
+    branch = branch_of(second)
+    assert branch is not None
+    assert [change.player for change in branch.changes] == ["shark", "ann"]
+    with pytest.raises(LaunchError, match=r"was itself taken up at 4\.0 s"):
+        taken_up(first, tmp_path / "runs", Change(2.0, "ann", "sharks-and-minnows"))
+
+
+def test_a_match_that_is_not_the_same_again_is_refused_and_leaves_nothing(
+    run: RunFolder, tmp_path: Path, lazy: str
+) -> None:
+    other = RunFolder(tmp_path / "other")
+    shutil.copytree(run.path, other.path)
+    other.match_file.write_text(other.match_file.read_text().replace("x = 3.0", "x = 3.1"))
+    with pytest.raises(LaunchError, match=r"cannot be repeated: up to 4\.0 s the referee saw something else"):
+        taken_up(other, tmp_path / "runs", Change(INSTANT, "shark", lazy))
+    assert not list((tmp_path / "runs").glob("*"))
+
+
+def test_what_makes_no_sense_is_told_before_anything_is_played(run: RunFolder, tmp_path: Path, lazy: str) -> None:
+    runs = tmp_path / "runs"
+    with pytest.raises(LaunchError, match=r"expected an instant from 0 to \d+\.\d s of match time, got 999"):
+        taken_up(run, runs, Change(999.0, "shark", lazy))
+    with pytest.raises(ConfigError, match="nobody"):
+        taken_up(run, runs, Change(INSTANT, "nobody", lazy))
+    with pytest.raises(ConfigError, match=r"nowhere\.py"):
+        taken_up(run, runs, Change(INSTANT, "shark", "nowhere.py:Lazy"))
+    assert not list(runs.glob("*"))
+
+
+def test_a_match_of_several_processes_cannot_be_repeated(run: RunFolder, tmp_path: Path) -> None:
+    other = RunFolder(tmp_path / "other")
+    shutil.copytree(run.path, other.path)
+    other.events.write_text("")
+    with pytest.raises(LaunchError, match="expected a match that was played in one process"):
+        last_instant(other)
+
+
+def test_it_can_be_broken_off(run: RunFolder, tmp_path: Path, lazy: str) -> None:
+    stop = Stop()
+    stop.set()
+    with pytest.raises(LaunchError, match="broken off"):
+        play_branch(
+            run,
+            Change(INSTANT, "shark", lazy),
+            tmp_path / "runs",
+            NOW,
+            progress=lambda _time: None,
+            stop=stop,  # type: ignore[arg-type]
+        )
+    assert not list((tmp_path / "runs").glob("*"))
+
+
+def test_the_command_tells_how_both_ended(run: RunFolder, tmp_path: Path, lazy: str) -> None:
+    command = ["replay", str(run.path), "--from", "4", "--play", f"shark={lazy}", "--runs", str(tmp_path / "runs")]
+    done = CliRunner().invoke(make_app("replay"), [*command, "--json"])
+    assert done.exit_code == 0, done.output
+    lines = [json.loads(line) for line in done.output.splitlines() if line.startswith("{")]
+    assert lines[0] == {"time": 0.02}
+    assert lines[-1]["told"].startswith("From 4.0 s on shark plays lazy.py:Lazy: Minnows win")
+    assert "Recorded: " in lines[-1]["told"]
+    lacking = CliRunner().invoke(make_app("replay"), ["replay", str(run.path), "--from", "4"])
+    assert "expected both --from and --play" in str(lacking.exception)
+    wrong = CliRunner().invoke(make_app("replay"), ["replay", str(run.path), "--from", "4", "--play", "shark"])
+    assert "expected PLAYER=STRATEGY" in str(wrong.exception)
+
+
+def test_the_strategies_of_a_game_are_those_of_its_package() -> None:
+    assert strategies_of("sharks-and-minnows") == ["sharks-and-minnows"]
+    assert "hail-mary" in strategies_of("roboflag")
+    assert "pursuer" not in strategies_of("roboflag")
+    assert strategies_of("no such game") == []

@@ -1,0 +1,124 @@
+"""Takes a recorded match up from an instant: for the command `vrg replay`, and for the window that it opens."""
+
+import contextlib
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vrg.config.setup import MatchSetup
+from vrg.errors import LaunchError, VrgError
+from vrg.games import strategies_of
+from vrg.launch.branch import branch_of, last_instant
+from vrg.launch.result import headline, summary
+from vrg.launch.run_folder import RunFolder
+
+if TYPE_CHECKING:
+    from vrg.ui.branching import Taken
+
+Opened = Callable[[RunFolder], "Taken"]
+"""Reads the recording of a run folder for the window."""
+
+
+def compared(recorded: RunFolder, folder: RunFolder) -> str:
+    """How the recorded match and the one that was taken up ended, in sentences."""
+    changed = str(branch_of(folder) or "played again")
+    return f"{changed[0].upper()}{changed[1:]}: {ending_of(folder)}. Recorded: {ending_of(recorded)}."
+
+
+def ending_of(folder: RunFolder) -> str:
+    """How a match ended, in words."""
+    try:
+        result: dict[str, Any] = json.loads(folder.result.read_text(encoding="utf-8"))
+        return f"{headline(result)}{summary(result)}"
+    except (OSError, ValueError, KeyError, TypeError):
+        return "how it ended is not known"
+
+
+class ProcessBrancher:
+    """Takes a match up in a process of its own; see `vrg.ui.branching.Brancher`.
+
+    Args:
+        folder: the run folder of the recorded match. setup: of the match. runs: the folder for new run folders.
+        opened: reads the recording of the new match.
+
+    Attributes:
+        players, strategies, cannot: see `vrg.ui.branching.Brancher`.
+    """
+
+    def __init__(self, folder: RunFolder, setup: MatchSetup, runs: Path, opened: Opened) -> None:
+        self.players: Sequence[str] = [player.name for player in setup.players]
+        own = [player.strategy for player in setup.players]
+        self.strategies: Sequence[str] = list(dict.fromkeys([*strategies_of(setup.game), *own]))
+        self.cannot = ""
+        try:
+            last_instant(folder)
+        except VrgError as error:
+            self.cannot = str(error)
+        self._folder = folder
+        self._runs = runs
+        self._opened = opened
+        self._process: subprocess.Popen[bytes] | None = None
+        self._told = ""
+        self._rest = b""
+
+    @property
+    def busy(self) -> bool:
+        """Whether something was begun that has not ended."""
+        return self._process is not None
+
+    def begin(self, time: float, player: str, strategy: str) -> None:
+        """Begin to play from a match time, s, with another strategy for a player."""
+        self.close()
+        whole = [str(self._folder.path.resolve()), "--from", f"{time:.3f}", "--play", f"{player}={strategy}"]
+        command = [sys.executable, "-P", "-m", "vrg", "replay", *whole, "--runs", str(self._runs.resolve()), "--json"]
+        self._process = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=self._folder.path
+        )
+        assert self._process.stdout is not None
+        os.set_blocking(self._process.stdout.fileno(), False)
+        self._told, self._rest = "repeating what was recorded", b""
+
+    def look(self) -> "Taken | str | None":
+        """What has come of it; see `vrg.ui.branching.Brancher`."""
+        if self._process is None:
+            return None
+        assert self._process.stdout is not None
+        ended = self._process.poll() is not None
+        lines = (self._rest + (self._process.stdout.read() or b"")).split(b"\n")
+        self._rest = lines.pop()
+        said: list[dict[str, Any]] = [json.loads(line) for line in lines if line.startswith(b"{")]
+        for told in said:
+            if "run" in told:
+                self.close()
+                return self._opened(RunFolder(Path(told["run"])))
+            self._told = f"{told['time']:.0f} s of match time are played"
+        if not ended:
+            return self._told
+        _, problem = self._process.communicate()
+        self._process = None
+        told_last = problem.decode(errors="replace").strip().splitlines()[-1:]
+        return told_last[0] if told_last else "it has ended without a word"
+
+    def close(self) -> None:
+        """Break off what was begun. Idempotent."""
+        if self._process is not None:
+            self._process.terminate()
+            with contextlib.suppress(ValueError, OSError):
+                self._process.communicate()
+            self._process = None
+
+
+def split(play: str) -> tuple[str, str]:
+    """The player and the strategy of `PLAYER=STRATEGY`.
+
+    Raises:
+        LaunchError: it is no such text.
+    """
+    player, equals, strategy = play.partition("=")
+    if not (player and equals and strategy):
+        raise LaunchError(f"--play: expected PLAYER=STRATEGY, such as ann=mine.py:Mine, got {play!r}")
+    return player, strategy

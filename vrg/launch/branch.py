@@ -1,0 +1,191 @@
+"""Takes a recorded match up from one of its instants, with another strategy for one player.
+
+A match in one process is the same, byte for byte, each time that it is played. So it is played again from its beginning
+up to that instant, where it is made sure that the referee has seen the same, and from there on with the change.
+"""
+
+import shutil
+from collections.abc import Callable, Sequence
+from datetime import datetime
+from pathlib import Path
+
+import msgspec
+from msgspec import Struct
+
+from vrg.bus.messages import RefereeState, Stage
+from vrg.bus.stopping import StopSignal
+from vrg.config.loading import check_strategies, load_match
+from vrg.config.setup import MatchSetup, write_setup
+from vrg.coordinator.evidence import Exhibit, read_evidence
+from vrg.errors import ConfigError, LaunchError
+from vrg.launch import in_process, nodes
+from vrg.launch.in_process import Change
+from vrg.launch.keeping import files_of_strategy, keep, keep_layout
+from vrg.launch.result import ended_of, plot, write_result
+from vrg.launch.run_folder import RunFolder, write_whole
+
+_TINY = 1e-6
+"""The match time in s below which two instants are the same."""
+
+
+class Branch(Struct, frozen=True):
+    """What a run folder tells of a match that was taken up from another one.
+
+    Args:
+        of: the path of the run folder with the recorded match.
+        changes: what was changed, in the order of time.
+    """
+
+    of: str
+    changes: list[Change]
+
+    def __str__(self) -> str:
+        told = [f"from {change.time:.1f} s on {change.player} plays {change.name}" for change in self.changes]
+        return ", ".join(told)
+
+
+def branch_of(folder: RunFolder) -> Branch | None:
+    """What was changed in the match of a run folder; None if it was played as its match file says.
+
+    Raises:
+        LaunchError: the file that tells it is damaged.
+    """
+    try:
+        return msgspec.json.decode(folder.branch.read_bytes(), type=Branch)
+    except FileNotFoundError:
+        return None
+    except (OSError, msgspec.MsgspecError) as error:
+        raise LaunchError(f"{folder.branch}: cannot be read: {error}") from error
+
+
+def last_instant(folder: RunFolder) -> float:
+    """The match time, s, up to which a match can be taken up.
+
+    Raises:
+        LaunchError: it was played as processes, or holds no evidence.
+        JournalError: the evidence is damaged.
+    """
+    if folder.events.exists():
+        raise LaunchError(
+            f"{folder.path}: expected a match that was played in one process, with `vrg play --in-process`: in one of "
+            "several processes nobody knows at which instant each of them heard what, so it cannot be repeated"
+        )
+    exhibits = _exhibits(folder)
+    if not exhibits:
+        raise LaunchError(f"{folder.evidence}: expected what the referee decided by, found nothing")
+    return exhibits[-1].tick.time
+
+
+def play_branch(
+    of: RunFolder,
+    change: Change,
+    runs: Path,
+    now: datetime,
+    *,
+    progress: Callable[[float], None],
+    stop: StopSignal,
+) -> RunFolder:
+    """Play a recorded match again up to an instant, and on from there with a change.
+
+    Args:
+        of: its run folder. runs: the folder for the new run folder. now: the local real time, for its name.
+        progress: called with the match time now and then.
+        stop: set it to break this off.
+
+    Returns:
+        the new run folder, with everything that any run leaves.
+
+    Raises:
+        ConfigError: the player or the strategy does not exist.
+        LaunchError: the match cannot be repeated, or this was broken off.
+        JournalError: its evidence is damaged.
+    """
+    end = last_instant(of)
+    if not 0.0 <= change.time <= end:
+        raise LaunchError(f"expected an instant from 0 to {end:.1f} s of match time, got {change.time:g}")
+    before = branch_of(of)
+    earlier = before.changes if before is not None else []
+    if before is not None and change.time < earlier[-1].time:
+        raise LaunchError(
+            f"{of.path} was itself taken up at {earlier[-1].time:.1f} s: expected a later instant, got "
+            f"{change.time:g}; an earlier one is in {before.of}"
+        )
+    setup = load_match(of.match_file).at_rate(0.0)
+    check_strategies(setup.substituted(change.player, change.strategy), nodes.strategy_of)
+    folder = RunFolder.create(runs, setup.name, now, setup.text)
+    try:
+        keep(setup, folder)
+        keep_layout(setup, folder)
+        change = _kept(change, folder)
+        changes = [*earlier, change]
+        check_strategies(setup.substituted(change.player, change.strategy), nodes.strategy_of)
+        write_setup(setup, folder.setup)
+        write_whole(folder.branch, msgspec.json.encode(Branch(str(of.path.resolve()), changes)))
+        state = _play(setup, of, folder, changes, progress, stop)
+    except (ConfigError, LaunchError):
+        shutil.rmtree(folder.path, ignore_errors=True)
+        raise
+    except OSError as error:
+        raise LaunchError(f"{folder.path}: cannot be written: {error.strerror}") from error
+    write_result(setup, folder, state, ended_of(state) if state.stage is Stage.GAME_OVER else "interrupted")
+    plot(setup, folder)
+    return folder
+
+
+def _play(
+    setup: MatchSetup,
+    of: RunFolder,
+    folder: RunFolder,
+    changes: Sequence[Change],
+    progress: Callable[[float], None],
+    stop: StopSignal,
+) -> RefereeState:
+    instant = changes[-1].time
+    known = _digest_before(_exhibits(of), instant)
+    repeated = False
+
+    def pace(time: float) -> bool:
+        nonlocal repeated
+        if not repeated and time >= instant - _TINY:
+            repeated = True
+            if _digest_before(_exhibits(folder), instant) != known:
+                raise LaunchError(
+                    f"{of.path} cannot be repeated: up to {instant:.1f} s the referee saw something else this time. "
+                    "Was a strategy or VRG changed since, or did somebody halt it or drive by hand?"
+                )
+        progress(time)
+        return not stop.is_set()
+
+    with nodes.open_journal(setup, folder) as journal:
+        recorder = nodes.recorder_node(setup, folder)
+        ending = in_process.play(
+            setup, journal, watchers=[recorder], pace=pace, stop=stop, logs=folder.logs, changes=changes
+        )
+    if stop.is_set():
+        raise LaunchError("broken off")
+    return ending.state
+
+
+def _exhibits(folder: RunFolder) -> list[Exhibit]:
+    return read_evidence(folder.evidence) if folder.evidence.is_file() else []
+
+
+def _digest_before(exhibits: list[Exhibit], time: float) -> str:
+    """The digest of all that the referee has seen and done before a match time, s."""
+    return next((e.digest for e in reversed(exhibits) if e.tick.time < time - _TINY), "")
+
+
+def _kept(change: Change, folder: RunFolder) -> Change:
+    """The change, with a strategy that is a file as a copy of it in the run folder."""
+    target, copies = files_of_strategy(change.strategy, Path("substitute"))
+    for place, source in copies.items():
+        copy = folder.path / place
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        if source.is_dir():
+            shutil.copytree(source, copy, dirs_exist_ok=True)
+        else:
+            shutil.copyfile(source, copy)
+    path, colon, kind = target.rpartition(":")
+    if copies:
+        target = f"{(folder.path / path).resolve()}{colon}{kind}"
+    return Change(change.time, change.player, target)
