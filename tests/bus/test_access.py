@@ -248,7 +248,9 @@ def test_a_match_has_a_seat_for_everybody() -> None:
     found = {str(seat) for seat in Roster("m", {"a": "x", "b": "x", "c": "y"}, hosts=("pi",)).seats}
     plain = {str(kind) for kind in SeatKind if kind not in NAMED} - {"tracker"}
     assert found == plain | {"player.a", "player.b", "player.c", "commander.x", "commander.y", "host.pi"} | {
-        "hud.a", "hud.b", "hud.c"
+        "hud.a",
+        "hud.b",
+        "hud.c",
     }
     assert "tracker" in SEATS
 

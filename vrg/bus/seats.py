@@ -50,7 +50,8 @@ class Seat:
 
     Args:
         kind: what it is.
-        name: the name of the player, which is also that of its display, of the commanded team or of the machine; empty for all other kinds.
+        name: the name of the player (also for its display), of the commanded team or of the machine; empty for all
+            other kinds.
 
     Raises:
         ValueError: the name is missing, or there is one where the kind has none.

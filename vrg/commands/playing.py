@@ -140,7 +140,7 @@ def _play_in_process(
     if show.record:
         watchers.append(nodes.recorder_node(setup, folder))
     if show.window and paced:
-        watchers.append(nodes.spectator_node(setup, "window", folder.path))
+        watchers.append(nodes.window_node(setup, folder.path))
     pace = _pace(stop, setup.rate)
     write_setup(setup, folder.setup)
     with nodes.open_journal(setup, folder) as journal:

@@ -13,6 +13,7 @@ from vrg.bus.mailbox import Mailbox
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, StrategyError
 from vrg.launch.run_folder import RunFolder
+from vrg.launch.specs import window_of
 
 if TYPE_CHECKING:
     from vrg.agents.player import Player
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from vrg.coordinator.journal import Journal
     from vrg.hal.sim.node import WorldNode
     from vrg.recording.recorder import Recorder
+    from vrg.ui.hud.node import Hud
     from vrg.ui.spectator import Spectator
 
 
@@ -179,3 +181,35 @@ def spectator_node(setup: MatchSetup, name: str, run: Path | None, *, official: 
         run=run,
         official=official,
     )
+
+
+def hud_node(setup: MatchSetup, player: str) -> "Hud":
+    """Make the head-up display of a player.
+
+    Raises:
+        ConfigError: there is no such player.
+    """
+    from vrg.geometry import circumradius
+    from vrg.hal.sim.map import load_map
+    from vrg.ui.hud.goals import Ground
+    from vrg.ui.hud.node import Hud
+
+    own = setup.player(player)
+    bounds, walls = load_map(setup.map).bounds, tuple(setup.obstacles)
+    return Hud(
+        player,
+        Mailbox(),
+        setup.keys,
+        team=own.team,
+        robot=own.robot,
+        start=own.pose,
+        ground=Ground(bounds, walls, circumradius(own.robot.size)),
+        sizes={p.name: p.robot.size for p in setup.players},
+        physical=frozenset(setup.physical),
+    )
+
+
+def window_node(setup: MatchSetup, pictures: Path) -> "Spectator | Hud":
+    """Make the window of a match that is played in this process: the one that its game opens."""
+    kind, name = window_of(setup)
+    return hud_node(setup, name) if kind == "hud" else spectator_node(setup, name, pictures)

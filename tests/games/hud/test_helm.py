@@ -54,7 +54,9 @@ def test_nobody_is_driven_while_the_person_only_watches() -> None:
     assert robot.modes == ["Watch/Idle"]
 
 
-@pytest.mark.parametrize("goal", [Goal(3.0, 2.0, math.pi / 2), Goal(-3.0, 0.0, math.pi), Goal(0.0, -2.0), Goal(0.3, 0.0)])
+@pytest.mark.parametrize(
+    "goal", [Goal(3.0, 2.0, math.pi / 2), Goal(-3.0, 0.0, math.pi), Goal(0.0, -2.0), Goal(0.3, 0.0)]
+)
 def test_goto_drives_turns_and_arrives(goal: Goal) -> None:
     robot = Robot()
     assert robot.run(30.0, wish=Wish.GOTO, goal=goal) == STILL
