@@ -13,7 +13,6 @@ from vrg.bus.mailbox import Mailbox
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, StrategyError
 from vrg.launch.run_folder import RunFolder
-from vrg.launch.specs import window_of
 
 if TYPE_CHECKING:
     from vrg.agents.player import Player
@@ -207,9 +206,3 @@ def hud_node(setup: MatchSetup, player: str) -> "Hud":
         sizes={p.name: p.robot.size for p in setup.players},
         physical=frozenset(setup.physical),
     )
-
-
-def window_node(setup: MatchSetup, pictures: Path) -> "Spectator | Hud":
-    """Make the window of a match that is played in this process: the one that its game opens."""
-    kind, name = window_of(setup)
-    return hud_node(setup, name) if kind == "hud" else spectator_node(setup, name, pictures)

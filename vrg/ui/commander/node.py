@@ -49,7 +49,7 @@ class Commander(Node):
         deck: what the commander has chosen. pads: the gamepads and the keyboard.
 
     Raises:
-        pygame.error: at the first tick, there is no display.
+        LaunchError: at the first tick, there is no display.
     """
 
     kind: ClassVar[str] = "commander"

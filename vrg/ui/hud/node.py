@@ -59,7 +59,7 @@ class Hud(Node):
         desk: what the person wants. pads: the gamepads and the keyboard.
 
     Raises:
-        pygame.error: at the first tick, there is no display.
+        LaunchError: at the first tick, there is no display.
     """
 
     kind: ClassVar[str] = "hud"

@@ -14,9 +14,9 @@ from vrg.types import Vector
 from vrg.ui.hud import words
 from vrg.ui.view import Pixel
 
-REACHES: Final = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
+REACHES: Final = (1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0, 30.0, 50.0, 100.0)
 """The distances in m that a plot can reach to."""
-RINGS: Final = {1.0: 0.25, 2.0: 0.5, 5.0: 1.0, 10.0: 2.0, 20.0: 5.0, 50.0: 10.0, 100.0: 20.0}
+RINGS: Final = dict(zip(REACHES, (0.25, 0.5, 1.0, 1.0, 2.0, 3.0, 5.0, 10.0, 10.0, 20.0), strict=True))
 """The distance in m between two rings, by how far the plot reaches."""
 CALM: Final = 0.8
 """A plot reaches less far only when everything is within this part of that distance, so that it does not flicker."""

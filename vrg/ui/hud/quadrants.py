@@ -128,13 +128,14 @@ class ScanPainter:
             plot.polar(min(float(r), plot.reach), float(b)) for r, b in zip(scan.ranges, scan.angles, strict=True)
         ]
         shapes.polygon(surface, corners if whole else [plot.origin, *corners], palette.SCAN)
-        _rings(surface, plot, first, last, ui, self._fonts)
+        _rings(surface, plot, first, last)
         size = max(2, round(2 * ui))
         for r, b in zip(ranges, bearings, strict=True):
             x, y = plot.polar(float(r), float(b))
             surface.fill(palette.ECHO, (round(x) - size // 2, round(y) - size // 2, size, size))
         if nearest is not None:
             shapes.ring(surface, plot.polar(*nearest), 6 * ui, palette.CAUTION, 2 * ui)
+        _scale(surface, plot, ui, self._fonts)
         _robot(surface, plot, board, ui)
 
 
@@ -156,7 +157,7 @@ class RingPainter:
         inner.inflate_ip(round(-20 * ui), round(-20 * ui))
         place = (inner.left, inner.top, inner.width, inner.height)
         plot = fan(place, -math.pi, math.pi, reach_for(ring.range_max, None))
-        _rings(surface, plot, -math.pi, math.pi, ui, self._fonts)
+        _rings(surface, plot, -math.pi, math.pi)
         for index, distance in enumerate(ring.ranges[: len(spec.places)]):
             corners = cone(plot, spec, index, distance)
             if distance < ring.range_max:
@@ -164,21 +165,37 @@ class RingPainter:
                 shapes.polygon(surface, corners, palette.CAUTION if near else palette.ECHO)
             else:
                 shapes.outline(surface, corners, palette.LINE)
+        _scale(surface, plot, ui, self._fonts)
         _robot(surface, plot, board, ui)
 
 
-def _rings(surface: pygame.Surface, plot: Fan, first: float, last: float, ui: float, fonts: Fonts) -> None:
-    """Draw a ring at each round distance, and write the distance beside every second one."""
-    step, size = RINGS[plot.reach], max(11, round(12 * ui))
+def _rings(surface: pygame.Surface, plot: Fan, first: float, last: float) -> None:
+    """Draw a ring at each round distance."""
     sides = round(24 * (last - first)) + 2
-    for number in range(1, round(plot.reach / step) + 1):
-        distance = number * step
+    for distance in _distances(plot):
         points = [plot.polar(distance, first + (last - first) * k / sides) for k in range(sides + 1)]
         for start, end in pairwise(points):
             pygame.draw.aaline(surface, palette.LINE, start, end)
-        text = fonts.render(f"{distance:g} m", size, palette.MUTED)
+
+
+def _distances(plot: Fan) -> list[float]:
+    """The distances of the rings, m."""
+    step = RINGS[plot.reach]
+    return [number * step for number in range(1, round(plot.reach / step) + 1)]
+
+
+def _scale(surface: pygame.Surface, plot: Fan, ui: float, fonts: Fonts) -> None:
+    """Write the distance at the outermost ring, and at further ones inwards where there is room."""
+    size, last = max(11, round(12 * ui)), -math.inf
+    for distance in reversed(_distances(plot)):
         x, y = plot.polar(distance, 0.0)
-        surface.blit(text, text.get_rect(midtop=(round(x), round(y) + 1)))
+        if y < last + 26 * ui or y > plot.origin[1] - 30 * ui:
+            continue
+        last = y
+        text = fonts.render(f"{distance:g} m", size, palette.TEXT)
+        place = text.get_rect(midtop=(round(x), round(y) + 2))
+        shapes.pill(surface, place.inflate(6, 0), palette.PANEL, 190, 4)
+        surface.blit(text, place)
 
 
 def _robot(surface: pygame.Surface, plot: Fan, board: Dashboard, ui: float) -> None:
