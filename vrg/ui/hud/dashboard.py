@@ -103,11 +103,12 @@ def alert(board: Dashboard) -> Line:
     for banner in banners(scene):
         level = Level.CALM if banner.brief else Level.ALARM if scene.estop or not scene.live else Level.CAUTION
         over = scene.stage is Stage.GAME_OVER and level is Level.CAUTION
-        told = ": ".join(text for text in (banner.heading, " ".join(banner.lines)) if text)
+        told = ": ".join(text for text in (banner.heading, "; ".join(banner.lines)) if text)
         return Line("", told, Level.GOOD if over else level)
-    stage = words.WAITING if scene.stage is None else title(scene.stage.value)
+    if scene.stage is None:
+        return Line("", words.WAITING)
     score = "   ".join(f"{title(team)} {points}" for team, points in scene.score) if scored(scene) else ""
-    return Line("", f"{stage}   {clock_text(scene.clock)}   {score}".rstrip())
+    return Line("", f"{title(scene.stage.value)}   {clock_text(scene.clock)}   {score}".rstrip())
 
 
 def scored(scene: Scene) -> bool:

@@ -75,19 +75,19 @@ def layout(width: int, height: int, *, camera: bool) -> Layout:
     head = Rect(0, 0, width, round(44 * ui))
     room = Rect(gap, head.bottom + gap, max(1, width - 2 * gap), max(1, height - head.height - 2 * gap))
     if wide:
-        w, h = (room.width - gap) // 2, (room.height - gap) // 2
+        w, h = max(1, (room.width - gap) // 2), max(1, (room.height - gap) // 2)
         location, laser = Rect(room.left, room.top, w, h), Rect(room.right - w, room.top, w, h)
         rest, panel = Rect(room.left, room.bottom - h, w, h), Rect(room.right - w, room.bottom - h, w, h)
     else:
-        h = (room.height - 3 * gap) // 4
+        h = max(1, (room.height - 3 * gap) // 4)
         location, laser, rest, panel = (Rect(room.left, room.top + i * (h + gap), room.width, h) for i in range(4))
     sonar, picture = rest, None
     if camera:
         # The picture is wider than it is high, the ring of sonars is round.
         half = min(round(0.48 * rest.width), rest.height)
         sonar = Rect(rest.left, rest.top, half, rest.height)
-        picture = Rect(sonar.right + gap, rest.top, rest.width - half - gap, rest.height)
-    inside = panel.inflate(-2 * gap, -2 * gap)
+        picture = Rect(sonar.right + gap, rest.top, max(1, rest.width - half - gap), rest.height)
+    inside = panel.inflate(-2 * gap, -2 * gap) if panel.width > 4 * gap else panel.copy()
     row = round(34 * ui)
     top = panel.top + title_height(ui) + round(4 * ui)
     columns = _row(Rect(inside.left, top, inside.width, row), (1.0, 1.0, 1.2, 0.7), gap)
