@@ -10,7 +10,7 @@ from vrg.ui import palette, shapes
 from vrg.ui.hud import words
 from vrg.ui.hud.dashboard import Dashboard, Level, Line, alert, heading, status
 from vrg.ui.hud.layout import SET, STOP, Layout, layout
-from vrg.ui.hud.quadrants import LocationPainter, PicturePainter, RingPainter, ScanPainter, frame
+from vrg.ui.hud.quadrants import LocationPainter, PicturePainter, Quadrant, RingPainter, ScanPainter, frame
 from vrg.ui.palette import ink_on
 from vrg.ui.text import Face, Fonts
 from vrg.ui.view import View
@@ -40,6 +40,7 @@ class HudPainter:
         self._scan = ScanPainter(self._fonts)
         self._ring = RingPainter(self._fonts)
         self._picture = PicturePainter(self._fonts)
+        self._kept: dict[str, tuple[object, pygame.Surface]] = {}
 
     def draw(self, surface: pygame.Surface, board: Dashboard) -> tuple[Layout, View]:
         """Draw everything.
@@ -52,12 +53,29 @@ class HudPainter:
         surface.fill(palette.BACKGROUND)
         self._head(surface, places, board)
         view = self._location.draw(surface, places.location, board, ui)
-        self._scan.draw(surface, places.laser, board, ui)
-        self._ring.draw(surface, places.sonar, board, ui)
+        shown: dict[str, tuple[pygame.Rect, Quadrant]] = {
+            "laser": (places.laser, self._scan),
+            "sonar": (places.sonar, self._ring),
+        }
         if places.camera is not None:
-            self._picture.draw(surface, places.camera, board, ui)
+            shown["camera"] = (places.camera, self._picture)
+        for name, (area, painter) in shown.items():
+            self._keep(surface, name, area, painter, board, ui)
         self._panel(surface, places, board)
         return places, view
+
+    def _keep(
+        self, surface: pygame.Surface, name: str, area: pygame.Rect, painter: Quadrant, board: Dashboard, ui: float
+    ) -> None:
+        """Draw a quadrant. Readings come less often than frames, so an unchanged one is only copied."""
+        place = area.clip(surface.get_rect())
+        key = (tuple(area), surface.get_size(), painter.shows(board))
+        before = self._kept.get(name)
+        if before is not None and before[0] == key:
+            surface.blit(before[1], place)
+            return
+        painter.draw(surface, area, board, ui)
+        self._kept[name] = key, surface.subsurface(place).copy()
 
     def _write(
         self, surface: pygame.Surface, text: str, place: pygame.Rect, size: int, colour: Rgb, face: Face = Face.REGULAR

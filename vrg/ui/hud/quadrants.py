@@ -3,6 +3,7 @@
 import io
 import math
 from itertools import pairwise
+from typing import Protocol
 
 import pygame
 
@@ -45,6 +46,16 @@ def blank(surface: pygame.Surface, area: pygame.Rect, says: str, ui: float, font
     size = max(13, round(16 * ui))
     text = fonts.render(fonts.shorten(says, area.width - 20, size), size, palette.MUTED)
     surface.blit(text, text.get_rect(center=area.center))
+
+
+class Quadrant(Protocol):
+    """A part of the display that changes only with a reading."""
+
+    def shows(self, board: Dashboard) -> object:
+        """What its picture depends on, besides its place. While this stays equal, so does the picture."""
+
+    def draw(self, surface: pygame.Surface, area: pygame.Rect, board: Dashboard, ui: float) -> None:
+        """Draw it into an area; `ui` scales letters."""
 
 
 class LocationPainter:
@@ -108,6 +119,10 @@ class ScanPainter:
         self._fonts = fonts
         self._reach: float | None = None
 
+    def shows(self, board: Dashboard) -> object:
+        """The time of the scan."""
+        return None if board.seen.laser is None else board.seen.laser.stamp
+
     def draw(self, surface: pygame.Surface, area: pygame.Rect, board: Dashboard, ui: float) -> None:
         """Draw the quadrant."""
         scan = None if board.seen.laser is None else board.seen.laser.body
@@ -144,6 +159,10 @@ class RingPainter:
 
     def __init__(self, fonts: Fonts) -> None:
         self._fonts = fonts
+
+    def shows(self, board: Dashboard) -> object:
+        """The time of the ranges."""
+        return None if board.seen.sonar is None else board.seen.sonar.stamp
 
     def draw(self, surface: pygame.Surface, area: pygame.Rect, board: Dashboard, ui: float) -> None:
         """Draw the quadrant."""
@@ -220,11 +239,18 @@ class PicturePainter:
         self._of: float | None = None
         self._picture: pygame.Surface | None = None
 
+    def shows(self, board: Dashboard) -> object:
+        """The time of the picture, and its age in words."""
+        return None if board.seen.camera is None else board.seen.camera.stamp, self._age(board)
+
+    @staticmethod
+    def _age(board: Dashboard) -> str:
+        age = board.seen.age(board.seen.camera)
+        return "" if age is None else f"{age:.1f} s"
+
     def draw(self, surface: pygame.Surface, area: pygame.Rect, board: Dashboard, ui: float) -> None:
         """Draw the place beside the sonar."""
-        taken = board.seen.camera
-        age = board.seen.age(taken)
-        says = "" if age is None else f"{age:.1f} s"
+        taken, says = board.seen.camera, self._age(board)
         inner = frame(surface, area, words.CAMERA, says, ui, self._fonts)
         if taken is None:
             blank(surface, inner, words.NO_PICTURE, ui, self._fonts)
