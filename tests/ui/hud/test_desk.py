@@ -175,13 +175,23 @@ class TestDriving:
         at.want(wish, seen())
         if how == "lost pad":
             at.lose_pad()
-            assert at.notice == "the gamepad is lost: ann is given back"
+            assert at.notice == "The gamepad is lost: ann is given back"
         elif how == "release":
             at.release()
         else:
             at.want(wish if how == "again" else Wish.WATCH, seen())
         at.send(seen(), Hands(1.0, enabled=True))
         assert sent(at.mailbox) == RELEASED
+
+    @pytest.mark.parametrize("wish", [Wish.MANUAL, Wish.RESET])
+    def test_an_emergency_stop_ends_what_was_wanted(self, at: Desk, wish: Wish) -> None:
+        at.want(wish, seen())
+        at.obey(seen())
+        assert at.wish is wish
+        at.obey(seen(state=state(estop=True)))
+        at.send(seen(), Hands(1.0, enabled=True))
+        assert sent(at.mailbox) == RELEASED
+        assert "emergency stop" in at.notice
 
     def test_a_robot_that_another_person_drives_is_not_taken(self, at: Desk) -> None:
         taken = seen(report=received(report(manual=True), 1.0))

@@ -124,6 +124,12 @@ class Desk:
         self.wish = Wish.WATCH
         self._helm.leave()
 
+    def obey(self, seen: Telemetry) -> None:
+        """Give the robot back in an emergency stop, so that it does not drive on by itself when that is released."""
+        if self.wish is not Wish.WATCH and self._estop(seen):
+            self.release()
+            self.notice = words.STOPPED.format(player=self.player)
+
     def lose_pad(self) -> None:
         """Take in that the gamepad in use is lost."""
         if self.wish is not Wish.WATCH:
@@ -159,11 +165,11 @@ class Desk:
 
     def hindrance(self, seen: Telemetry) -> str:
         """What keeps the robot from moving, in words; empty if nothing does."""
-        state, report = seen.state, seen.report
+        state = seen.state
         checks = (
             (not seen.live, words.NO_CLOCK),
             (state is None, words.NO_REFEREE),
-            ((state is not None and state.estop) or (report is not None and report.body.estop), words.ESTOP),
+            (self._estop(seen), words.ESTOP),
             (state is not None and state.halted is not None, words.HALTED),
             (seen.me is None or not seen.me.may_move, words.MAY_NOT_MOVE),
             (self._stale(seen), words.NO_POSE),
@@ -218,6 +224,11 @@ class Desk:
         """Whether a person drives the robot who is not at this display."""
         report = seen.report
         return report is not None and report.body.manual and report.stamp > self._given_back + ECHO
+
+    @staticmethod
+    def _estop(seen: Telemetry) -> bool:
+        report = seen.report
+        return (seen.state is not None and seen.state.estop) or (report is not None and report.body.estop)
 
     @staticmethod
     def _stale(seen: Telemetry) -> bool:

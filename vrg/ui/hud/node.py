@@ -131,6 +131,7 @@ class Hud(Node):
         asked = self._handle_events()
         if self._closed:
             return
+        self.desk.obey(self._seen)
         if tick.live:
             self.desk.send(self._seen, self.pads.hands)
             self._ask_for_pictures(tick.time)

@@ -70,21 +70,25 @@ class LocationPainter:
         inner = frame(surface, area, words.LOCATION, place(board), ui, self._fonts)
         inner.inflate_ip(-4, -4)
         here = (inner.left, inner.top, inner.width, inner.height)
-        view = self._field.draw(surface, here, board.scene, ui, board.player, whole=here)
-        before = surface.get_clip()
-        surface.set_clip(inner.clip(before))
-        if board.home is not None:
-            home = view.point(board.home.x, board.home.y)
-            shapes.outline(surface, shapes.rectangle(home, 0.0, -5 * ui, 5 * ui, 5 * ui), palette.MUTED, 2)
-        pose = board.seen.pose
-        if pose is not None and board.way:
-            points = [view.point(pose.x, pose.y), *(view.point(*point) for point in board.way)]
-            for start, end in pairwise(points):
-                _dashes(surface, start, end, palette.CAUTION, ui)
-        if board.goal is not None:
-            _cross(surface, view, board.goal, ui)
-        surface.set_clip(before)
-        return view
+
+        def below(view: View) -> None:
+            _plan(surface, view, board, ui)
+
+        return self._field.draw(surface, here, board.scene, ui, board.player, whole=here, below=below)
+
+
+def _plan(surface: pygame.Surface, view: View, board: Dashboard, ui: float) -> None:
+    """Draw where the robot began, its goal, and the way there."""
+    if board.home is not None:
+        home = view.point(board.home.x, board.home.y)
+        shapes.outline(surface, shapes.rectangle(home, 0.0, -5 * ui, 5 * ui, 5 * ui), palette.MUTED, 2)
+    pose = board.seen.pose
+    if pose is not None and board.way:
+        points = [view.point(pose.x, pose.y), *(view.point(*point) for point in board.way)]
+        for start, end in pairwise(points):
+            _dashes(surface, start, end, palette.CAUTION, ui)
+    if board.goal is not None:
+        _cross(surface, view, board.goal, ui)
 
 
 def _dashes(

@@ -57,19 +57,20 @@ NO_PICTURE: Final = "no picture yet"
 BAD_PICTURE: Final = "the picture is damaged"
 NOT_FITTED: Final = "the robot has none"
 TAKEN: Final = "{player} is driven by another person: wait until it is given back"
-NO_GOAL: Final = "there is no goal yet: type x and y, or click the map"
-LOST_PAD: Final = "the gamepad is lost: {player} is given back"
+NO_GOAL: Final = "There is no goal yet: type x and y, or click the map"
+STOPPED: Final = "Because of the emergency stop, {player} is given back"
+LOST_PAD: Final = "The gamepad is lost: {player} is given back"
 NOT_A_SIGN: Final = "{field}: expected digits, a sign or a point, got {got!r}"
 NOT_A_NUMBER: Final = "{field}: expected a number of {unit}, got {got!r}"
 OUTSIDE: Final = (
-    "the goal ({x:.2f}, {y:.2f}) is outside of the map, which reaches from x = {x_min:g} to {x_max:g} m and from "
+    "The goal ({x:.2f}, {y:.2f}) is outside of the map, which reaches from x = {x_min:g} to {x_max:g} m and from "
     "y = {y_min:g} to {y_max:g} m"
 )
 AT_BORDER: Final = (
-    "the goal ({x:.2f}, {y:.2f}) is nearer to the map's border than the {radius:.2f} m that the robot needs"
+    "The goal ({x:.2f}, {y:.2f}) is nearer to the map's border than the {radius:.2f} m that the robot needs"
 )
-IN_WALL: Final = "the goal ({x:.2f}, {y:.2f}) is in a wall or an obstacle"
-AT_WALL: Final = "the goal ({x:.2f}, {y:.2f}) is {distance:.2f} m from a wall, and the robot needs {radius:.2f} m"
-TAKEN_PLACE: Final = "the goal ({x:.2f}, {y:.2f}) is where {other} stands"
+IN_WALL: Final = "The goal ({x:.2f}, {y:.2f}) is in a wall or an obstacle"
+AT_WALL: Final = "The goal ({x:.2f}, {y:.2f}) is {distance:.2f} m from a wall, and the robot needs {radius:.2f} m"
+TAKEN_PLACE: Final = "The goal ({x:.2f}, {y:.2f}) is where {other} stands"
 KEPT: Final = "{reason}. The goal stays ({x:.2f}, {y:.2f})."
 UNITS: Final = {"m": "metres", "°": "degrees"}
