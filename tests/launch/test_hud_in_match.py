@@ -4,17 +4,21 @@ import math
 import os
 from collections.abc import Iterator
 from contextlib import ExitStack
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import pytest
 
 os.environ["SDL_VIDEODRIVER"] = "dummy"
 
 from vrg.bus.lockstep import Lockstep
+from vrg.bus.seats import Seat, SeatKind
 from vrg.config.loading import load_match, match_path
+from vrg.config.setup import HERE
 from vrg.games.hud.helm import Wish
 from vrg.launch import nodes
 from vrg.launch.run_folder import RunFolder
+from vrg.launch.specs import WINDOW, seats_at, specs, window_of
+from vrg.launch.systemd import Installation, units
 from vrg.types import Pose
 from vrg.ui.hud.node import Hud
 
@@ -94,3 +98,24 @@ def test_a_player_of_another_game_is_sent_and_plays_on_when_it_is_given_back(tmp
     game.run(1.0)
     assert game.hud.board.mode.startswith("Sharks")
     assert game.hud.board.holder == "its own strategy"
+
+
+def test_the_game_opens_the_display_of_its_first_player(tmp_path: Path) -> None:
+    setup = load_match(match_path("hud"))
+    window = next(s for s in specs(setup, tmp_path, "tcp/h:1", window=True, record=False) if s.name == WINDOW)
+    assert window.arguments == ("hud", "tcp/h:1", str(tmp_path), "robot1")
+    assert window.pulse == "vrg/hud/pulse/hud/robot1"
+    assert not window.essential
+    assert Seat(SeatKind.HUD, "robot1") in seats_at(setup, HERE, window=True, record=False)
+    other = load_match(match_path("practice"))
+    assert window_of(other) == ("spectator", "window")
+
+
+def test_a_unit_of_systemd_opens_it_too() -> None:
+    setup = load_match(match_path("hud"))
+    at = Installation(
+        vrg=PurePosixPath("/opt/vrg"), folder=PurePosixPath("/opt"), match_file="match.toml", user="vrg",
+        router="tcp/10.0.0.1:7447",
+    )  # fmt: skip
+    texts = units(setup, {HERE: at}, window=True)[HERE].values()
+    assert any("/opt/vrg hud robot1 match.toml --router" in text for text in texts)
