@@ -76,7 +76,7 @@ def test_a_good_match_file_is_called_good(vrg: Callable[..., Done]) -> None:
         ("nosuch.toml", "nosuch.toml: no such file"),
         (
             "chess",
-            "expected a match file (*.toml) or a game (practice, pursuit-evasion, roboflag, sharks-and-minnows), "
+            "expected a match file (*.toml) or a game (hud, practice, pursuit-evasion, roboflag, sharks-and-minnows), "
             "got 'chess'",
         ),
     ],
@@ -98,7 +98,7 @@ BAD: dict[str, tuple[list[tuple[str, str]], str | None, str]] = {
     "an unknown rule": ([("zone_depth", "zone_width")], "zone_width", "rules.zone_width: unknown field"),
     "an unknown field of a player": (first_player("age = 3"), "age = 3", "players.0.age: unknown field"),
     "no game": ([('game = "sharks-and-minnows"', "")], None, "game: missing"),
-    "an unknown game": ([('"sharks-and-minnows"', '"chess"')], "game =", "game: expected one of practice,"),
+    "an unknown game": ([('"sharks-and-minnows"', '"chess"')], "game =", "game: expected one of hud, practice,"),
     "an unknown map": ([('"courtyard"\nengine', '"moon"\nengine')], "map =", "map: "),
     "an unknown engine": ([('"pybullet"', '"magic"')], "engine =", "engine: expected one of "),
     "an unknown backend": (first_player('backend = "spirit"'), "backend", "players.0.backend: expected one of "),

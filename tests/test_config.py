@@ -77,7 +77,7 @@ def test_all_problems_are_told_at_once_in_the_order_of_the_file(load: Load) -> N
         (
             'game = "sharks-and-minnows"',
             'game = "chess"',
-            "game: expected one of practice, pursuit-evasion, roboflag, sharks-and-minnows, got",
+            "game: expected one of hud, practice, pursuit-evasion, roboflag, sharks-and-minnows, got",
         ),
         ('role = "shark"', 'role = "whale"', "players.0.role: expected one of shark, minnow, got 'whale'"),
         ('role = "shark"', 'role = "shark"\nbackend = "steam"', "players.0.backend: expected one of"),

@@ -35,6 +35,7 @@ COMMANDS: dict[str, tuple[str, str | None]] = {
     "stops": ("vrg.commands.stops:stops", None),
     "substitute": ("vrg.commands.substitute:substitute", None),
     "sensors": ("vrg.commands.sensors:sensors", None),
+    "hud": ("vrg.commands.hud:hud", None),
     "commander": ("vrg.commands.commander:commander", None),
     "camera": ("vrg.commands.camera:camera", None),
     "topic": ("vrg.commands.topic:app", None),

@@ -25,7 +25,9 @@ OFF, WIN, T = "official", "window", "tracker"
 ANN, BOB, CID = "player.ann", "player.bob", "player.cid"
 LUK = "player.Łukasz"
 RED, BLUE = "commander.red", "commander.blue"
-EVERYBODY = {W, R, REC, L, OFF, WIN, T, ANN, BOB, CID, LUK, RED, BLUE}
+DISPLAYS = {"hud.ann", "hud.bob", "hud.cid", "hud.Łukasz"}
+DIS, DIB = "hud.ann", "hud.bob"
+EVERYBODY = {W, R, REC, L, OFF, WIN, T, ANN, BOB, CID, LUK, RED, BLUE, *DISPLAYS}
 
 WHO: dict[str, tuple[set[str], set[str]]] = {
     "clock": ({W}, EVERYBODY),
@@ -34,22 +36,22 @@ WHO: dict[str, tuple[set[str], set[str]]] = {
     "world/answer": ({W}, {R, OFF}),
     "robot/ann/drive": ({ANN}, {W, OFF}),
     "robot/ann/state": ({W}, {ANN, WIN, OFF}),
-    "robot/ann/pose": ({ANN}, {W, ANN, REC, L, OFF}),
-    "robot/bob/pose": ({T}, {W, BOB, REC, L, OFF}),
+    "robot/ann/pose": ({ANN}, {W, ANN, REC, L, OFF, DIS}),
+    "robot/bob/pose": ({T}, {W, BOB, REC, L, OFF, DIB}),
     "robot/ann/seen": ({W}, {ANN, OFF}),
     "robot/ann/limit": ({R}, {ANN, W, OFF}),
     "robot/ann/recover": ({R}, {ANN, OFF}),
     "robot/ann/placed": ({R}, {ANN, OFF}),
-    "robot/ann/camera/request": ({OFF, WIN}, {W, OFF}),
-    "robot/ann/sensor/laser/front": ({W}, {ANN, REC, WIN, OFF}),
-    "player/ann/report": ({ANN}, {R, REC, L, WIN, OFF, RED}),
-    "player/ann/manual": ({OFF, RED}, {ANN, OFF}),
+    "robot/ann/camera/request": ({OFF, WIN, DIS}, {W, OFF}),
+    "robot/ann/sensor/laser/front": ({W}, {ANN, REC, WIN, OFF, DIS}),
+    "player/ann/report": ({ANN}, {R, REC, L, WIN, OFF, RED, DIS}),
+    "player/ann/manual": ({OFF, RED, DIS}, {ANN, OFF}),
     "player/ann/links": ({ANN}, {REC, OFF}),
     "player/ann/sightings": ({ANN}, {R, REC, WIN, OFF}),
     "player/ann/bid": ({ANN}, {R, OFF}),
-    "player/ann/sketch": ({ANN}, {REC, WIN, OFF, RED}),
+    "player/ann/sketch": ({ANN}, {REC, WIN, OFF, RED, DIS}),
     "team/red/order": ({RED}, {ANN, BOB, OFF}),
-    "team/red/sight": ({R}, {ANN, BOB, RED, OFF}),
+    "team/red/sight": ({R}, {ANN, BOB, RED, OFF, DIS, DIB}),
     "team/red/say/ann": ({ANN}, {ANN, BOB, OFF}),
     "referee/state": ({R}, EVERYBODY),
     "referee/event": ({R}, EVERYBODY),
@@ -63,6 +65,7 @@ WHO: dict[str, tuple[set[str], set[str]]] = {
     "pulse/coordinator/referee": ({R}, {L, H, OFF}),
     "pulse/launcher/launcher": ({L}, {L, H, OFF}),
     "pulse/commander/red": ({RED}, {L, H, OFF}),
+    "pulse/hud/ann": ({DIS}, {L, H, OFF}),
     "pulse/spectator/window-17": ({OFF, WIN}, {L, H, OFF}),
 }
 """Who may publish on a key, and who may hear it: written by hand, and compared with what the key map gives."""
@@ -166,6 +169,7 @@ def test_a_seat_is_present_only_as_what_it_is(seat: str) -> None:
         OFF: "spectator/window-3", WIN: "spectator/window-3", T: "tracker/x", ANN: "player/ann", BOB: "player/bob",
         CID: "player/cid", LUK: f"player/{chunk_of('Łukasz')}", RED: "commander/red",
         BLUE: "commander/blue",
+        **{f"hud.{name}": f"hud/{chunk_of(name)}" for name in ("ann", "bob", "cid", "Łukasz")},
     }  # fmt: skip
     for node in set(own.values()):
         key = f"{ROOT}/alive/{node}/1f"
@@ -243,7 +247,11 @@ def test_parties_are_told_in_words() -> None:
 def test_a_match_has_a_seat_for_everybody() -> None:
     found = {str(seat) for seat in Roster("m", {"a": "x", "b": "x", "c": "y"}, hosts=("pi",)).seats}
     plain = {str(kind) for kind in SeatKind if kind not in NAMED} - {"tracker"}
-    assert found == plain | {"player.a", "player.b", "player.c", "commander.x", "commander.y", "host.pi"}
+    assert found == plain | {"player.a", "player.b", "player.c", "commander.x", "commander.y", "host.pi"} | {
+        "hud.a",
+        "hud.b",
+        "hud.c",
+    }
     assert "tracker" in SEATS
 
 
@@ -257,6 +265,7 @@ def test_a_match_has_a_seat_for_everybody() -> None:
         ("router", "", ["router"]),
         ("spectator", "window", ["official", "window"]),
         ("commander", "red", ["commander.red"]),
+        ("hud", "ann", ["hud.ann"]),
     ],
 )
 def test_a_node_knows_its_seat(kind: str, name: str, expected: list[str]) -> None:

@@ -14,9 +14,10 @@ from vrg.bus.node import Tick
 from vrg.bus.topics import Keys
 from vrg.games.roboflag import GAME
 from vrg.types import Pose, Twist
-from vrg.ui.commander.deck import LEASE, SLOW, Deck, Hands
+from vrg.ui.commander.deck import Deck
 from vrg.ui.commander.node import Commander
-from vrg.ui.commander.pads import DEAD_ZONE, Act, Pads, radial
+from vrg.ui.hands import LEASE, SLOW, Hands
+from vrg.ui.pads import DEAD_ZONE, Act, Pads, radial
 
 REDS = ("red1", "red2", "red3", "red4")
 RIGHT, LEFT = pygame.CONTROLLER_BUTTON_RIGHTSHOULDER, pygame.CONTROLLER_BUTTON_LEFTSHOULDER
@@ -352,7 +353,7 @@ def _until_drawn(bench: Bench) -> None:
 
 
 def test_every_action_has_a_button() -> None:
-    from vrg.ui.commander.pads import KEYS, PAD_BUTTONS  # noqa: PLC0415
+    from vrg.ui.pads import KEYS, PAD_BUTTONS  # noqa: PLC0415
 
     assert set(KEYS.values()) == set(Act) - {Act.LOST}
     assert set(PAD_BUTTONS.values()) == set(Act) - {Act.LOST, Act.CLOSE}

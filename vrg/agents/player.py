@@ -11,7 +11,6 @@ outer loop can ask for views and give actions in place of a strategy.
 from collections.abc import Mapping
 from typing import Any
 
-from vrg.agents.motion import VelocityEstimator
 from vrg.agents.strategy import Action, Strategy, View, action_of
 from vrg.agents.team import TeamChannel
 from vrg.agents.telling import Telling
@@ -25,6 +24,7 @@ from vrg.bus.topics import Keys
 from vrg.errors import RobotError, StaleDataError, StrategyError
 from vrg.hal.device import Device
 from vrg.hal.readings import Readings
+from vrg.navigation.motion import VelocityEstimator
 from vrg.shared import shared
 from vrg.types import STILL, Twist, Vector
 

@@ -95,7 +95,7 @@ def _expressions(seat: Seat, line: Line[Any], parties: Iterable[Party], roster: 
 
 def _own_names(seat: Seat, party: Party, roster: Roster) -> dict[str, Sequence[str]]:
     """What must stand in the holes of a line's path, by hole. A hole that is missing may hold anything."""
-    if seat.kind is SeatKind.PLAYER:
+    if seat.kind in (SeatKind.PLAYER, SeatKind.HUD):
         team: dict[str, Sequence[str]] = {"team": [roster.teams[seat.name]]}
         return team if party.others else {**team, "robot": [seat.name], "player": [seat.name]}
     if seat.kind is SeatKind.COMMANDER:

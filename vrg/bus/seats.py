@@ -22,7 +22,8 @@ class SeatKind(enum.StrEnum):
 
     ROUTER serves the bus. WORLD, REFEREE and RECORDER are the processes of that name. LAUNCHER is the supervisor of the
     match, and HOST a supervisor on a further machine. OFFICIAL decides, and hears everything. WINDOW watches. TRACKER
-    is a motion-capture system. PLAYER is one player with its robot. COMMANDER commands one team.
+    is a motion-capture system. PLAYER is one player with its robot. COMMANDER commands one team. HUD is the
+    head-up display of one player.
     """
 
     ROUTER = "router"
@@ -36,9 +37,10 @@ class SeatKind(enum.StrEnum):
     TRACKER = "tracker"
     PLAYER = "player"
     COMMANDER = "commander"
+    HUD = "hud"
 
 
-NAMED = frozenset({SeatKind.HOST, SeatKind.PLAYER, SeatKind.COMMANDER})
+NAMED = frozenset({SeatKind.HOST, SeatKind.PLAYER, SeatKind.COMMANDER, SeatKind.HUD})
 """The kinds of which a match has several seats, each with a name of its own."""
 
 
@@ -48,7 +50,8 @@ class Seat:
 
     Args:
         kind: what it is.
-        name: the name of the player, of the commanded team or of the machine; empty for all other kinds.
+        name: the name of the player (also for its display), of the commanded team or of the machine; empty for all
+            other kinds.
 
     Raises:
         ValueError: the name is missing, or there is one where the kind has none.
@@ -106,6 +109,7 @@ class Roster:
         yield from (Seat(SeatKind.HOST, name) for name in self.hosts)
         yield from (Seat(SeatKind.PLAYER, name) for name in self.teams)
         yield from (Seat(SeatKind.COMMANDER, team) for team in dict.fromkeys(self.teams.values()))
+        yield from (Seat(SeatKind.HUD, name) for name in self.teams)
 
     def members(self, team: str) -> list[str]:
         """The players of a team."""
@@ -122,7 +126,7 @@ def seats_of_node(kind: str, name: str) -> Sequence[Seat]:
         ValueError: no seat is for such a node.
     """
     match kind:
-        case "player" | "commander":
+        case "player" | "commander" | "hud":
             return (Seat(SeatKind(kind), name),)
         case "coordinator":
             return (Seat(SeatKind.REFEREE),)

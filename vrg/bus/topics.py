@@ -17,6 +17,7 @@ from vrg.bus.parties import (
     DEVICE,
     EVERYBODY,
     HOST,
+    HUD,
     LAUNCHER,
     LOCATING,
     MATES,
@@ -118,7 +119,7 @@ class NamedLine(Line[M]):
 
 READINGS = NamedLine(
     "robot/{robot}/sensor/{kind_of_sensor}/{sensor}", m.SensorMessage, LATEST,
-    (WORLD,), (DEVICE, RECORDER, WINDOW, OFFICIAL),
+    (WORLD,), (DEVICE, RECORDER, WINDOW, OFFICIAL, HUD),
     "a reading of this sensor",
 )  # fmt: skip
 """The line of the readings of all sensors. It is not in `Keys`, because its messages are those of `vrg.hal.sensors`."""
@@ -146,7 +147,7 @@ class Keys:
         "whether it is armed, stopped, faulty",
     )  # fmt: skip
     robot_pose = NamedLine(
-        "robot/{robot}/pose", m.MeasuredPose, LATEST, (LOCATING, TRACKING), (WORLD, DEVICE, RECORDER, LAUNCHER),
+        "robot/{robot}/pose", m.MeasuredPose, LATEST, (LOCATING, TRACKING), (WORLD, DEVICE, RECORDER, LAUNCHER, HUD),
         "where a physical robot was measured to be",
     )  # fmt: skip
     robot_seen = NamedLine(
@@ -159,21 +160,22 @@ class Keys:
     recover = NamedLine("robot/{robot}/recover", m.Recover, EVENT, (REFEREE,), (DEVICE,), "clear the latched fault")
     placed = NamedLine("robot/{robot}/placed", m.Placed, EVENT, (REFEREE,), (DEVICE,), "where a person has put it")
     camera_request = NamedLine(
-        "robot/{robot}/camera/request", m.CameraRequest, LATEST, (OFFICIAL, WINDOW), (WORLD,),
+        "robot/{robot}/camera/request", m.CameraRequest, LATEST, (OFFICIAL, WINDOW, HUD), (WORLD,),
         "it wants pictures of the robot's camera for a while",
     )  # fmt: skip
     report = NamedLine(
         "player/{player}/report", m.Report, LATEST, (PLAYER,),
-        (REFEREE, RECORDER, LAUNCHER, WINDOW, OFFICIAL, COMMANDER), "what it does, what it lacks",
+        (REFEREE, RECORDER, LAUNCHER, WINDOW, OFFICIAL, COMMANDER, HUD), "what it does, what it lacks",
     )  # fmt: skip
     manual = NamedLine(
-        "player/{player}/manual", m.Manual, LATEST, (OFFICIAL, COMMANDER), (DEVICE,),
+        "player/{player}/manual", m.Manual, LATEST, (OFFICIAL, COMMANDER, HUD), (DEVICE,),
         "a human drives it for a while",
     )  # fmt: skip
     order = NamedLine("team/{team}/order", m.TeamOrder, LATEST, (COMMANDER,), (MATES,), "what the team is to do")
     sight = NamedLine(
-        "team/{team}/sight", m.Sight, LATEST, (REFEREE,), (MATES, COMMANDER), "whom the team sees, if not everybody"
-    )
+        "team/{team}/sight", m.Sight, LATEST, (REFEREE,), (MATES, COMMANDER, HUD),
+        "whom the team sees, if not everybody",
+    )  # fmt: skip
     say = NamedLine("team/{team}/say/{player}", m.Say, EVENT, (PLAYER,), (MATES,), "what it says to its team")
     links = NamedLine(
         "player/{player}/links", m.Links, STATE, (PLAYER,), (RECORDER, OFFICIAL), "what the radio brought and lost"
@@ -184,7 +186,7 @@ class Keys:
     )  # fmt: skip
     bid = NamedLine("player/{player}/bid", m.Bid, EVENT, (PLAYER,), (REFEREE,), "what a lot would cost it")
     sketch = NamedLine(
-        "player/{player}/sketch", m.Sketch, LATEST, (PLAYER,), (RECORDER, WINDOW, OFFICIAL, COMMANDER),
+        "player/{player}/sketch", m.Sketch, LATEST, (PLAYER,), (RECORDER, WINDOW, OFFICIAL, COMMANDER, HUD),
         "dots and lines to show",
     )  # fmt: skip
     referee_state = Line(

@@ -25,7 +25,7 @@ from vrg.launch.fork_server import ForkServer
 from vrg.launch.keeping import keep, keep_layout
 from vrg.launch.result import ended_of, headline, plot, summary, write_result
 from vrg.launch.run_folder import RunFolder
-from vrg.launch.specs import WINDOW
+from vrg.launch.specs import WINDOW, window_of
 from vrg.ui.table import TerminalTable
 
 
@@ -131,7 +131,9 @@ def _play_in_process(
     if show.record:
         watchers.append(nodes.recorder_node(setup, folder))
     if show.window and paced:
-        watchers.append(nodes.spectator_node(setup, "window", folder.path))
+        kind, name = window_of(setup)
+        display = kind == "hud"
+        watchers.append(nodes.hud_node(setup, name) if display else nodes.spectator_node(setup, name, folder.path))
     pace = _pace(stop, setup.rate)
     write_setup(setup, folder.setup)
     with nodes.open_journal(setup, folder) as journal:

@@ -138,6 +138,7 @@ class Game:
         priorities: what a person who commands a team can order, at most four: one for each face button of a gamepad.
         competitive: False if nobody can win, so that its end is just told as the end.
         rule_texts: the rules as people read them, by the names of their calls.
+        opens_hud: True if `vrg play` opens the head-up display of the first player in place of the spectator's window.
         prover: `module:function`, a `vrg.coordinator.proof.Prover`; empty if the game tells no numbers.
     """
 
@@ -158,6 +159,7 @@ class Game:
     competitive: bool = True
     rule_texts: Mapping[str, RuleText] = field(default_factory=dict)
     prover: str = ""
+    opens_hud: bool = False
 
     @property
     def title(self) -> str:

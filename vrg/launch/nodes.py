@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from vrg.coordinator.journal import Journal
     from vrg.hal.sim.node import WorldNode
     from vrg.recording.recorder import Recorder
+    from vrg.ui.hud.node import Hud
     from vrg.ui.spectator import Spectator
 
 
@@ -178,4 +179,30 @@ def spectator_node(setup: MatchSetup, name: str, run: Path | None, *, official: 
         pictures=run or Path(),
         run=run,
         official=official,
+    )
+
+
+def hud_node(setup: MatchSetup, player: str) -> "Hud":
+    """Make the head-up display of a player.
+
+    Raises:
+        ConfigError: there is no such player.
+    """
+    from vrg.geometry import circumradius
+    from vrg.hal.sim.map import load_map
+    from vrg.ui.hud.goals import Ground
+    from vrg.ui.hud.node import Hud
+
+    own = setup.player(player)
+    bounds, walls = load_map(setup.map).bounds, tuple(setup.obstacles)
+    return Hud(
+        player,
+        Mailbox(),
+        setup.keys,
+        team=own.team,
+        robot=own.robot,
+        start=own.pose,
+        ground=Ground(bounds, walls, circumradius(own.robot.size)),
+        sizes={p.name: p.robot.size for p in setup.players},
+        physical=frozenset(setup.physical),
     )

@@ -41,7 +41,7 @@ LEASH_PATIENCE = 10.0
 STUCK = 30.0
 """The processor time in s that a node may use while no thread of Python comes to run, as in a loop in C code, before it
 is ended. This does not need a supervisor."""
-KINDS = ("world", "coordinator", "recorder", "spectator", "player")
+KINDS = ("world", "coordinator", "recorder", "spectator", "hud", "player")
 """The kinds of nodes that `serve` can run."""
 
 
@@ -58,7 +58,7 @@ def serve(
     """Run a node of a match until it is stopped, and return the stop, which tells the reason.
 
     Args:
-        kind: one of KINDS. name: the name of a player or of a window.
+        kind: one of KINDS. name: the name of a player, also for its display, or of a window.
         router: the endpoint of the router.
         keys: the folder of the keys of the match's seats; None in a match without them.
         run: the run folder. A world goes on from its snapshot there, and a coordinator from its journal, in HALT.
@@ -68,7 +68,7 @@ def serve(
         VrgError: the router or the robot cannot be reached, the set-up has problems, or a node of that name runs.
     """
     folder = RunFolder(run or Path("runs") / setup.name)
-    if run is not None or kind not in ("player", "spectator"):
+    if run is not None or kind not in ("player", "spectator", "hud"):
         folder.prepare()
     credentials = None if keys is None else find_credentials(keys, seats_of_node(kind, name))
     sealed = kind == "player" and setup.sandboxed(name, seats=keys is not None)
@@ -113,6 +113,9 @@ def serve(
             official = credentials is None or credentials.common_name == Seat(SeatKind.OFFICIAL).common_name
             window = nodes.spectator_node(setup, name or f"window-{os.getpid()}", run, official=official)
             node, finished, idle = window, lambda: window.closed, WINDOW_PERIOD
+        elif kind == "hud":
+            display = nodes.hud_node(setup, name)
+            node, finished, idle = display, lambda: display.closed, WINDOW_PERIOD
         else:
             raise LaunchError(f"expected one of {', '.join(KINDS)}, got {kind!r}")
         statistics = run_node(node, session, setup.keys, stop, finished=finished, idle=idle)

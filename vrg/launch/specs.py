@@ -4,6 +4,7 @@ from pathlib import Path
 
 from vrg.bus.seats import Seat, seats_of_node
 from vrg.config.setup import HERE, MatchSetup
+from vrg.games import game_of
 from vrg.launch.child import arguments_of
 from vrg.launch.managed import ProcessSpec
 
@@ -36,8 +37,13 @@ def kind_of(setup: MatchSetup, process: str) -> str | None:
         return "player"
     if process in [companion.name for companion in setup.companions]:
         return None
-    kinds = {"world": "world", "referee": "coordinator", "recorder": "recorder", WINDOW: "spectator"}
+    kinds = {"world": "world", "referee": "coordinator", "recorder": "recorder", WINDOW: window_of(setup)[0]}
     return kinds.get(process, "router")
+
+
+def window_of(setup: MatchSetup) -> tuple[str, str]:
+    """The kind and the name of the node of the window that a match opens: the spectator, or a head-up display."""
+    return ("hud", setup.players[0].name) if game_of(setup.game).opens_hud else ("spectator", "window")
 
 
 def seats_at(setup: MatchSetup, machine: str, *, window: bool, record: bool) -> list[Seat]:
@@ -47,7 +53,8 @@ def seats_at(setup: MatchSetup, machine: str, *, window: bool, record: bool) -> 
     """
     where = placed(setup, window=window, record=record)
     kinds = {process: kind_of(setup, process) for process, at in where.items() if at == machine}
-    seats = [seats_of_node(kind, process)[-1] for process, kind in kinds.items() if kind is not None]
+    names = {process: window_of(setup)[1] if process == WINDOW else process for process in kinds}
+    seats = [seats_of_node(kind, names[process])[-1] for process, kind in kinds.items() if kind is not None]
     return list(dict.fromkeys(seats))
 
 
@@ -97,7 +104,7 @@ def specs(
     if record:
         found.append(node("recorder", "recorder", "recorder", essential=False))
     if window:
-        found.append(node(WINDOW, "spectator", "window", essential=False))
+        found.append(node(WINDOW, *window_of(setup), essential=False))
     for player in setup.players:
         waits = player.physical and bool(setup.companions)
         found.append(node(player.name, "player", player.name, group=2 if waits else 1, stop=0))

@@ -13,7 +13,7 @@ from pathlib import Path, PurePosixPath
 from vrg.config.setup import HERE, MatchSetup
 from vrg.launch.keeping import files_of
 from vrg.launch.sandbox.excess import THREADS
-from vrg.launch.specs import WINDOW, further_router, placed, seats_at
+from vrg.launch.specs import WINDOW, further_router, placed, seats_at, window_of
 
 RUN = "run"
 """The name of the unit of the run folder."""
@@ -148,6 +148,9 @@ def _command(setup: MatchSetup, process: str, at: Installation) -> list[str]:
         upstream = ["--upstream", at.upstream] if process != "router" and at.upstream else []
         seats = [match, *keys] if keys else []
         return [str(at.vrg), "router", *seats, "--router", at.router, *upstream]
+    window, shown = window_of(setup)
+    if process == WINDOW and window == "hud":
+        return [str(at.vrg), "hud", shown, match, "--router", at.router, *keys]
     kinds = {"world": ["world"], "referee": ["coordinator"], "recorder": ["recorder"], WINDOW: ["spectator"]}
     kind = kinds.get(process, ["player"])
     name = [process] if kind == ["player"] else []

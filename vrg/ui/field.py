@@ -1,6 +1,7 @@
 """Draws the field. What stands still is drawn once and kept; what moves is drawn upon it in each frame."""
 
 import math
+from collections.abc import Callable
 from itertools import pairwise
 from typing import Final
 
@@ -36,12 +37,20 @@ class FieldPainter:
         self._sprites: dict[tuple[Style, bool, int, int], pygame.Surface] = {}
 
     def draw(
-        self, surface: pygame.Surface, area: Area, scene: Scene, ui: float, driving: str | None, whole: Area
+        self,
+        surface: pygame.Surface,
+        area: Area,
+        scene: Scene,
+        ui: float,
+        driving: str | None,
+        whole: Area,
+        below: Callable[[View], None] = lambda _view: None,
     ) -> View:
         """Draw the scene and return where things are.
 
         Args:
             ui: scales letters. driving: the player with a ring. whole: the area while there is no banner.
+            below: draws what more there is below the robots and their names.
         """
         self._game = game_of(scene.game)
         strip = strip_height(ui)
@@ -57,6 +66,7 @@ class FieldPainter:
             _trail(surface, body, view, self._game.style(body.role, body.state))
         for stroke in scene.strokes:
             self._stroke(surface, stroke, view, ui)
+        below(view)
         # What is out of play lies under what plays.
         for body in sorted(scene.bodies, key=lambda body: not body.out_of_play):
             self._body(surface, body, view)

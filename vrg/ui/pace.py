@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from vrg.bus.node import Tick
+from vrg.bus.node import Tick, due_index
 
 FULL_SPEED_RATE: Final = 10.0
 """Match seconds per real second that are assumed where the world runs as fast as it can."""
@@ -16,19 +16,21 @@ def match_speed(rate: float) -> float:
 class Pace:
     """Says when a frame is due. Ticks come by match time; at ten times real time, to draw at each is too much.
 
+    Frames are due by counting whole periods of match time, as the ticks of nodes are. So the steps of the match clock,
+    of which one and a half may make a frame, cost no frames.
+
     Args:
         period: s of real time between frames.
     """
 
     def __init__(self, period: float) -> None:
         self._period = period
-        self._last: float | None = None
+        self._last: int | None = None
 
     def due(self, tick: Tick, rate: float) -> bool:
         """Whether to draw now, at `rate` match seconds per real second. Without a clock, it is always time to draw."""
-        # A little less than the period, or rounding would skip every second tick.
-        wait = 0.9 * self._period * match_speed(rate)
-        if tick.live and self._last is not None and 0 <= tick.time - self._last < wait:
+        index = due_index(tick.time, self._period * match_speed(rate))
+        if tick.live and index == self._last:
             return False
-        self._last = tick.time
+        self._last = index
         return True

@@ -120,7 +120,7 @@ class ReplayWindow:
         """Open the window.
 
         Raises:
-            pygame.error: there is no display.
+            LaunchError: there is no display.
         """
         open_window(self._title, self._size)
         pygame.key.set_repeat(*_REPEAT)
@@ -244,7 +244,7 @@ def show(window: ReplayWindow) -> None:
     """Show a replay in real time until its user closes it.
 
     Raises:
-        pygame.error: there is no display.
+        LaunchError: there is no display.
     """
     window.open()
     clock = pygame.time.Clock()

@@ -20,7 +20,7 @@ from vrg.ui.pace import Pace
 from vrg.ui.panel import PanelPainter
 from vrg.ui.scene import Scene
 from vrg.ui.text import Fonts
-from vrg.ui.window import open_window, toggle_whole_screen
+from vrg.ui.window import UNSEEN, open_window, toggle_whole_screen
 
 log = logging.getLogger(__name__)
 
@@ -36,7 +36,7 @@ def display_available() -> bool:
         return False
     driver = pygame.display.get_driver()
     pygame.display.quit()
-    return driver not in ("dummy", "offscreen")
+    return driver not in UNSEEN
 
 
 class Spectator(Node):
@@ -51,7 +51,7 @@ class Spectator(Node):
         official: False if the user may only watch and stop everything, because this window has no official's seat.
 
     Raises:
-        pygame.error: at the first tick, there is no display.
+        LaunchError: at the first tick, there is no display.
     """
 
     kind: ClassVar[str] = "spectator"

@@ -117,4 +117,4 @@ class Practice:
         Raises:
             ConfigError: always.
         """
-        raise ConfigError([f"{action}: practice has no scores, roles or states"])
+        raise ConfigError([f"{action}: {self.name} has no scores, roles or states"])

@@ -4,7 +4,6 @@ import math
 
 from vrg.agents.charon import Agent, Automaton, Mode, Submode, Transition
 from vrg.agents.interception import Interception, intercept
-from vrg.agents.motion import TopSpeed
 from vrg.agents.perception.tracking import Track
 from vrg.agents.strategy import Action, Strategy, View
 from vrg.bus.messages import SKETCH_LIMIT, Auction, Sighting, Stroke
@@ -14,6 +13,7 @@ from vrg.games.pursuit_evasion.watch import Watch, out_of_play
 from vrg.hal.models import RobotModel
 from vrg.navigation.avoidance import Obstacle, steer
 from vrg.navigation.control import go_to, linearise, scaled
+from vrg.navigation.motion import TopSpeed
 from vrg.regions import Rectangle, Region
 from vrg.types import STILL, Twist, Vector
 

@@ -6,7 +6,6 @@ from operator import itemgetter
 
 from vrg.agents.charon import Agent, Automaton, Mode, Submode, Transition
 from vrg.agents.interception import intercept
-from vrg.agents.motion import TopSpeed
 from vrg.agents.potential import descent, evade
 from vrg.agents.strategy import Strategy, View
 from vrg.games.sharks_and_minnows import INACTIVE, SHARK
@@ -14,6 +13,7 @@ from vrg.games.sharks_and_minnows.scene import Scene, scene
 from vrg.hal.models import RobotModel
 from vrg.navigation.avoidance import Body, steer
 from vrg.navigation.control import linearise, scaled
+from vrg.navigation.motion import TopSpeed
 from vrg.types import STILL, Twist, Vector
 
 OFFSET = 0.25

@@ -13,30 +13,11 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Estop, Manual, TeamOrder
 from vrg.bus.topics import Keys
 from vrg.games.game import Priority
+from vrg.ui.hands import LEASE, Hands
 
-LEASE: Final = 0.25
-"""The match time in s that a driving command holds. If this process dies, its player stops and plays on by itself."""
 ORDER_LEASE: Final = 1.0
 """The match time in s that a priority holds."""
-SLOW: Final = 0.5
-"""The part of a robot's speed that it is driven with while the turbo button is not held."""
 BUTTONS: Final = 4
-
-
-@dataclass(frozen=True)
-class Hands:
-    """What the commander's hands hold at one instant.
-
-    Args:
-        forward, turn: -1 to 1: ahead, and to the left.
-        enabled: the deadman button is held. Without it the driven player stands.
-        turbo: the turbo button is held.
-    """
-
-    forward: float = 0.0
-    turn: float = 0.0
-    enabled: bool = False
-    turbo: bool = False
 
 
 @dataclass
@@ -111,8 +92,7 @@ class Deck:
             order = TeamOrder(priority=self.priority, lease=ORDER_LEASE)
             self.mailbox.publish(self.keys.order(self.team), order)
         if self.selected is not None:
-            share = 0.0 if not hands.enabled else 1.0 if hands.turbo else SLOW
-            forward, turn = (max(-1.0, min(1.0, value)) * share for value in (hands.forward, hands.turn))
+            forward, turn = hands.shares
             self.mailbox.publish(self.keys.manual(self.selected), Manual(forward=forward, turn=turn, lease=LEASE))
 
     def close(self) -> None:

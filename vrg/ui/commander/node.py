@@ -15,9 +15,9 @@ from vrg.regions import Region
 from vrg.ui.builder import SceneBuilder, SceneInlets
 from vrg.ui.commander.board import BoardPainter, Lights
 from vrg.ui.commander.deck import Deck
-from vrg.ui.commander.pads import FACES, PLAYERS, Act, Pads
 from vrg.ui.draw import Painter
 from vrg.ui.pace import Pace
+from vrg.ui.pads import FACES, PLAYERS, Act, Pads
 from vrg.ui.scene import Scene
 from vrg.ui.text import Fonts
 from vrg.ui.window import open_window
@@ -49,7 +49,7 @@ class Commander(Node):
         deck: what the commander has chosen. pads: the gamepads and the keyboard.
 
     Raises:
-        pygame.error: at the first tick, there is no display.
+        LaunchError: at the first tick, there is no display.
     """
 
     kind: ClassVar[str] = "commander"

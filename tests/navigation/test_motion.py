@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from vrg.agents.motion import TopSpeed, VelocityEstimator
+from vrg.navigation.motion import TopSpeed, VelocityEstimator
 
 
 def test_a_steady_velocity_is_found() -> None:

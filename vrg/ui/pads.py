@@ -13,7 +13,7 @@ from typing import Final
 import pygame
 from pygame._sdl2 import controller
 
-from vrg.ui.commander.deck import Hands
+from vrg.ui.hands import Hands
 
 DEAD_ZONE: Final = 0.15
 """How far from its centre a stick must be before it counts, 0 to 1."""

@@ -1,0 +1,57 @@
+"""Everything has its place in a window of any size, and nothing lies upon anything else."""
+
+import itertools
+
+import pytest
+from pygame import Rect
+
+from vrg.games.hud.helm import Wish
+from vrg.ui.hud.layout import SET, STOP, layout
+
+SIZES = [(1280, 720), (1920, 1080), (1024, 768), (800, 600), (700, 1200), (3840, 2160)]
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("camera", [True, False])
+def test_the_quadrants_share_the_window(size: tuple[int, int], camera: bool) -> None:
+    places = layout(*size, camera=camera)
+    areas = [places.head, places.location, places.laser, places.sonar, places.panel]
+    areas += [places.camera] if places.camera is not None else []
+    assert (places.camera is not None) is camera
+    window = Rect(0, 0, *size)
+    assert all(window.contains(area) for area in areas)
+    assert not any(a.colliderect(b) for a, b in itertools.combinations(areas, 2))
+    used = sum(area.width * area.height for area in areas)
+    assert used > 0.93 * size[0] * size[1]
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_buttons_and_fields_are_in_the_panel_apart_from_each_other(size: tuple[int, int]) -> None:
+    places = layout(*size, camera=True)
+    inside = [*places.fields, *(place for button, place in places.buttons.items() if button != STOP)]
+    inside += [places.notice, places.status]
+    assert all(places.panel.contains(place) for place in inside)
+    assert not any(a.colliderect(b) for a, b in itertools.combinations(inside, 2))
+    assert places.head.contains(places.buttons[STOP])
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (1920, 1080)])
+def test_the_status_has_room_for_seven_lines(size: tuple[int, int]) -> None:
+    places = layout(*size, camera=True)
+    assert places.status.height / 7 >= 20 * places.ui
+
+
+def test_what_is_at_a_pixel() -> None:
+    places = layout(1280, 720, camera=True)
+    assert places.button_at(*places.buttons[Wish.RESET].center) is Wish.RESET
+    assert places.button_at(*places.buttons[SET].center) == SET
+    assert places.field_at(*places.fields[2].center) == 2
+    assert places.button_at(*places.location.center) is None
+    assert places.field_at(*places.location.center) is None
+    assert not places.map_area.collidepoint(places.location.left + 5, places.location.top + 5), "that is its title"
+
+
+@pytest.mark.parametrize("size", [(1, 1), (60, 40), (300, 200), (200, 3000)])
+def test_no_window_is_too_small(size: tuple[int, int]) -> None:
+    places = layout(*size, camera=True)
+    assert places.location.width >= 0

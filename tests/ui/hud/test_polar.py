@@ -1,0 +1,90 @@
+"""The geometry of the laser's and the sonars' plots, and what they tell in words."""
+
+import math
+
+import pytest
+
+from tests.ui.hud.making import ROBOT, ring, scan
+from vrg.hal.sensors.sonar import SonarSpec
+from vrg.ui.hud.polar import (
+    REACHES,
+    RINGS,
+    cone,
+    echoes,
+    fan,
+    nearest_of_ring,
+    nearest_of_scan,
+    reach_for,
+    told,
+)
+
+AREA = (100, 50, 400, 200)
+RIGHT, LEFT = -math.pi / 2, math.pi / 2
+
+
+def test_a_half_circle_fills_an_area_twice_as_wide_as_high() -> None:
+    plot = fan(AREA, RIGHT, LEFT, 10.0)
+    assert plot.origin == pytest.approx((300, 250))
+    assert plot.scale == pytest.approx(20.0)
+
+
+def test_ahead_is_up_and_left_is_left() -> None:
+    plot = fan(AREA, RIGHT, LEFT, 10.0)
+    assert plot.polar(10.0, 0.0) == pytest.approx((300, 50))
+    assert plot.polar(10.0, LEFT) == pytest.approx((100, 250))
+    assert plot.at(0.0, -10.0) == pytest.approx((500, 250))
+
+
+@pytest.mark.parametrize("fov", [0.5, 1.0, 2.0, math.pi, 4.0, 5.5, math.tau])
+@pytest.mark.parametrize("area", [AREA, (0, 0, 100, 300), (0, 0, 300, 300)])
+def test_every_beam_is_in_the_area(fov: float, area: tuple[int, int, int, int]) -> None:
+    plot = fan(area, -fov / 2, fov / 2, 5.0)
+    left, top, width, height = area
+    for step in range(101):
+        x, y = plot.polar(5.0, fov * (step / 100 - 0.5))
+        assert left - 1e-6 <= x <= left + width + 1e-6
+        assert top - 1e-6 <= y <= top + height + 1e-6
+
+
+def test_how_far_a_plot_reaches_does_not_flicker() -> None:
+    assert reach_for(4.0, None) == 5.0
+    assert reach_for(5.1, 5.0) == 8.0
+    assert reach_for(4.9, 8.0) == 8.0
+    assert reach_for(3.9, 8.0) == 5.0
+    assert reach_for(1e4, None) == REACHES[-1]
+
+
+def test_rings_are_at_round_parts_of_the_reach() -> None:
+    for reach, step in RINGS.items():
+        assert 2 <= reach / step <= 6
+        assert reach / step == round(reach / step)
+
+
+def test_the_nearest_thing_in_a_scan() -> None:
+    near = nearest_of_scan(scan(4.0, nearest=(120, 1.5)))
+    assert near == pytest.approx((1.5, math.radians(30)))
+    assert told(near, 30.0) == "nearest 1.50 m at +30°"
+    assert nearest_of_scan(scan(30.0)) is None
+    assert told(None, 30.0) == "nothing within 30 m"
+    assert len(echoes(scan(30.0, nearest=(3, 2.0)))[0]) == 1
+
+
+def test_the_nearest_echo_of_a_ring() -> None:
+    spec = ROBOT.sensor(SonarSpec)
+    assert spec is not None
+    assert nearest_of_ring(ring(_0=2.0, _3=1.0), spec) == pytest.approx((1.0, math.radians(10)))
+    assert nearest_of_ring(ring(), spec) is None
+
+
+def test_a_cone_begins_at_its_transducer_and_ends_at_the_range() -> None:
+    spec = ROBOT.sensor(SonarSpec)
+    assert spec is not None
+    plot = fan((0, 0, 400, 400), -math.pi, math.pi, 5.0)
+    first, *arc = cone(plot, spec, 0, 2.0)
+    place = spec.places[0]
+    assert first == plot.at(place.x, place.y)
+    assert {round(math.dist(first, point) / plot.scale, 6) for point in arc} == {2.0}
+    wide = math.atan2(arc[-1][1] - first[1], arc[-1][0] - first[0]) - math.atan2(
+        arc[0][1] - first[1], arc[0][0] - first[0]
+    )
+    assert abs(math.remainder(wide, math.tau)) == pytest.approx(spec.cone)

@@ -1,0 +1,17 @@
+"""The Player HUD (thesis 4.1): robots without rules, each driven by a person at its head-up display."""
+
+from vrg.colours import SKY_BLUE
+from vrg.games.game import Game, Marker, Role
+from vrg.games.practice import PLAYER, TEAM
+
+GAME = Game(
+    name="hud",
+    label="Player HUD",
+    settings="vrg.games.practice.rules:Settings",
+    rules="vrg.games.hud.rules:PlayerHud",
+    strategy="vrg.games.hud.player:Passenger",
+    match="vrg.games.hud/match.toml",
+    roles=(Role(PLAYER, TEAM, SKY_BLUE, Marker.CIRCLE),),
+    competitive=False,
+    opens_hud=True,
+)

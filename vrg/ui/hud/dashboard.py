@@ -1,0 +1,147 @@
+"""What the display shows at one instant, as data: everything is decided here, and only drawn by the painters."""
+
+import math
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Final
+
+from vrg.bus.messages import Stage
+from vrg.games import game_of
+from vrg.games.game import title
+from vrg.games.hud.helm import Goal, Wish
+from vrg.hal.sensors.sonar import SonarSpec
+from vrg.types import Vector
+from vrg.ui.banner import banners
+from vrg.ui.hud import words
+from vrg.ui.hud.telemetry import Telemetry
+from vrg.ui.roster import LOW_BATTERY
+from vrg.ui.scene import Scene, clock_text, speed_text
+
+OLD: Final = 0.3
+"""The match time in s beyond which the age of a message is shown as alarming."""
+
+
+class Level(Enum):
+    """How urgent a line is."""
+
+    CALM = "calm"
+    GOOD = "good"
+    CAUTION = "caution"
+    ALARM = "alarm"
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line of the status: its label, its words and how urgent it is."""
+
+    label: str
+    words: str
+    level: Level = Level.CALM
+
+
+@dataclass(frozen=True)
+class Dashboard:
+    """Everything to show.
+
+    Args:
+        player: whose display it is. scene: the field as the player may see it.
+        seen: what the player knows.
+        wish: what the person wants. mode: the mode and the submode of the automaton that drives the robot.
+        holder: who drives the robot. hindrance: what keeps it from moving; empty if nothing does.
+        goal: where Goto leads. home: where the robot began; None where that is not known.
+        way: the points of the way that it will drive, m.
+        texts: what stands in the fields. focus: the number of the field that is typed into.
+        notice: what the person must be told. pad: which gamepad is in use. pad_ready: there is one.
+        sonar: the spec of the ring whose ranges are shown. laser, camera: whether the robot has them.
+    """
+
+    player: str
+    scene: Scene = field(default_factory=Scene)
+    seen: Telemetry = field(default_factory=Telemetry)
+    wish: Wish = Wish.WATCH
+    mode: str = ""
+    holder: str = ""
+    hindrance: str = ""
+    goal: Goal | None = None
+    home: Goal | None = None
+    way: tuple[Vector, ...] = ()
+    texts: tuple[str, ...] = ("", "", "")
+    focus: int | None = None
+    notice: str = ""
+    pad: str = ""
+    pad_ready: bool = False
+    sonar: SonarSpec | None = None
+    laser: bool = True
+    camera: bool = True
+
+
+def status(board: Dashboard) -> list[Line]:
+    """The lines of the goto panel about the player and its robot."""
+    seen = board.seen
+    report = None if seen.report is None else seen.report.body
+    driven = board.holder not in (words.OWN_STRATEGY, "")
+    charge = None if report is None else report.battery
+    fault = None if report is None or report.fault is None else report.fault.removeprefix(f"{board.player}: ")
+    return [
+        Line(words.MODE, board.mode or words.UNKNOWN, Level.CAUTION if board.wish is not Wish.WATCH else Level.CALM),
+        Line(words.LEASE, board.holder or words.UNKNOWN, Level.CAUTION if driven else Level.CALM),
+        Line(words.SPEED, _speed(seen.speed, board.hindrance), Level.CAUTION if board.hindrance else Level.CALM),
+        Line(
+            words.BATTERY,
+            words.NOT_MEASURED if charge is None else f"{charge:.0%}",
+            Level.ALARM if charge is not None and charge < LOW_BATTERY else Level.CALM,
+        ),
+        Line(words.FAULT, fault or words.NOTHING, Level.ALARM if fault else Level.CALM),
+        _link(seen),
+        Line(words.PAD, board.pad, Level.GOOD if board.pad_ready else Level.CALM),
+    ]
+
+
+def alert(board: Dashboard) -> Line:
+    """What the line at the top tells: what must not be overlooked, or else the stage of the match."""
+    scene = board.scene
+    for banner in banners(scene):
+        level = Level.CALM if banner.brief else Level.ALARM if scene.estop or not scene.live else Level.CAUTION
+        over = scene.stage is Stage.GAME_OVER and level is Level.CAUTION
+        told = ": ".join(text for text in (banner.heading, "; ".join(banner.lines)) if text)
+        return Line("", told, Level.GOOD if over else level)
+    if scene.stage is None:
+        return Line("", words.WAITING)
+    score = "   ".join(f"{title(team)} {points}" for team, points in scene.score) if scored(scene) else ""
+    return Line("", f"{title(scene.stage.value)}   {clock_text(scene.clock)}   {score}".rstrip())
+
+
+def scored(scene: Scene) -> bool:
+    """Whether the game of a scene has a score."""
+    return game_of(scene.game).competitive
+
+
+def heading(board: Dashboard) -> str:
+    """Who the player is, in words."""
+    me, game = board.seen.me, game_of(board.scene.game)
+    parts = [] if me is None else [me.role, *([] if me.state == "active" else [me.state])]
+    return ", ".join([*parts, game.title] if game.name else parts)
+
+
+def place(board: Dashboard) -> str:
+    """Where the robot is, in words."""
+    pose = board.seen.pose
+    if pose is None:
+        return words.NO_POSE
+    degrees = round(math.degrees(pose.theta)) + 0.0
+    return f"x {pose.x:.2f} m   y {pose.y:.2f} m   {degrees:.0f}°"
+
+
+def _speed(speed: float | None, hindrance: str) -> str:
+    told = words.NOT_MEASURED if speed is None else f"{speed_text(speed)} m/s"
+    return f"{told}; stands: {hindrance}" if hindrance else told
+
+
+def _link(seen: Telemetry) -> Line:
+    """How old the newest messages are, in match time; a stopped clock is told as such, because nothing ages then."""
+    if not seen.live:
+        return Line(words.LINK, words.NO_CLOCK, Level.ALARM)
+    ages = {words.OF_PLAYER: seen.player_age, words.OF_ROBOT: seen.robot_age, words.OF_REFEREE: seen.referee_age}
+    told = "   ".join(f"{who} {words.NEVER if age is None else f'{age:.1f} s'}" for who, age in ages.items())
+    old = any(age is None or age > OLD for age in ages.values())
+    return Line(words.LINK, told, Level.ALARM if old else Level.CALM)

@@ -1,0 +1,241 @@
+"""What the buttons and fields of a display mean, and the messages that follow. This needs no window and no gamepad.
+
+The display drives as any person drives: it asks for motions under the human lease, which every player of every game
+grants, and works out the motions of Goto and Reset itself. A lease holds for a quarter of a second, so the robot is
+given back at once when the display closes, and as soon when its process dies.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import Estop, Manual
+from vrg.bus.topics import Keys
+from vrg.games.hud.helm import Goal, Helm, Situation, Wish, way
+from vrg.hal.models import RobotModel
+from vrg.navigation.pilot import Neighbour
+from vrg.types import STILL, Twist, Vector
+from vrg.ui.hands import LEASE, Hands
+from vrg.ui.hud import words
+from vrg.ui.hud.form import Form
+from vrg.ui.hud.goals import Ground, Other, refusal
+from vrg.ui.hud.telemetry import Telemetry
+
+POSE_TIMEOUT: Final = 0.3
+"""The match time in s after which a pose is too old to drive by: the robot stands."""
+ECHO: Final = 0.5
+"""The match time in s after giving the robot back for which its player may still report the lease."""
+NUDGE: Final = 0.25
+"""The distance in m by which the pad's arrows move the goal."""
+GAP: Final = 0.05
+"""The distance in m that Goto keeps from walls, where there is room for it."""
+
+
+@dataclass
+class Desk:
+    """Takes buttons, clicks and text in, and publishes messages.
+
+    Args:
+        mailbox: where messages are published. keys: of the match.
+        player: whose display it is. robot: the description of its robot.
+        ground: where the robot can stand. home: where it began.
+
+    Attributes:
+        wish: what the person wants now. goal: of Goto; None before one was set.
+        form: the fields of the goto panel.
+        notice: what the person must be told, in words, such as why a goal was refused; empty if there is nothing.
+    """
+
+    mailbox: Mailbox
+    keys: Keys
+    player: str
+    robot: RobotModel
+    ground: Ground
+    home: Goal
+    wish: Wish = Wish.WATCH
+    goal: Goal | None = None
+    form: Form = field(default_factory=Form)
+    notice: str = ""
+    _helm: Helm = field(default_factory=Helm, repr=False)
+    _given_back: float = field(default=-math.inf, repr=False)
+    _others: Sequence[Other] = field(default=(), repr=False)
+
+    @property
+    def where(self) -> str:
+        """The mode and the submode of the display's automaton, such as `Goto/Drive`."""
+        return self._helm.where if self.wish is not Wish.WATCH else Wish.WATCH.value
+
+    def see(self, others: Sequence[Other]) -> None:
+        """Take in which other robots the player is told of."""
+        self._others = others
+
+    def aim(self, x: float, y: float) -> bool:
+        """Set the goal to a place on the map, m, with the heading that stands in its field."""
+        typed = self.form.read()
+        heading = typed.heading if isinstance(typed, Goal) else None
+        return self._set(Goal(x, y, heading))
+
+    def nudge(self, dx: float, dy: float, seen: Telemetry) -> bool:
+        """Move the goal by a vector in m; the first time from where the robot is."""
+        if self.goal is not None:
+            return self._set(Goal(self.goal.x + dx, self.goal.y + dy, self.goal.heading))
+        return seen.pose is not None and self._set(Goal(seen.pose.x + dx, seen.pose.y + dy))
+
+    def confirm(self) -> bool:
+        """Set the goal to what stands in the fields. Return whether it is good."""
+        typed = self.form.read()
+        if isinstance(typed, str):
+            self._refuse(typed)
+            return False
+        return self._set(typed)
+
+    def type(self, sign: str) -> None:
+        """Take in one character for the field that is typed into."""
+        self.notice = self.form.type(sign) or ""
+
+    def want(self, wish: Wish, seen: Telemetry) -> None:
+        """Take in that the button of a wish was pressed. That of the present wish gives the robot back."""
+        self.notice = ""
+        if wish in (self.wish, Wish.WATCH):
+            if wish is Wish.GOTO and self._edited:
+                self.confirm()
+                return
+            self.release()
+            return
+        if self.wish is Wish.WATCH and self._held_by_another(seen):
+            self.notice = words.TAKEN.format(player=self.player)
+            return
+        if wish is Wish.GOTO:
+            if self.goal is None and not any(self.form.texts):
+                self.notice = words.NO_GOAL
+                return
+            if not self.confirm():
+                return
+        self.form.leave()
+        self.wish = wish
+
+    def release(self) -> None:
+        """Give the robot back at once: its player plays on by itself."""
+        if self.wish is not Wish.WATCH:
+            self.mailbox.publish(self.keys.manual(self.player), Manual(forward=0.0, turn=0.0, lease=0.0))
+            self._given_back = self.mailbox.now
+        self.wish = Wish.WATCH
+        self._helm.leave()
+
+    def obey(self, seen: Telemetry) -> None:
+        """Give the robot back in an emergency stop, so that it does not drive on by itself when that is released."""
+        if self.wish is not Wish.WATCH and self._estop(seen):
+            self.release()
+            self.notice = words.STOPPED.format(player=self.player)
+
+    def lose_pad(self) -> None:
+        """Take in that the gamepad in use is lost."""
+        if self.wish is not Wish.WATCH:
+            self.release()
+            self.notice = words.LOST_PAD.format(player=self.player)
+
+    def stop_all(self) -> None:
+        """Engage the emergency stop of the match. Only an official releases it."""
+        self.mailbox.publish(self.keys.estop, Estop(by=f"display of {self.player}"))
+
+    def send(self, seen: Telemetry, hands: Hands) -> None:
+        """Publish the motion that the person wants. This is to be called at each tick while the clock runs."""
+        if self.wish is Wish.WATCH:
+            return
+        situation = self.situation(seen, hands)
+        twist = STILL if situation is None else self._helm.step(situation)
+        forward, turn = self._shares(twist)
+        self.mailbox.publish(self.keys.manual(self.player), Manual(forward=forward, turn=turn, lease=LEASE))
+
+    def way(self, seen: Telemetry) -> list[Vector]:
+        """The points of the way that the robot will drive, the goal last; empty while it is sent nowhere."""
+        situation = self.situation(seen, Hands())
+        return [] if situation is None else way(situation)
+
+    def holder(self, seen: Telemetry) -> str:
+        """Who drives the robot now, in words."""
+        if seen.me is not None and seen.me.lease is not None:
+            return words.REFEREE
+        manual = seen.report is not None and seen.report.body.manual
+        if self.wish is not Wish.WATCH:
+            return words.YOU if manual else words.YOU_SOON
+        return words.ANOTHER if self._held_by_another(seen) else words.OWN_STRATEGY
+
+    def hindrance(self, seen: Telemetry) -> str:
+        """What keeps the robot from moving, in words; empty if nothing does."""
+        state = seen.state
+        checks = (
+            (not seen.live, words.NO_CLOCK),
+            (state is None, words.NO_REFEREE),
+            (self._estop(seen), words.ESTOP),
+            (state is not None and state.halted is not None, words.HALTED),
+            (seen.me is None or not seen.me.may_move, words.MAY_NOT_MOVE),
+            (self._stale(seen), words.NO_POSE),
+        )
+        return next((why for stands, why in checks if stands), "")
+
+    def situation(self, seen: Telemetry, hands: Hands) -> Situation | None:
+        """What the automaton looks at; None while nobody knows where the robot is."""
+        forward, turn = hands.shares
+        pose = seen.pose
+        if pose is None or (self._stale(seen) and self.wish is not Wish.MANUAL):
+            return None
+        radius = self.ground.radius
+        return Situation(
+            now=seen.now,
+            pose=pose,
+            wish=self.wish,
+            goal=self.goal or self.home,
+            home=self.home,
+            hands=Twist(forward * self.robot.v_max, turn * self.robot.w_max),
+            neighbours=[Neighbour(o.place, o.velocity, radius + o.radius) for o in self._others],
+            bounds=self.ground.bounds,
+            walls=self.ground.walls,
+            margin=radius + GAP,
+            speed=self.robot.v_max,
+        )
+
+    @property
+    def _edited(self) -> bool:
+        """Whether the fields say something else than the goal."""
+        if self.goal is None:
+            return any(self.form.texts)
+        shown = Form()
+        shown.show(self.goal)
+        return shown.texts != self.form.texts
+
+    def _set(self, goal: Goal) -> bool:
+        why = refusal(goal, self.ground, self._others)
+        if why is not None:
+            self._refuse(why)
+            return False
+        self.goal, self.notice = goal, ""
+        self.form.show(goal)
+        self.form.leave()
+        return True
+
+    def _refuse(self, why: str) -> None:
+        old = self.goal
+        self.notice = why if old is None else words.KEPT.format(reason=why, x=old.x, y=old.y)
+
+    def _held_by_another(self, seen: Telemetry) -> bool:
+        """Whether a person drives the robot who is not at this display."""
+        report = seen.report
+        return report is not None and report.body.manual and report.stamp > self._given_back + ECHO
+
+    @staticmethod
+    def _estop(seen: Telemetry) -> bool:
+        report = seen.report
+        return (seen.state is not None and seen.state.estop) or (report is not None and report.body.estop)
+
+    @staticmethod
+    def _stale(seen: Telemetry) -> bool:
+        return seen.pose_age is None or seen.pose_age > POSE_TIMEOUT
+
+    def _shares(self, twist: Twist) -> tuple[float, float]:
+        """A motion as parts of what the robot can do. What is too fast is slowed down on the same curve."""
+        forward, turn = twist.v / self.robot.v_max, twist.w / self.robot.w_max
+        most = max(1.0, abs(forward), abs(turn))
+        return forward / most, turn / most

@@ -1,0 +1,123 @@
+"""Where everything of the head-up display is in a window of any size. Pure functions of pixels."""
+
+from dataclasses import dataclass
+from typing import Final
+
+from pygame import Rect
+
+from vrg.games.hud.helm import Wish
+from vrg.ui.draw import scale_of
+from vrg.ui.hud import words
+
+WIDE: Final = 1.0
+"""The proportion of width to height below which the quadrants are below each other."""
+SET: Final = "set"
+STOP: Final = "stop"
+
+Button = Wish | str
+"""What a button is for: a wish, SET or STOP."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The places in pixels.
+
+    Args:
+        ui: by how much letters are scaled.
+        head: the line at the top, with the player's name and what must not be overlooked.
+        location, laser, sonar, panel: the four quadrants with their titles. camera: the picture beside the sonar;
+            None where the robot has no camera.
+        fields: the fields x, y and heading. buttons: by what they are for.
+        notice: where a person is told something. status: the list of what the player and its robot are like.
+    """
+
+    ui: float
+    head: Rect
+    location: Rect
+    laser: Rect
+    sonar: Rect
+    camera: Rect | None
+    panel: Rect
+    fields: tuple[Rect, ...]
+    buttons: dict[Button, Rect]
+    notice: Rect
+    status: Rect
+
+    @property
+    def map_area(self) -> Rect:
+        """The location quadrant below its title, pixels."""
+        title = title_height(self.ui)
+        return Rect(self.location.left, self.location.top + title, self.location.width, self.location.height - title)
+
+    def button_at(self, x: int, y: int) -> Button | None:
+        """The button at a pixel, or None."""
+        return next((button for button, place in self.buttons.items() if place.collidepoint(x, y)), None)
+
+    def field_at(self, x: int, y: int) -> int | None:
+        """The number of the field at a pixel, or None."""
+        return next((index for index, place in enumerate(self.fields) if place.collidepoint(x, y)), None)
+
+
+def title_height(ui: float) -> int:
+    """The height of the title of a quadrant, pixels."""
+    return round(26 * ui)
+
+
+def layout(width: int, height: int, *, camera: bool) -> Layout:
+    """Place everything in a window.
+
+    Args:
+        width, height: of the window, pixels. camera: whether the robot has a camera.
+    """
+    wide = width >= WIDE * height
+    ui = scale_of(width, height) if wide else scale_of(width, width)
+    gap = round(6 * ui)
+    head = Rect(0, 0, width, round(44 * ui))
+    room = Rect(gap, head.bottom + gap, max(1, width - 2 * gap), max(1, height - head.height - 2 * gap))
+    if wide:
+        w, h = max(1, (room.width - gap) // 2), max(1, (room.height - gap) // 2)
+        location, laser = Rect(room.left, room.top, w, h), Rect(room.right - w, room.top, w, h)
+        rest, panel = Rect(room.left, room.bottom - h, w, h), Rect(room.right - w, room.bottom - h, w, h)
+    else:
+        h = max(1, (room.height - 3 * gap) // 4)
+        location, laser, rest, panel = (Rect(room.left, room.top + i * (h + gap), room.width, h) for i in range(4))
+    sonar, picture = rest, None
+    if camera:
+        # The picture is wider than it is high, the ring of sonars is round.
+        half = min(round(0.48 * rest.width), rest.height)
+        sonar = Rect(rest.left, rest.top, half, rest.height)
+        picture = Rect(sonar.right + gap, rest.top, max(1, rest.width - half - gap), rest.height)
+    inside = panel.inflate(-2 * gap, -2 * gap) if panel.width > 4 * gap else panel.copy()
+    row = round(34 * ui)
+    top = panel.top + title_height(ui) + round(4 * ui)
+    columns = _row(Rect(inside.left, top, inside.width, row), (1.0, 1.0, 1.2, 0.7), gap)
+    top += row + gap
+    wishes = _row(Rect(inside.left, top, inside.width, round(40 * ui)), (1.0,) * len(words.BUTTONS), gap)
+    top += round(40 * ui) + gap
+    notice = Rect(inside.left, top, inside.width, round(42 * ui))
+    status = Rect(inside.left, notice.bottom + gap, inside.width, max(1, inside.bottom - notice.bottom - gap))
+    stop = Rect(0, 0, round(150 * ui), head.height - 2 * gap)
+    stop.midright = (head.right - gap, head.centery)
+    return Layout(
+        ui=ui,
+        head=head,
+        location=location,
+        laser=laser,
+        sonar=sonar,
+        camera=picture,
+        panel=panel,
+        fields=tuple(columns[:3]),
+        buttons={STOP: stop, SET: columns[3], **dict(zip(words.BUTTONS, wishes, strict=True))},
+        notice=notice,
+        status=status,
+    )
+
+
+def _row(area: Rect, shares: tuple[float, ...], gap: int) -> list[Rect]:
+    """Places beside each other with widths in these proportions."""
+    room, left, found = area.width - gap * (len(shares) - 1), float(area.left), []
+    for share in shares:
+        width = room * share / sum(shares)
+        found.append(Rect(round(left), area.top, max(1, round(width)), area.height))
+        left += width + gap
+    return found

@@ -1,0 +1,104 @@
+"""The geometry of a plot around the robot: ahead is up, left is left. Pure functions, drawing apart."""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from vrg.hal.sensors.laser import Laser
+from vrg.hal.sensors.sonar import Sonar, SonarSpec
+from vrg.types import Vector
+from vrg.ui.hud import words
+from vrg.ui.view import Pixel
+
+REACHES: Final = (1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0, 30.0, 50.0, 100.0)
+"""The distances in m that a plot can reach to."""
+RINGS: Final = dict(zip(REACHES, (0.25, 0.5, 1.0, 1.0, 2.0, 3.0, 5.0, 10.0, 10.0, 20.0), strict=True))
+"""The distance in m between two rings, by how far the plot reaches."""
+CALM: Final = 0.8
+"""A plot reaches less far only when everything is within this part of that distance, so that it does not flicker."""
+
+
+@dataclass(frozen=True)
+class Fan:
+    """A plot in a window.
+
+    Args:
+        origin: the pixel of the robot's centre. scale: pixels per m. reach: m.
+    """
+
+    origin: Pixel
+    scale: float
+    reach: float
+
+    def at(self, x: float, y: float) -> Pixel:
+        """The pixel of a point in the robot's frame, m."""
+        return self.origin[0] - y * self.scale, self.origin[1] - x * self.scale
+
+    def polar(self, distance: float, bearing: float) -> Pixel:
+        """The pixel of a point at a distance (m) and a bearing (rad, to the left)."""
+        return self.at(distance * math.cos(bearing), distance * math.sin(bearing))
+
+
+def fan(area: tuple[int, int, int, int], first: float, last: float, reach: float) -> Fan:
+    """Place a plot of the bearings from `first` to `last` (rad) in an area (left, top, width, height)."""
+    marks = [first, last, *(k * math.pi / 2 for k in range(-4, 5) if first <= k * math.pi / 2 <= last)]
+    rights, ups = [0.0, *(-math.sin(b) for b in marks)], [0.0, *(math.cos(b) for b in marks)]
+    left, top, width, height = area
+    size = min(width / max(0.1, max(rights) - min(rights)), height / max(0.1, max(ups) - min(ups)))
+    x = left + width / 2 - size * (max(rights) + min(rights)) / 2
+    y = top + height / 2 + size * (max(ups) + min(ups)) / 2
+    return Fan((x, y), size / reach, reach)
+
+
+def reach_for(farthest: float, before: float | None) -> float:
+    """How far a plot should reach for what is at most `farthest` m away, if it reached to `before` m so far."""
+    wanted = next((reach for reach in REACHES if farthest <= reach), REACHES[-1])
+    if before is None or wanted >= before:
+        return wanted
+    return next((reach for reach in REACHES if farthest <= CALM * reach), REACHES[-1])
+
+
+def echoes(scan: Laser) -> "tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]":
+    """The distances (m) and the bearings (rad) of the beams that met something."""
+    ranges = scan.ranges.astype(np.float64)
+    met = ranges < scan.range_max
+    return ranges[met], scan.angles[met]
+
+
+def nearest_of_scan(scan: Laser) -> Vector | None:
+    """The distance (m) and the bearing (rad) of the nearest thing in a scan; None if it met nothing."""
+    ranges, bearings = echoes(scan)
+    if not len(ranges):
+        return None
+    index = int(ranges.argmin())
+    return float(ranges[index]), float(bearings[index])
+
+
+def nearest_of_ring(ring: Sonar, spec: SonarSpec) -> Vector | None:
+    """The distance (m) and the bearing (rad) of the transducer that hears the nearest echo; None if none hears any."""
+    heard = [(r, place.theta) for r, place in zip(ring.ranges, spec.places, strict=False) if r < ring.range_max]
+    return min(heard, default=None)
+
+
+def told(nearest: Vector | None, reach: float) -> str:
+    """What is nearest, in words."""
+    if nearest is None:
+        return words.NOTHING_NEAR.format(reach=reach)
+    return words.NEAREST.format(distance=nearest[0], bearing=math.degrees(nearest[1]) + 0.0)
+
+
+def cone(fan: Fan, spec: SonarSpec, index: int, distance: float) -> Sequence[Pixel]:
+    """The corners of the cone of a transducer up to a distance in m: the transducer first, then the arc."""
+    place = spec.places[index]
+
+    def corners() -> Iterable[Pixel]:
+        yield fan.at(place.x, place.y)
+        for step in range(7):
+            bearing = place.theta + spec.cone * (step / 6 - 0.5)
+            yield fan.at(place.x + distance * math.cos(bearing), place.y + distance * math.sin(bearing))
+
+    return list(corners())

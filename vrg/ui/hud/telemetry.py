@@ -1,0 +1,126 @@
+"""What one player knows of itself and of the match: exactly what its own process may hear, never the true poses."""
+
+from dataclasses import dataclass
+from typing import Final, TypeVar
+
+from msgspec import structs
+
+from vrg.bus.codec import Received
+from vrg.bus.mailbox import Inlet, Mailbox
+from vrg.bus.messages import Message, PlayerStatus, RefereeState, Report, SensorMessage
+from vrg.bus.node import Tick, is_fresh
+from vrg.bus.topics import Keys
+from vrg.hal.models import RobotModel
+from vrg.hal.sensors.camera import Camera
+from vrg.hal.sensors.ins import Ins
+from vrg.hal.sensors.laser import Laser
+from vrg.hal.sensors.odometry import Odometry
+from vrg.hal.sensors.sonar import Sonar
+from vrg.types import Pose
+
+S = TypeVar("S", bound=SensorMessage)
+
+SIGHT_TIMEOUT: Final = 0.25
+"""The match time in s by which the poses that a team sees may be older than the state of the referee."""
+
+
+@dataclass(frozen=True)
+class Telemetry:
+    """What is known at one instant. What never came is None.
+
+    Args:
+        now: the match time, s. live: the match clock runs.
+        state: the referee's state, with the poses that the player's team is told. me: the player in it.
+        report: what the player's process says of itself, with the match time of that.
+        pose: where the robot is by its own measurement. pose_age: the match time since then, s.
+        speed: the speed ahead by the robot's wheels, m/s.
+        laser, sonar, camera: the newest reading of the first sensor of each kind.
+        player_age, robot_age, referee_age: the match time in s since the newest report of the player, the newest
+            reading of any of the sensors above, and the newest state of the referee were made.
+    """
+
+    now: float = 0.0
+    live: bool = False
+    state: RefereeState | None = None
+    me: PlayerStatus | None = None
+    report: Received[Report] | None = None
+    pose: Pose | None = None
+    pose_age: float | None = None
+    speed: float | None = None
+    laser: Received[Laser] | None = None
+    sonar: Received[Sonar] | None = None
+    camera: Received[Camera] | None = None
+    player_age: float | None = None
+    robot_age: float | None = None
+    referee_age: float | None = None
+
+    def age(self, reading: Received[Message] | None) -> float | None:
+        """The match time in s since a reading was made."""
+        return None if reading is None else max(0.0, self.now - reading.stamp)
+
+
+class Receiver:
+    """A display's subscriptions to what its player may hear of itself and of the others.
+
+    Args:
+        mailbox: the display's own. keys: of the match.
+        player, team: whose display it is. robot: the description of its robot.
+    """
+
+    def __init__(self, mailbox: Mailbox, keys: Keys, player: str, team: str, robot: RobotModel) -> None:
+        self._player = player
+        self._state = mailbox.subscribe(keys.referee_state)
+        self._sight = mailbox.subscribe(keys.sight(team))
+        self._report = mailbox.subscribe(keys.report(player))
+        self._measured = mailbox.subscribe(keys.robot_pose(player))
+
+        def first(message: type[S]) -> Inlet[S] | None:
+            names = [spec.name for spec in robot.sensors if spec.message is message]
+            return mailbox.subscribe(keys.sensor(message, player, names[0])) if names else None
+
+        self._ins, self._odometry = first(Ins), first(Odometry)
+        self._laser, self._sonar, self._camera = first(Laser), first(Sonar), first(Camera)
+
+    def look(self, tick: Tick) -> Telemetry:
+        """What is known now."""
+        now = tick.time
+        state, report = self._state.latest, self._report.latest
+        seen = None if state is None else self._seen(state)
+        laser, sonar, camera = _newest(self._laser), _newest(self._sonar), _newest(self._camera)
+        ins, odometry, measured = _newest(self._ins), _newest(self._odometry), self._measured.latest
+        pose, stamp = (None, None) if ins is None else (ins.body.pose, ins.stamp)
+        if measured is not None and (stamp is None or measured.stamp > stamp):
+            # The device of a physical robot tells the world where it is.
+            pose, stamp = measured.body.pose, measured.stamp
+        stamps = [r.stamp for r in (laser, sonar, camera, odometry) if r is not None]
+        stamps += [] if stamp is None else [stamp]
+        return Telemetry(
+            now=now,
+            live=tick.live,
+            state=seen,
+            me=None if seen is None else seen.player(self._player),
+            report=report,
+            pose=pose,
+            pose_age=None if stamp is None else max(0.0, now - stamp),
+            speed=None if odometry is None else odometry.body.twist.v,
+            laser=laser,
+            sonar=sonar,
+            camera=camera,
+            player_age=None if report is None else max(0.0, now - report.stamp),
+            robot_age=max(0.0, now - max(stamps)) if stamps else None,
+            referee_age=None if state is None else max(0.0, now - state.stamp),
+        )
+
+    def _seen(self, state: Received[RefereeState]) -> RefereeState:
+        """The referee's state with the poses that only this team is told. Those that are older do not count."""
+        sight = self._sight.latest
+        if sight is None or not is_fresh(sight.stamp, state.stamp, SIGHT_TIMEOUT):
+            return state.body
+        poses = sight.body.poses
+        return structs.replace(
+            state.body, players=[structs.replace(p, pose=poses.get(p.name)) for p in state.body.players]
+        )
+
+
+def _newest(inlet: Inlet[S] | None) -> Received[S] | None:
+    return None if inlet is None else inlet.latest
