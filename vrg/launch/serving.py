@@ -41,7 +41,7 @@ LEASH_PATIENCE = 10.0
 STUCK = 30.0
 """The processor time in s that a node may use while no thread of Python comes to run, as in a loop in C code, before it
 is ended. This does not need a supervisor."""
-KINDS = ("world", "coordinator", "recorder", "spectator", "hud", "player")
+KINDS = ("world", "coordinator", "recorder", "spectator", "hud", "web", "player")
 """The kinds of nodes that `serve` can run."""
 
 
@@ -54,6 +54,7 @@ def serve(
     name: str = "",
     keys: Path | None = None,
     leash: bool = False,
+    secret: str = "",
 ) -> Stop:
     """Run a node of a match until it is stopped, and return the stop, which tells the reason.
 
@@ -63,6 +64,7 @@ def serve(
         keys: the folder of the keys of the match's seats; None in a match without them.
         run: the run folder. A world goes on from its snapshot there, and a coordinator from its journal, in HALT.
         leash: True if the process must stop when its standard input is closed, which happens when its parent dies.
+        secret: of the page, who may do what there: an encoded `vrg.ui.web.admission.Admission`.
 
     Raises:
         VrgError: the router or the robot cannot be reached, the set-up has problems, or a node of that name runs.
@@ -116,6 +118,8 @@ def serve(
         elif kind == "hud":
             display = nodes.hud_node(setup, name)
             node, finished, idle = display, lambda: display.closed, WINDOW_PERIOD
+        elif kind == "web":
+            node, idle = nodes.web_node(setup, secret), WINDOW_PERIOD
         else:
             raise LaunchError(f"expected one of {', '.join(KINDS)}, got {kind!r}")
         statistics = run_node(node, session, setup.keys, stop, finished=finished, idle=idle)
