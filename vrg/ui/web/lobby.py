@@ -10,7 +10,7 @@ from vrg.ui.web.admission import Admission, Role, RoleKind
 from vrg.ui.web.requests import Hello
 
 GUESTS_LIMIT: Final = 64
-"""How many pages may be connected at once."""
+"""How many pages may be connected at once before no more viewers are let in."""
 PER_SECOND: Final = 60.0
 """How many requests a page may send in a second for long."""
 AT_ONCE: Final = 120.0
@@ -46,7 +46,7 @@ class Lobby:
     """Keeps the roles of the connections, which are known by numbers.
 
     Args:
-        admission: the tokens. limit: how many connections there may be.
+        admission: the tokens. limit: from how many connections on no more viewers are let in.
 
     Attributes:
         roles: of the connections that are admitted. wrong_tokens: how many wrong tokens were offered.
@@ -67,7 +67,7 @@ class Lobby:
         holder = self.holder(role)
         if holder is not None and not hello.takeover and not (hello.tab and self._tabs.get(holder) == hello.tab):
             return Refused(f"Another page drives {role.player} already: the seat has one driver at a time.", "taken")
-        if len(self.roles) >= self.limit:
+        if role.kind is RoleKind.VIEWER and len(self.roles) >= self.limit:
             return Refused(f"{self.limit} pages are open already, and no more are served: close one.", "full")
         if holder is not None:
             self.roles[holder] = Role(RoleKind.VIEWER)

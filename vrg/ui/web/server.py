@@ -187,16 +187,16 @@ class WebServer:
             log.info("serving the page at %s, port %d", self._admission.host, self._admission.port)
             self._ready.set()
             await self._stopping.wait()
-            goodbye = encode([{"t": "bye"}])
             guests = list(self._guests.values())
-            await asyncio.gather(*(self._dismiss(guest, goodbye) for guest in guests), return_exceptions=True)
+            await asyncio.gather(*(self._dismiss(guest) for guest in guests), return_exceptions=True)
         finally:
             await runner.cleanup()
 
-    @staticmethod
-    async def _dismiss(guest: _Guest, goodbye: str) -> None:
+    async def _dismiss(self, guest: _Guest) -> None:
+        """Send a guest the last picture, say that it is the last, and close the connection."""
+        news, guest.seen = self._gallery.since(guest.seen)
         async with asyncio.timeout(1.0):
-            await guest.socket.send_str(goodbye)
+            await guest.socket.send_str(f"[{','.join(filter(None, (news, encode({'t': 'bye'}))))}]")
             await guest.socket.close(code=WSCloseCode.GOING_AWAY)
 
     async def _talk(self, request: web.Request) -> web.StreamResponse:
