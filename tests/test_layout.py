@@ -149,7 +149,10 @@ def test_a_window_is_not_loaded_by_the_command_line() -> None:
 
 
 def test_a_match_without_a_page_loads_no_web_server() -> None:
-    assert _loaded("import vrg.commands.play, vrg.commands.playing, vrg.ui.spectator", ("aiohttp", "asyncio.runners")) == []
+    assert (
+        _loaded("import vrg.commands.play, vrg.commands.playing, vrg.ui.spectator", ("aiohttp", "asyncio.runners"))
+        == []
+    )
 
 
 A_MATCH = """

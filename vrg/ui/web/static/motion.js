@@ -21,9 +21,9 @@ export class Motion {
 
   /** Take in a frame that arrived at `now`, s of this machine's clock. */
   take(frame, now) {
-    const last = this.frames[this.frames.length - 1];
-    if (last && (frame.time < last.time || frame.bodies.length !== last.bodies.length)) this.reset();
-    if (last && frame.time === last.time) {
+    const before = this.latest;
+    if (before && (frame.time < before.time || frame.bodies.length !== before.bodies.length)) this.reset();
+    if (this.latest?.time === frame.time) {
       this.frames[this.frames.length - 1] = frame;
       return;
     }
