@@ -67,10 +67,10 @@ def said(node):
     return [out.message.body for out in node.mailbox.collect()]
 
 
-def test_it_shows_twenty_frames_a_second_and_each_call_once(node, match, audience):
-    for number in range(281):
+def test_it_shows_25_frames_a_second_and_each_call_once(node, match, audience):
+    for number in range(351):
         match.step(node, number * node.period, number)
-    assert 270 <= len(audience.frames) <= 290
+    assert 351 <= len(audience.frames) <= 353
     assert [call["number"] for call in audience.calls] == [1, 2]
     assert audience.frames[-1]["frame"]["clock"] == "0:14.0"
 
@@ -88,12 +88,12 @@ def test_a_fast_match_is_not_shown_at_every_tick(keys, node, match, audience):
 
 def test_nothing_is_drawn_up_while_nobody_looks_but_calls_are_kept(node, match, audience):
     audience.watched = False
-    for number in range(281):
+    for number in range(351):
         match.step(node, number * node.period, number)
     assert len(audience.frames) == 2
     assert len(audience.calls) == 2
     audience.watched = True
-    match.step(node, 14.1, 282)
+    match.step(node, 14.1, 352)
     assert audience.frames[-1]["state"]["scores"][0]["points"] == 2
 
 

@@ -18,8 +18,8 @@ from vrg.ui.web.requests import Action, Decision, Wishes
 
 log = logging.getLogger(__name__)
 
-FRAME: Final = 1 / 20
-"""The real time in s between two frames. The page draws what lies between them."""
+FRAME: Final = 1 / 25
+"""The real time in s between two frames. The page draws what lies between them. It is a whole number of world ticks."""
 LEASE: Final = 0.4
 """The real time in s that a driving command holds: when the page falls silent, its player plays on by itself."""
 ANSWERS_AWAITED: Final = 200
