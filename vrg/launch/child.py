@@ -18,6 +18,8 @@ from vrg.launch.serving import serve, serve_router
 FAILED_FOR_GOOD = 3
 """The exit status of a player whose strategy has failed in a way that makes another start useless."""
 
+LEASH = 0
+"""The descriptor of the standard input, which the supervisor holds as a leash."""
 
 _KEYS, _UPSTREAM = "--keys=", "--upstream="
 """What arguments begin with that name the folder of keys and the router upstream. They are the last arguments."""
@@ -78,7 +80,7 @@ def main(arguments: Sequence[str]) -> int:
             setup = read_setup(RunFolder(run).setup)
             if len(rest) > 2:
                 setup = setup.substituted(rest[1], rest[2])
-            name, secret = rest[1] if len(rest) > 1 else "", _secret() if kind == "web" else ""
+            name, secret = rest[1] if len(rest) > 1 else "", read_secret() if kind == "web" else ""
             stop = serve(kind, setup, router=router, run=run, name=name, keys=keys, leash=True, secret=secret)
     except VrgError as error:
         print(f"vrg: {error}", file=sys.stderr)
@@ -88,7 +90,7 @@ def main(arguments: Sequence[str]) -> int:
     return 130 if stop.interrupted else 0
 
 
-def _secret() -> str:
+def read_secret() -> str:
     """The line that the supervisor has written to this process's standard input.
 
     Raises:
@@ -97,7 +99,7 @@ def _secret() -> str:
     # The leash is read by its descriptor, too: no more than the line may be taken from it.
     line = bytearray()
     while not line.endswith(b"\n"):
-        byte = os.read(0, 1)
+        byte = os.read(LEASH, 1)
         if not byte:
             raise LaunchError("expected a line on standard input, found its end: the supervisor is gone")
         line += byte
