@@ -9,7 +9,6 @@ from playwright.sync_api import Browser
 from tests.chromium import SIZES, Visitor, chromium
 from tests.ui import synthetic
 from vrg.bus.messages import Stage, Zone
-from vrg.launch.endpoints import free_port
 from vrg.regions import Rectangle
 from vrg.types import Pose
 from vrg.ui.scene import Scene, SceneBody, ScenePlayer
@@ -52,8 +51,8 @@ def browser() -> Iterator[Browser]:
 
 
 @pytest.fixture
-def page_admission() -> Admission:
-    return admission("127.0.0.1", free_port("127.0.0.1", 19080, tries=500), ["player1", "player2"])
+def page_admission(port: int) -> Admission:
+    return admission("127.0.0.1", port, ["player1", "player2"])
 
 
 @pytest.fixture

@@ -10,7 +10,6 @@ import aiohttp
 import pytest
 
 from vrg.errors import LaunchError
-from vrg.launch.endpoints import free_port
 from vrg.ui.web.admission import admission
 from vrg.ui.web.headers import foreign
 from vrg.ui.web.requests import REQUEST_LIMIT, Action, Command, Wishes
@@ -21,8 +20,8 @@ PATIENCE = 20.0
 
 
 @pytest.fixture
-def server() -> Iterator[WebServer]:
-    made = WebServer(admission("127.0.0.1", free_port("127.0.0.1", 18080, tries=500), ["ann", "bob"]), "final")
+def server(port: int) -> Iterator[WebServer]:
+    made = WebServer(admission("127.0.0.1", port, ["ann", "bob"]), "final")
     made.start()
     yield made
     made.stop()
