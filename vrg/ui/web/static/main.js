@@ -11,6 +11,9 @@ const COMMAND = 50, SILENT = 3000;
 /** ms for which a notice is shown, and ms in which ending the game must be confirmed. */
 const NOTICE = 6000, CONFIRM = 4000;
 
+/** The keys of the official, as in the spectator's window: the referee's words name them. */
+const KEYS = { h: "halt", c: "resume", r: "recover", u: "release" };
+
 const byId = (id) => document.getElementById(id);
 const match = new Match();
 const field = new Field(byId("field"), byId("stage"));
@@ -176,6 +179,8 @@ window.addEventListener("keydown", (event) => {
   controls.shift = event.shiftKey;
   const steers = match.role === "seat" && controls.press(event.code);
   if (event.code === "Space" && !event.repeat) act("estop");
+  const asked = KEYS[event.key.toLowerCase()];
+  if (match.role === "official" && asked && !event.repeat) act(asked);
   if (event.code === "Escape" && match.role === "seat") stopDriving();
   // SPACE and the arrows would press the focused button and scroll the page.
   if (steers || event.code === "Space") event.preventDefault();
