@@ -246,6 +246,7 @@ def test_one_word_makes_a_robot_physical(load: Load) -> None:
         (GOOD + "\n[backends.sim]\nx = 1\n", "backends.sim: this backend has no settings"),
         (GOOD + "\n[backends.steam]\nx = 1\n", "expected one of can, sim, got 'steam'"),
         (GOOD.replace('name = "player2"', 'name = "drives"'), "name of another process"),
+        (GOOD.replace('name = "player2"', 'name = "web"'), "name of another process"),
     ],
 )
 def test_tables_of_backends_are_checked(load: Load, text: str, words: str) -> None:

@@ -24,6 +24,7 @@ ONLY_IN = {
     "openskill": ("evaluation",),
     "ray": ("evaluation/ray_cluster.py",),
     "cryptography": ("seats",),
+    "aiohttp": ("ui/web/server.py",),
 }
 """Libraries, and the only room that imports each."""
 SHELLS = ("ui", "config", "launch", "evaluation", "commands", "recording")
@@ -143,8 +144,15 @@ def _loaded(code: str, names: tuple[str, ...]) -> list[str]:
 
 def test_a_window_is_not_loaded_by_the_command_line() -> None:
     """Whoever plays over ssh waits for no graphics library, and without a CAN bus for none of CAN."""
-    late = ("pygame", "matplotlib", "pybullet", "can", "canopen", "numpy", "pydantic", "cryptography", "ssl")
+    late = ("pygame", "matplotlib", "pybullet", "can", "canopen", "numpy", "pydantic", "cryptography", "ssl", "aiohttp")
     assert _loaded("import vrg.cli", late) == []
+
+
+def test_a_match_without_a_page_loads_no_web_server() -> None:
+    assert (
+        _loaded("import vrg.commands.play, vrg.commands.playing, vrg.ui.spectator", ("aiohttp", "asyncio.runners"))
+        == []
+    )
 
 
 A_MATCH = """

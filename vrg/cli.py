@@ -37,6 +37,7 @@ COMMANDS: dict[str, tuple[str, str | None]] = {
     "sensors": ("vrg.commands.sensors:sensors", None),
     "hud": ("vrg.commands.hud:hud", None),
     "commander": ("vrg.commands.commander:commander", None),
+    "web": ("vrg.commands.web:web", None),
     "camera": ("vrg.commands.camera:camera", None),
     "topic": ("vrg.commands.topic:app", None),
     "keys": ("vrg.commands.keys:app", None),

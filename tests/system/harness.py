@@ -149,6 +149,7 @@ class Match:
         movers: players that move as soon as play goes on.
         here: the launcher's working folder.
         seats: the match is played with seats: with keys for this run alone, or with those in this folder.
+        options: more options of `vrg play`.
     """
 
     def __init__(
@@ -162,6 +163,7 @@ class Match:
         movers: Sequence[str] = MINNOWS,
         here: Path | None = None,
         seats: bool | Path = False,
+        options: Sequence[str] = (),
     ) -> None:
         self.movers = movers
         self.file = folder / "match.toml"
@@ -178,7 +180,7 @@ class Match:
         secured = ["--keys", str(seats)] if isinstance(seats, Path) else ["--seats"] if seats else []
         with self.output.open("wb") as output:
             self.launcher = subprocess.Popen(
-                [*self._disk.wrap, *command, *([] if window else ["--headless"]), *secured],
+                [*self._disk.wrap, *command, *([] if window else ["--headless"]), *secured, *options],
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=subprocess.STDOUT,

@@ -47,7 +47,7 @@ def commander(
     keys = Keys(found)
     credentials = credentials_for(endpoint, seats, Seat(SeatKind.COMMANDER, team))
     with child_process(leash=False) as stop, open_session(endpoint, stop=stop, credentials=credentials) as session:
-        state = _first_state(session, keys, stop)
+        state = first_state(session, keys, stop)
         if state is not None:
             _check_team(state, team)
             own = None if credentials is None else [p.name for p in state.players if p.team == team]
@@ -60,7 +60,7 @@ def commander(
         raise typer.Exit(130)
 
 
-def _first_state(session: Session, keys: Keys, stop: Stop) -> RefereeState | None:
+def first_state(session: Session, keys: Keys, stop: Stop) -> RefereeState | None:
     """The referee's state, as soon as it speaks; None if that was interrupted."""
     mailbox = Mailbox()
     states = mailbox.subscribe(keys.referee_state)

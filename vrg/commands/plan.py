@@ -12,13 +12,14 @@ from vrg.launch.keeping import files_of
 from vrg.launch.specs import placed
 
 
-def print_plan(setup: MatchSetup, console: Console, *, window: bool, record: bool) -> None:
+def print_plan(setup: MatchSetup, console: Console, *, window: bool, record: bool, web: bool = False) -> None:
     """Print it.
 
     Args:
         window: True if the spectator would be opened. record: True if the recorder would run.
+        web: True if the page would be served.
     """
-    where = placed(setup, window=window, record=record)
+    where = placed(setup, window=window, record=record, web=web)
     players = {player.name: player for player in setup.players}
     grid = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
     for name in ("machine", "host", "process", "what it runs"):

@@ -44,6 +44,10 @@ SandboxOption = Annotated[
     bool | None,
     typer.Option("--sandbox/--no-sandbox", help="Seal players' processes; the default is the match file's."),
 ]
+WebOption = Annotated[bool, typer.Option("--web", help="Show it in browsers too, for this machine only.")]
+WebAtOption = Annotated[
+    str | None, typer.Option("--web-at", metavar="HOST[:PORT]", help="As --web, at this address; 0.0.0.0 is for all.")
+]
 SeedOption = Annotated[int | None, typer.Option(min=0, help="Seed that replaces the match file's.")]
 
 
@@ -85,6 +89,8 @@ def play(
     seats: SeatsOption = None,
     keys: KeysOption = None,
     sandbox: SandboxOption = None,
+    web: WebOption = False,
+    web_at: WebAtOption = None,
 ) -> None:
     """Play a match, show it, and say who won and where the run is recorded."""
     speed = rate_of(rate, in_process)
@@ -93,6 +99,9 @@ def play(
             f"{'--seats' if seats else '--sandbox'} needs processes: a match in one process has no seats and no "
             "sandboxes; leave --in-process out"
         )
+    if in_process and (web or web_at):
+        raise typer.BadParameter("--web needs processes: a match in one process has no page; leave --in-process out")
+    address = web_address(web_at) if web or web_at else None
     # The fork server loads what the match's processes need while this process loads the code that checks match files.
     with fork_server(wanted=not (in_process or dry_run)) as server:
         from vrg.commands.playing import Wish, play_match
@@ -107,6 +116,7 @@ def play(
             seats=seats,
             keys=keys if seats is not False else None,
             sandbox=sandbox,
+            web=address,
         )
         play_match(match, runs, wish, server, engine=engine, seed=seed, rate=speed)
 
@@ -130,3 +140,22 @@ def rate_of(rate: str | None, one_process: bool) -> float | None:
     if not 0.1 <= value <= 100:
         raise typer.BadParameter(f"expected 0.1 to 100 or max, got {rate!r}", param_hint="--rate")
     return value
+
+
+def web_address(typed: str | None) -> tuple[str, int | None]:
+    """The address and the port at which the page is served; None for a port that was not typed.
+
+    Args:
+        typed: such as `0.0.0.0:8080`, `192.168.1.5` or `[::1]:8080`; None for this machine only.
+
+    Raises:
+        typer.BadParameter: it is none of these.
+    """
+    from vrg.ui.web.admission import DEFAULT_HOST
+
+    if typed is None:
+        return DEFAULT_HOST, None
+    host, colon, port = typed.rpartition(":") if typed.count(":") == 1 or "]:" in typed else (typed, "", "")
+    if not host.strip("[]") or (colon and not (port.isdecimal() and 0 < int(port) < 65536)):
+        raise typer.BadParameter(f"expected an address such as 0.0.0.0:8080, got {typed!r}", param_hint="--web-at")
+    return host.strip("[]"), int(port) if colon else None

@@ -16,6 +16,7 @@ from vrg.bus.node import Node
 from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.commands.launching import Security, Show, play_processes
 from vrg.commands.options import has_display
+from vrg.commands.page import open_page
 from vrg.commands.plan import print_plan
 from vrg.config.loading import check_strategies, load_match, match_path
 from vrg.config.setup import MatchSetup, write_setup
@@ -41,6 +42,7 @@ class Wish:
         seats: True plays with seats, False without; None as the match file says.
         keys: the folder of the keys of the match's seats; None makes keys for this run alone.
         sandbox: True seals the processes of players, False does not; None as the match file says.
+        web: the address and the port at which browsers see it; None serves no page.
     """
 
     in_process: bool
@@ -52,6 +54,7 @@ class Wish:
     seats: bool | None = None
     keys: Path | None = None
     sandbox: bool | None = None
+    web: tuple[str, int | None] | None = None
 
 
 def play_match(
@@ -84,9 +87,12 @@ def play_match(
         setup = setup.all_here()
     console = Console(highlight=False)
     elsewhere = WINDOW in setup.place
-    show = Show(console, window=wish.window and (elsewhere or has_display()), record=wish.record)
+    page = None
+    if wish.web is not None and not wish.dry:
+        page = open_page(*wish.web, [player.name for player in setup.players])
+    show = Show(console, window=wish.window and (elsewhere or has_display()), record=wish.record, page=page)
     if wish.dry:
-        print_plan(setup, console, window=show.window, record=show.record)
+        print_plan(setup, console, window=show.window, record=show.record, web=wish.web is not None)
         return
     if wish.in_process:
         check_strategies(setup, nodes.strategy_of)

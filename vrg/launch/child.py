@@ -5,18 +5,21 @@ and it does not load the command line. In most cases it is forked from the fork 
 twelve processes start in about the time of one.
 """
 
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from vrg.config.setup import read_setup
-from vrg.errors import StrategyError, VrgError
+from vrg.errors import LaunchError, StrategyError, VrgError
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.serving import serve, serve_router
 
 FAILED_FOR_GOOD = 3
 """The exit status of a player whose strategy has failed in a way that makes another start useless."""
 
+LEASH = 0
+"""The descriptor of the standard input, which the supervisor holds as a leash."""
 
 _KEYS, _UPSTREAM = "--keys=", "--upstream="
 """What arguments begin with that name the folder of keys and the router upstream. They are the last arguments."""
@@ -77,15 +80,30 @@ def main(arguments: Sequence[str]) -> int:
             setup = read_setup(RunFolder(run).setup)
             if len(rest) > 2:
                 setup = setup.substituted(rest[1], rest[2])
-            stop = serve(
-                kind, setup, router=router, run=run, name=rest[1] if len(rest) > 1 else "", keys=keys, leash=True
-            )
+            name, secret = rest[1] if len(rest) > 1 else "", read_secret() if kind == "web" else ""
+            stop = serve(kind, setup, router=router, run=run, name=name, keys=keys, leash=True, secret=secret)
     except VrgError as error:
         print(f"vrg: {error}", file=sys.stderr)
         return FAILED_FOR_GOOD if isinstance(error, StrategyError) and error.final else 1
     except KeyboardInterrupt:
         return 130
     return 130 if stop.interrupted else 0
+
+
+def read_secret() -> str:
+    """The line that the supervisor has written to this process's standard input.
+
+    Raises:
+        LaunchError: there is none.
+    """
+    # The leash is read by its descriptor, too: no more than the line may be taken from it.
+    line = bytearray()
+    while not line.endswith(b"\n"):
+        byte = os.read(LEASH, 1)
+        if not byte:
+            raise LaunchError("expected a line on standard input, found its end: the supervisor is gone")
+        line += byte
+    return line.decode().rstrip("\n")
 
 
 if __name__ == "__main__":

@@ -16,6 +16,28 @@ def port_of(endpoint: str) -> str:
     return endpoint.rpartition(":")[2].split("?")[0].split("#")[0]
 
 
+def free_port(host: str, wanted: int, tries: int = 20) -> int:
+    """The wanted port of this machine, or the next one that no other program has.
+
+    Args:
+        host: the address to listen on. tries: how many ports are looked at.
+
+    Raises:
+        OSError: none of them is free, or this machine has no such address.
+    """
+    problem: OSError | None = None
+    for port in range(wanted, min(wanted + tries, 65536)):
+        for family, kind, protocol, _, address in socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[:1]:
+            with socket.socket(family, kind, protocol) as probe:
+                probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+                try:
+                    probe.bind(address)
+                    return port
+                except OSError as error:
+                    problem = error
+    raise OSError(f"no free port at {host} from {wanted} on: {problem}")
+
+
 def free_endpoint(host: str | None = None, *, secure: bool = False) -> str:
     """An endpoint with the default port, or with a free one if another program has that.
 

@@ -1,10 +1,11 @@
 """One process that the supervisor started."""
 
+import contextlib
 import signal
 import subprocess
 import sys
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import psutil
@@ -47,6 +48,7 @@ class ProcessSpec:
         says: the text that a process without a pulse prints when it is ready; None for the router.
         command: True if it is run as a `vrg` command.
         seat: True if it is a player's process, which may be disqualified.
+        secret: a line that it is given on its standard input, where no list of processes and no log shows it.
     """
 
     name: str
@@ -58,6 +60,7 @@ class ProcessSpec:
     says: str | None = None
     command: bool = False
     seat: bool = False
+    secret: str = field(default="", repr=False)
 
     @property
     def interpreter(self) -> tuple[str, ...]:
@@ -148,6 +151,11 @@ class ManagedProcess:
                 )
         except OSError as error:
             raise LaunchError(f"{self.spec.name}: cannot be started: {error}") from error
+        if self.spec.secret and self._process.stdin is not None:
+            # One that has ended already is seen to have.
+            with contextlib.suppress(BrokenPipeError):
+                self._process.stdin.write(f"{self.spec.secret}\n".encode())
+                self._process.stdin.flush()
 
     def stuck(self, now: float) -> str | None:
         """The reason, in words, why a process that is not ready will never be; None as long as it makes progress.

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from vrg.recording.recorder import Recorder
     from vrg.ui.hud.node import Hud
     from vrg.ui.spectator import Spectator
+    from vrg.ui.web.node import WebNode
 
 
 def world_node(setup: MatchSetup) -> "WorldNode":
@@ -206,3 +207,22 @@ def hud_node(setup: MatchSetup, player: str) -> "Hud":
         sizes={p.name: p.robot.size for p in setup.players},
         physical=frozenset(setup.physical),
     )
+
+
+def web_node(setup: MatchSetup, admission: str) -> "WebNode":
+    """Make the node that shows a match to browsers.
+
+    Args:
+        admission: where it is served, and who may do what: an encoded `vrg.ui.web.admission.Admission`.
+
+    Raises:
+        ValueError: the admission cannot be read.
+    """
+    from vrg.launch.specs import WEB
+    from vrg.ui.web.admission import read_admission
+    from vrg.ui.web.node import WebNode
+    from vrg.ui.web.server import WebServer
+
+    sizes = {player.name: player.robot.size for player in setup.players}
+    audience = WebServer(read_admission(admission), setup.name)
+    return WebNode(WEB, Mailbox(), setup.keys, audience, sizes=sizes, obstacles=setup.obstacles)

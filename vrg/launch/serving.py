@@ -41,7 +41,9 @@ LEASH_PATIENCE = 10.0
 STUCK = 30.0
 """The processor time in s that a node may use while no thread of Python comes to run, as in a loop in C code, before it
 is ended. This does not need a supervisor."""
-KINDS = ("world", "coordinator", "recorder", "spectator", "hud", "player")
+SHOWN = ("spectator", "hud", "web")
+"""The kinds of nodes that show the match to people."""
+KINDS = ("world", "coordinator", "recorder", *SHOWN, "player")
 """The kinds of nodes that `serve` can run."""
 
 
@@ -54,6 +56,7 @@ def serve(
     name: str = "",
     keys: Path | None = None,
     leash: bool = False,
+    secret: str = "",
 ) -> Stop:
     """Run a node of a match until it is stopped, and return the stop, which tells the reason.
 
@@ -63,6 +66,7 @@ def serve(
         keys: the folder of the keys of the match's seats; None in a match without them.
         run: the run folder. A world goes on from its snapshot there, and a coordinator from its journal, in HALT.
         leash: True if the process must stop when its standard input is closed, which happens when its parent dies.
+        secret: of the page, who may do what there: an encoded `vrg.ui.web.admission.Admission`.
 
     Raises:
         VrgError: the router or the robot cannot be reached, the set-up has problems, or a node of that name runs.
@@ -109,19 +113,29 @@ def serve(
         elif kind == "player":
             stack.enter_context(_students_code(setup.memory))
             node = nodes.player_node(setup, name)
-        elif kind == "spectator":
+        elif kind in SHOWN:
             official = credentials is None or credentials.common_name == Seat(SeatKind.OFFICIAL).common_name
-            window = nodes.spectator_node(setup, name or f"window-{os.getpid()}", run, official=official)
-            node, finished, idle = window, lambda: window.closed, WINDOW_PERIOD
-        elif kind == "hud":
-            display = nodes.hud_node(setup, name)
-            node, finished, idle = display, lambda: display.closed, WINDOW_PERIOD
+            node, finished = _shown(kind, setup, name, run, secret, official=official)
+            idle = WINDOW_PERIOD
         else:
             raise LaunchError(f"expected one of {', '.join(KINDS)}, got {kind!r}")
         statistics = run_node(node, session, setup.keys, stop, finished=finished, idle=idle)
         kept = run is not None or sealed or kind == "coordinator"
         _report(folder if kept else None, node.name, statistics, node.counted(), sealed=sealed)
         return stop
+
+
+def _shown(
+    kind: str, setup: MatchSetup, name: str, run: Path | None, secret: str, *, official: bool
+) -> tuple[Node, Callable[[], bool]]:
+    """Make a node that shows the match to people, and what tells whether they have closed it."""
+    if kind == "web":
+        return nodes.web_node(setup, secret), _never
+    if kind == "hud":
+        display = nodes.hud_node(setup, name)
+        return display, lambda: display.closed
+    window = nodes.spectator_node(setup, name or f"window-{os.getpid()}", run, official=official)
+    return window, lambda: window.closed
 
 
 def _seal(setup: MatchSetup, name: str, router: str, folder: RunFolder, credentials: Credentials | None) -> None:

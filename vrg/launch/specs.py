@@ -1,6 +1,7 @@
 """Which processes a match has, and which of them run on one machine."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from vrg.bus.seats import Seat, seats_of_node
 from vrg.config.setup import HERE, MatchSetup
@@ -8,19 +9,25 @@ from vrg.games import game_of
 from vrg.launch.child import arguments_of
 from vrg.launch.managed import ProcessSpec
 
+if TYPE_CHECKING:
+    from vrg.ui.web.admission import Admission
+
 WINDOW = "spectator"
 """The name of the process of the window that shows a match."""
+WEB = "web"
+"""The name of the process that serves the page. It runs where the match is launched, which prints its links."""
 
 
-def placed(setup: MatchSetup, *, window: bool, record: bool) -> dict[str, str]:
+def placed(setup: MatchSetup, *, window: bool, record: bool, web: bool = False) -> dict[str, str]:
     """The machine of each process of a match, by the process' name, in the order in which they are started.
 
     Args:
-        window: True opens the spectator. record: True runs the recorder.
+        window: True opens the spectator. record: True runs the recorder. web: True serves the page.
     """
     names = ["world", "referee", *(companion.name for companion in setup.companions)]
     names += ["recorder"] if record else []
     names += [WINDOW] if window else []
+    names += [WEB] if web else []
     names += [player.name for player in setup.players]
     routers = {"router": setup.place.get("router", HERE)}
     routers |= {further_router(name): name for name, machine in setup.machines.items() if machine.router}
@@ -37,7 +44,8 @@ def kind_of(setup: MatchSetup, process: str) -> str | None:
         return "player"
     if process in [companion.name for companion in setup.companions]:
         return None
-    kinds = {"world": "world", "referee": "coordinator", "recorder": "recorder", WINDOW: window_of(setup)[0]}
+    kinds = {"world": "world", "referee": "coordinator", "recorder": "recorder"}
+    kinds |= {WINDOW: window_of(setup)[0], WEB: "spectator"}
     return kinds.get(process, "router")
 
 
@@ -73,6 +81,7 @@ def specs(
     machine: str = HERE,
     upstream: str | None = None,
     keys: Path | None = None,
+    page: "Admission | None" = None,
 ) -> list[ProcessSpec]:
     """The processes of a match that run on one machine, the router first.
 
@@ -85,6 +94,7 @@ def specs(
         machine: the name of the machine.
         upstream: the endpoint of the router of the match, if the machine has a further one.
         keys: the folder of the keys of the seats on that machine; None in a match without them.
+        page: where the page is served, and for whom; None without one.
     """
     run = folder.resolve()
 
@@ -105,6 +115,12 @@ def specs(
         found.append(node("recorder", "recorder", "recorder", essential=False))
     if window:
         found.append(node(WINDOW, *window_of(setup), essential=False))
+    if page is not None:
+        arguments, pulse = (
+            arguments_of("web", router=endpoint, run=run, keys=keys),
+            setup.keys.pulse("spectator", WEB).key,
+        )
+        found.append(ProcessSpec(WEB, arguments, pulse, 1, 1, essential=False, secret=page.encoded()))
     for player in setup.players:
         waits = player.physical and bool(setup.companions)
         found.append(node(player.name, "player", player.name, group=2 if waits else 1, stop=0))

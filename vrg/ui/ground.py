@@ -4,15 +4,16 @@ import math
 
 import pygame
 
-from vrg.bus.messages import LARGE_ZONES, Zone
+from vrg.bus.messages import Zone
 from vrg.colours import Rgb
 from vrg.games import game_of
-from vrg.regions import Circle, Region
+from vrg.regions import Region
 from vrg.types import Vector
 from vrg.ui import palette, shapes
 from vrg.ui.scene import Scene
 from vrg.ui.text import Face, Fonts
 from vrg.ui.view import Pixel, View
+from vrg.ui.zones import ZoneLook, room, zone_look
 
 
 def draw_ground(surface: pygame.Surface, scene: Scene, view: View, ui: float, fonts: Fonts) -> None:
@@ -25,8 +26,7 @@ def draw_ground(surface: pygame.Surface, scene: Scene, view: View, ui: float, fo
     game = game_of(scene.game)
     for zone in scene.zones:
         if zone.kind != "field":
-            colour = game.team_style(zone.team).colour if zone.team else palette.MUTED
-            _zone(surface, zone, palette.SAFE if zone.kind == "safe" else colour, view, ui, fonts)
+            _zone(surface, zone, zone_look(zone, game), view, ui, fonts)
     for region in fields:
         shapes.outline(surface, _outline(region, view), palette.BORDER, 2.5 * ui)
     for obstacle in scene.obstacles:
@@ -64,20 +64,17 @@ def _grid(surface: pygame.Surface, region: Region, view: View) -> None:
             pygame.draw.line(surface, palette.GRID, a, b)
 
 
-def _zone(surface: pygame.Surface, zone: Zone, colour: Rgb, view: View, ui: float, fonts: Fonts) -> None:
+def _zone(surface: pygame.Surface, zone: Zone, look: ZoneLook, view: View, ui: float, fonts: Fonts) -> None:
     _, _, width, height = view.box(zone.region.bounds)
     if width < 2 or height < 2:
         return
-    safe = zone.kind == "safe"
-    tint = palette.mix(palette.FIELD, colour, 0.2 if safe else 0.08 if zone.kind in LARGE_ZONES else 0.14)
     outline = _outline(zone.region, view)
-    shapes.polygon(surface, outline, tint)
-    if safe:
-        _stripes(surface, zone.region, view, palette.mix(tint, colour, 0.22), max(14, round(18 * ui)))
-    shapes.outline(surface, outline, palette.mix(colour, palette.FIELD, 0.25), 2 if safe else 1)
-    # The name of a large zone would lie below that of the zones in it.
-    if zone.kind not in LARGE_ZONES:
-        _name(surface, zone, view, ui, fonts)
+    shapes.polygon(surface, outline, look.tint)
+    if look.safe:
+        _stripes(surface, zone.region, view, look.stripe, max(14, round(18 * ui)))
+    shapes.outline(surface, outline, look.edge, 2 if look.safe else 1)
+    if look.words:
+        _name(surface, zone.region, look, view, ui, fonts)
 
 
 def _stripes(surface: pygame.Surface, region: Region, view: View, colour: Rgb, step: int) -> None:
@@ -92,45 +89,27 @@ def _stripes(surface: pygame.Surface, region: Region, view: View, colour: Rgb, s
             pygame.draw.aaline(surface, colour, (a[0] + 1, a[1]), (b[0] + 1, b[1]))
 
 
-def _name(surface: pygame.Surface, zone: Zone, view: View, ui: float, fonts: Fonts) -> None:
+def _name(surface: pygame.Surface, region: Region, look: ZoneLook, view: View, ui: float, fonts: Fonts) -> None:
     """Write the name of a zone about its middle, upright where that has more room, or not at all where it has none."""
-    width, height = _room(zone.region, view)
-    safe = zone.kind == "safe"
-    words = zone.name.replace("_", " ").upper()
-    if safe and "ZONE" not in words:
-        words += " ZONE"
-    size = round((20 if safe else 15) * ui)
+    along_x, along_y = (length * view.scale for length in room(region))
+    width, height = (along_y, along_x) if view.turned else (along_x, along_y)
+    size = round((20 if look.safe else 15) * ui)
     smallest = max(10, round(12 * ui))
-    while size > smallest and fonts.width(words, size, Face.BOLD) > 0.85 * width:
+    while size > smallest and fonts.width(look.words, size, Face.BOLD) > 0.85 * width:
         size -= 1
-    ink = palette.mix(palette.SAFE, palette.TEXT, 0.45) if safe else palette.MUTED
-    text = fonts.render(words, max(size, smallest), ink, Face.BOLD)
-    if zone.team and isinstance(zone.region, Circle):
-        # There may be an object in the middle, so the name is below the circle.
-        x, y = view.point(*zone.region.middle)
-        _, _, _, diameter = view.box(zone.region.bounds)
-        text = fonts.render(words, smallest, ink, Face.BOLD)
+    text = fonts.render(look.words, max(size, smallest), look.ink, Face.BOLD)
+    x, y = view.point(*region.middle)
+    if look.below:
+        _, _, _, diameter = view.box(region.bounds)
+        text = fonts.render(look.words, smallest, look.ink, Face.BOLD)
         surface.blit(text, text.get_rect(midtop=(round(x), round(y + diameter / 2 + 4 * ui))))
         return
     if text.get_width() > 0.85 * width and height > width:
         text = pygame.transform.rotate(text, 90)
     if text.get_width() <= width - 4 and text.get_height() <= height - 4:
         text = text.copy()
-        text.set_alpha(210 if safe else 150)
-        x, y = view.point(*zone.region.middle)
+        text.set_alpha(210 if look.safe else 150)
         surface.blit(text, text.get_rect(center=(round(x), round(y))))
-
-
-def _room(region: Region, view: View) -> tuple[float, float]:
-    """How far, in pixels, something centred in the middle of a region can reach: its width and its height."""
-    x, y = view.point(*region.middle)
-    _, _, width, height = view.box(region.bounds)
-
-    def reach(dx: float, dy: float) -> float:
-        stretch = region.inside(view.place(x - dx, y - dy), view.place(x + dx, y + dy))
-        return 0.0 if stretch is None else 2 * min(0.5 - stretch[0], stretch[1] - 0.5)
-
-    return 2 * width * reach(width, 0.0), 2 * height * reach(0.0, height)
 
 
 def _between(start: Pixel, end: Pixel, share: float) -> Pixel:

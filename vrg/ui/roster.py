@@ -5,10 +5,9 @@ from typing import Final
 
 import pygame
 
-from vrg.bus.messages import DISQUALIFIED
-from vrg.colours import Rgb
 from vrg.games.game import Game
 from vrg.ui import palette, shapes
+from vrg.ui.deeds import LOW_BATTERY, deed
 from vrg.ui.scene import Scene, ScenePlayer, speed_text
 from vrg.ui.text import Face, Fonts
 
@@ -23,10 +22,6 @@ _HALF: Final = (0.16, 0.60)
 """Where the cells of a row begin, as parts of its width: name, role, deed; or name and deed."""
 _SPEED: Final = 0.90
 """Where the speed ends in a row of one column, as a part of its width. The battery stands behind it."""
-_BRIEFLY: Final = {"emergency stop": "stop"}
-"""Words for what a player does that have no room, and others for them."""
-LOW_BATTERY: Final = 0.2
-"""The charge below which a battery is shown as low, 0 to 1."""
 
 
 @dataclass(frozen=True)
@@ -97,10 +92,10 @@ class RosterPainter:
         quiet = player.out_of_play
         name = (player.name, Face.BOLD, palette.CAUTION if player.fault else palette.MUTED if quiet else palette.TEXT)
         role = (player.role, Face.REGULAR, style.colour if not quiet else palette.MUTED)
-        words, colour = _deed(player, row)
-        deed = (words, Face.REGULAR, colour)
+        words, colour = deed(player, driven=row.driven, brief=row.brief)
+        doing = (words, Face.REGULAR, colour)
         gauges = not row.brief and not quiet
-        cells, begins = ((name, deed), _HALF) if row.brief else ((name, role, deed), _WIDE)
+        cells, begins = ((name, doing), _HALF) if row.brief else ((name, role, doing), _WIDE)
         last = _SPEED - 0.12 if gauges else 1.0
         size = round((12 if row.brief else 13) * ui)
         for (words, face, colour), begin, end in zip(cells, begins, (*begins[1:], last), strict=True):
@@ -137,15 +132,3 @@ class RosterPainter:
                 surface.blit(self._fonts.render(line, size, palette.CAUTION), (place.left + indent, y))
                 y += round(15 * ui)
         return y
-
-
-def _deed(player: ScenePlayer, row: _Row) -> tuple[str, Rgb]:
-    """What a player does in a word, and its colour."""
-    if row.driven or player.manual:
-        return "by hand", palette.CAUTION
-    if player.out_of_play:
-        return "out" if row.brief and player.state == DISQUALIFIED else player.state, palette.MUTED
-    if player.battery is not None and player.battery < LOW_BATTERY:
-        return f"{player.battery:.0%} left", palette.CAUTION
-    word = player.mode.rpartition("/")[2] or player.state
-    return _BRIEFLY.get(word, word), palette.MUTED

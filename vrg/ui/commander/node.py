@@ -15,6 +15,7 @@ from vrg.regions import Region
 from vrg.ui.builder import SceneBuilder, SceneInlets
 from vrg.ui.commander.board import BoardPainter, Lights
 from vrg.ui.commander.deck import Deck
+from vrg.ui.deeds import hindrance
 from vrg.ui.draw import Painter
 from vrg.ui.pace import Pace
 from vrg.ui.pads import FACES, PLAYERS, Act, Pads
@@ -213,14 +214,5 @@ class Commander(Node):
 
     def hindrance(self) -> str:
         """What keeps the driven robot from moving, in words; empty if nothing does."""
-        scene = self._scene
-        if scene.estop:
-            return "emergency stop: only an official releases it"
-        if scene.halted is not None:
-            return "play is halted: only an official continues it"
-        player = scene.player(self.deck.selected) if self.deck.selected is not None else None
-        if player is None:
-            return ""
-        if player.leased:
-            return "the referee drives it"
-        return player.fault or ("" if player.may_move else "it may not move now")
+        scene, selected = self._scene, self.deck.selected
+        return hindrance(scene, None if selected is None else scene.player(selected))

@@ -12,9 +12,9 @@ from vrg.games.hud.helm import Goal, Wish
 from vrg.hal.sensors.sonar import SonarSpec
 from vrg.types import Vector
 from vrg.ui.banner import banners
+from vrg.ui.deeds import LOW_BATTERY
 from vrg.ui.hud import words
 from vrg.ui.hud.telemetry import Telemetry
-from vrg.ui.roster import LOW_BATTERY
 from vrg.ui.scene import Scene, clock_text, speed_text
 
 OLD: Final = 0.3

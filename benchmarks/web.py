@@ -1,0 +1,172 @@
+"""What browsers cost a match: processor time of the page's server and of the match, and missed ticks, by viewers.
+
+One match over processes with a page, at rate 1, for which 0, 1 and 20 viewers look at it in turns, several rounds, so
+that all see the same match on the same machine. A viewer is a WebSocket of aiohttp's client in a process of its own,
+which reads and acknowledges each batch as the page does; it draws nothing. Numbers of ticks and of missed ticks are
+from the pulses of the nodes. CPU is the share of one core, from /proc.
+"""
+
+import asyncio
+import contextlib
+import multiprocessing
+import os
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections import defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import aiohttp
+import psutil
+from common import arguments, median, quantile, show, write_match
+
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.session import open_session
+from vrg.bus.topics import Keys
+
+VIEWERS = (0, 1, 20)
+PATIENCE = 60.0
+"""s of real time for the match to start."""
+
+
+async def _view(link: str, gaps: list[float], sizes: list[int]) -> None:
+    """Look at the page until cancelled, and note the times between batches, s, and their sizes, bytes."""
+    async with aiohttp.ClientSession() as session, session.ws_connect(f"{link}socket") as socket:
+        await socket.send_str('{"t":"hello"}')
+        batches, before = 0, time.monotonic()
+        async for message in socket:
+            now = time.monotonic()
+            gaps.append(now - before)
+            sizes.append(len(message.data))
+            batches, before = batches + 1, now
+            if batches % 3 == 0:
+                await socket.send_str(f'{{"t":"ack","count":{batches}}}')
+
+
+def _viewers(link: str, count: int, seconds: float, out: Any) -> None:
+    """Let so many viewers look for so long."""
+    gaps: list[float] = []
+    sizes: list[int] = []
+
+    async def work() -> None:
+        tasks = [asyncio.create_task(_view(link, gaps, sizes)) for _ in range(count)]
+        await asyncio.sleep(seconds)
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    asyncio.run(work())
+    out.put((gaps[5 * count :], sizes[5 * count :]))
+
+
+@contextlib.contextmanager
+def _match(folder: Path, robots: int) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
+    """A match with a page: its launcher, and the viewers' link."""
+    write_match(folder, robots, engine="pybullet", lasers=True, name="web-benchmark")
+    output = folder / "output.txt"
+    environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
+    command = [sys.executable, "-P", "-m", "vrg", "play", str(folder / "match.toml"), "--headless", "--web"]
+    with output.open("wb") as out:
+        launcher = subprocess.Popen(
+            [*command, "--runs", str(folder / "runs"), "--no-record"], stdout=out, stderr=out, env=environment
+        )
+    try:
+        deadline = time.monotonic() + PATIENCE
+        while not (found := re.search(r"watch +(http://\S+)", output.read_text())):
+            if launcher.poll() is not None or time.monotonic() > deadline:
+                raise SystemExit(f"the match does not start:\n{output.read_text()}")
+            time.sleep(0.1)
+        yield launcher, found[1]
+    finally:
+        launcher.send_signal(signal.SIGINT)
+        launcher.wait(PATIENCE)
+
+
+def _cpu(processes: dict[str, psutil.Process]) -> dict[str, float]:
+    """The processor time of each process, s."""
+    return {name: sum(process.cpu_times()[:2]) for name, process in processes.items()}
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = arguments(__doc__)
+    parser.add_argument("--robots", type=int, default=16, help="robots in the match")
+    options = parser.parse_args()
+    rounds, seconds = (1, 3.0) if options.quick else (5, 8.0)
+    web: dict[int, list[float]] = defaultdict(list)
+    rest: dict[int, list[float]] = defaultdict(list)
+    missed: dict[int, int] = defaultdict(int)
+    ticks: dict[int, int] = defaultdict(int)
+    gaps: dict[int, list[float]] = defaultdict(list)
+    sizes: dict[int, list[int]] = defaultdict(list)
+    with tempfile.TemporaryDirectory() as made, _match(Path(made), options.robots) as (launcher, link):
+        endpoint = _endpoint(launcher.pid)
+        keys, mailbox = Keys("web-benchmark"), Mailbox()
+        pulses = mailbox.subscribe(keys.pulse())
+        with open_session(endpoint) as session:
+            session.attach(mailbox)
+            processes = {_name(p): p for p in psutil.Process(launcher.pid).children(recursive=True) if p.is_running()}
+
+            def heard() -> dict[str, tuple[int, int]]:
+                session.receive()
+                mailbox.handover(0.0)
+                return {key: (p.body.ticks, p.body.missed) for key, p in pulses.by_key.items()}
+
+            time.sleep(5.0)
+            for turn in range(rounds * len(VIEWERS)):
+                count = VIEWERS[turn % len(VIEWERS)]
+                answers: Any = multiprocessing.Queue()
+                viewers = multiprocessing.Process(target=_viewers, args=(link, count, seconds + 2.0, answers))
+                viewers.start()
+                time.sleep(1.5)
+                before, told, began = _cpu(processes), heard(), time.monotonic()
+                time.sleep(seconds)
+                after, telling, lasted = _cpu(processes), heard(), time.monotonic() - began
+                found = answers.get(timeout=PATIENCE)
+                viewers.join()
+                used = {name: (after[name] - before[name]) / lasted for name in processes}
+                web[count].append(used.pop("web"))
+                rest[count].append(sum(used.values()))
+                for key, (done, lost) in telling.items():
+                    if key in told and not key.endswith("/web"):
+                        ticks[count] += done - told[key][0]
+                        missed[count] += lost - told[key][1]
+                gaps[count] += found[0]
+                sizes[count] += found[1]
+    rows = [
+        {
+            "viewers": count,
+            "page's server, % of a core": 100 * median(web[count]),
+            "rest of the match, %": 100 * median(rest[count]),
+            "ticks of its nodes": ticks[count],
+            "missed": missed[count],
+            "batches/s a viewer": len(gaps[count]) / sum(gaps[count]) if gaps[count] else None,
+            "gap p99, ms": 1e3 * quantile(gaps[count], 0.99) if gaps[count] else None,
+            "batch, bytes": median(sizes[count]) if sizes[count] else None,
+        }
+        for count in VIEWERS
+    ]
+    note = f"{options.robots} robots, PyBullet with lasers, {rounds} times {seconds:g} s each"
+    show("A match with a page", rows, [note], as_json=options.json)
+
+
+def _endpoint(pid: int) -> str:
+    """The router of the match that a launcher plays."""
+    from vrg.launch.running import running  # noqa: PLC0415 - after the match is registered
+
+    return next(match.router for match in running() if match.pid == pid)
+
+
+def _name(process: psutil.Process) -> str:
+    """`web` for the page's server, else something of its own."""
+    title = " ".join(process.cmdline())
+    return "web" if title.startswith("vrg web") else f"{title} {process.pid}"
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,78 @@
+"""Debian's Chromium without a screen, for tests of the page."""
+
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from playwright.sync_api import Browser, Page, sync_playwright
+
+from tests.requirements import missing
+
+FLAGS = (
+    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync",
+)  # fmt: skip
+PATIENCE = 30_000.0
+"""ms of real time for anything to happen on a page."""
+SIZES = ((1280, 720), (1920, 1080), (390, 844))
+"""The pixels of a small and of a large projector, and of a telephone."""
+
+
+@contextmanager
+def chromium() -> Iterator[Browser]:
+    """A browser with an empty profile."""
+    path = shutil.which("chromium")
+    if path is None:
+        missing("chromium is not installed: no browser for the page")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=list(FLAGS))
+        try:
+            yield browser
+        finally:
+            browser.close()
+
+
+class Visitor:
+    """A page in a context of its own, as another person's browser is.
+
+    Attributes:
+        page: Playwright's. errors: of the page, and of what it has loaded.
+    """
+
+    def __init__(self, browser: Browser, link: str, size: tuple[int, int] = SIZES[0]) -> None:
+        context = browser.new_context(viewport={"width": size[0], "height": size[1]})
+        self.page: Page = context.new_page()
+        self.page.set_default_timeout(PATIENCE)
+        self.errors: list[str] = []
+        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
+        self.page.on("console", lambda said: self.errors.append(said.text) if said.type == "error" else None)
+        self.page.goto(link)
+
+    def wait(self, expression: str) -> None:
+        """Wait until an expression of JavaScript holds; `vrg` is what the page knows."""
+        self.page.wait_for_function(f"() => {{ const vrg = window.vrg; return vrg && ({expression}); }}")
+
+    def text(self, what: str) -> str:
+        """What is written in an element."""
+        return self.page.inner_text(what)
+
+    def wait_text(self, what: str, words: str) -> None:
+        """Wait until an element is seen that has these words in it."""
+        self.page.locator(what, has_text=words).first.wait_for()
+
+    def colour_at(self, x: float, y: float) -> str:
+        """The colour of the field at a point of it, m, such as `#56b4e9`."""
+        found: str = self.page.evaluate(
+            """async ([x, y]) => {
+                const { point } = await import(`${location.origin}/view.js`);
+                const [px, py] = point(vrg.field.view, x, y).map((at) => Math.round(at * devicePixelRatio));
+                const data = vrg.field.canvas.getContext("2d").getImageData(px, py, 1, 1).data;
+                return "#" + [...data].slice(0, 3).map((part) => part.toString(16).padStart(2, "0")).join("");
+            }""",
+            [x, y],
+        )
+        return found
+
+    def close(self) -> None:
+        """Close the browser's window, as a person does."""
+        self.page.context.close()

@@ -1,0 +1,118 @@
+"""Where the page is served, how its process gets the tokens, and what is printed of them."""
+
+import io
+import os
+import socket
+
+import pytest
+import typer
+from rich.console import Console
+from typer.testing import CliRunner
+
+from tests.test_machines import load
+from vrg.cli import make_app
+from vrg.commands.page import open_page, print_links
+from vrg.commands.play import web_address
+from vrg.errors import LaunchError
+from vrg.launch import child
+from vrg.launch.child import split_options, title
+from vrg.launch.endpoints import free_port
+from vrg.launch.fork_server import ForkServer
+from vrg.launch.managed import ManagedProcess, ProcessSpec
+from vrg.launch.specs import WEB, placed, specs
+from vrg.ui.web.admission import admission, read_admission
+
+
+@pytest.mark.parametrize(
+    ("typed", "address"),
+    [
+        (None, ("127.0.0.1", None)),
+        ("0.0.0.0", ("0.0.0.0", None)),
+        ("192.168.1.5:9000", ("192.168.1.5", 9000)),
+        ("lab2:80", ("lab2", 80)),
+        ("::1", ("::1", None)),
+        ("[::1]:9000", ("::1", 9000)),
+        ("[::]", ("::", None)),
+    ],
+)
+def test_addresses(typed, address):
+    assert web_address(typed) == address
+
+
+@pytest.mark.parametrize("typed", ["", ":8080", "lab2:", "lab2:port", "lab2:0", "lab2:70000", "[]:80"])
+def test_what_is_no_address_is_told(typed):
+    with pytest.raises(typer.BadParameter, match="expected an address such as"):
+        web_address(typed)
+
+
+def test_a_match_in_one_process_has_no_page():
+    done = CliRunner().invoke(make_app("play"), ["play", "sharks-and-minnows", "--in-process", "--web"])
+    assert done.exit_code == 2
+    assert "--web needs processes" in " ".join(done.output.replace("│", " ").split())
+
+
+def test_the_usual_port_or_the_next_free_one_is_taken_but_one_that_was_asked_for_must_be_free():
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        port = other.getsockname()[1]
+        assert port < free_port("127.0.0.1", port) < port + 20
+        with pytest.raises(LaunchError, match=f"no free port at 127.0.0.1 from {port} on"):
+            open_page("127.0.0.1", port, ["ann"])
+    assert open_page("127.0.0.1", port, ["ann"]).port == port
+
+
+def test_each_link_is_printed_whole_in_one_line():
+    out = io.StringIO()
+    name = "a [bold] name of the longest kind that a player may have in a match"[:64]
+    page = admission("127.0.0.1", 8080, [name])
+    print_links(page, Console(file=out, width=40))
+    lines = out.getvalue().splitlines()
+    assert [line.split()[-1] for line in lines[:3]] == [link for _, link in page.links("127.0.0.1")]
+    assert lines[2].startswith(f"drive {name} ")
+    assert "unencrypted" not in out.getvalue()
+
+
+def test_whoever_serves_it_to_others_is_told_who_can_see_it():
+    out = io.StringIO()
+    print_links(admission("0.0.0.0", 8080, []), Console(file=out, width=200))
+    assert "everybody who reaches this machine can watch" in out.getvalue()
+    assert "0.0.0.0" not in out.getvalue()
+
+
+def test_the_page_runs_where_the_match_is_launched_and_its_tokens_are_in_no_argument(tmp_path):
+    setup = load(tmp_path)
+    page = admission("127.0.0.1", 8080, [player.name for player in setup.players])
+    found = {s.name: s for s in specs(setup, tmp_path, "tcp/h:1", window=False, record=False, page=page)}
+    web = found[WEB]
+    assert placed(setup, window=False, record=False, web=True)[WEB] == "here"
+    assert read_admission(web.secret) == page
+    assert not web.essential
+    assert all(token not in repr(web) for token in (page.official, *page.seats.values()))
+    assert title(web.arguments).startswith("vrg web in ")
+    assert split_options(web.arguments)[0][0] == "web"
+    assert WEB not in {s.name for s in specs(setup, tmp_path, "tcp/h:1", window=False, record=False)}
+
+
+def test_a_process_is_given_its_secret_at_each_start(tmp_path, monkeypatch):
+    code = "import sys; print(len(sys.stdin.readline().strip()), flush=True)"
+    monkeypatch.setattr(ProcessSpec, "interpreter", property(lambda _: ("-c", code)))
+    process = ManagedProcess(
+        ProcessSpec("web", ("web",), "x/y/z", 1, 1, secret="t0ken"), tmp_path / "log", ForkServer()
+    )
+    for _ in range(2):
+        process.start()
+        assert process._process is not None
+        assert process._process.wait(60) == 0
+        process.wait_stopped(0.0)
+    assert (tmp_path / "log").read_text().split() == ["5", "5"]
+
+
+def test_a_page_without_its_tokens_says_that_its_supervisor_is_gone(monkeypatch):
+    reader, writer = os.pipe()
+    os.write(writer, b'{"host": "127.0.0.1"')
+    os.close(writer)
+    monkeypatch.setattr(child, "LEASH", reader)
+    with pytest.raises(LaunchError, match="the supervisor is gone"):
+        child.read_secret()
+    os.close(reader)

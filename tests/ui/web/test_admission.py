@@ -1,0 +1,140 @@
+"""Who may do what on the page, by the token of the link."""
+
+import pytest
+
+from vrg.ui.web.admission import OFFICIAL, VIEWER, Role, RoleKind, admission, read_admission
+from vrg.ui.web.lobby import AT_ONCE, PER_SECOND, Admitted, Allowance, Lobby, Refused
+from vrg.ui.web.requests import Act, Action, Drive, GiveBack, Hello, read_request, refusal
+
+PAGE = admission("127.0.0.1", 8080, ["ann", "bob"])
+ANN = Role(RoleKind.SEAT, "ann")
+
+
+def test_each_token_admits_to_its_own_role():
+    assert PAGE.role_of("") == VIEWER
+    assert PAGE.role_of(PAGE.official) == OFFICIAL
+    assert PAGE.role_of(PAGE.seats["ann"]) == ANN
+    assert PAGE.role_of("guessed") is None
+    assert PAGE.role_of("ä") is None
+    assert len({PAGE.official, *PAGE.seats.values()}) == 3
+
+
+def test_a_page_without_deciding_has_no_tokens_and_an_empty_one_admits_to_nothing_more():
+    watching = admission("127.0.0.1", 8080, ["ann"], deciding=False)
+    assert watching.role_of("") == VIEWER
+    assert [role for role, _ in watching.links("127.0.0.1")] == [VIEWER]
+
+
+def test_links_carry_the_token_in_the_fragment_which_is_sent_to_no_server():
+    links = dict(PAGE.links("::1"))
+    assert links[VIEWER] == "http://[::1]:8080/"
+    assert links[ANN] == f"http://[::1]:8080/#{PAGE.seats['ann']}"
+
+
+def test_what_is_printed_of_it_by_accident_has_no_token():
+    assert PAGE.official not in repr(PAGE)
+    assert PAGE.seats["ann"] not in repr(PAGE)
+
+
+def test_it_travels_in_one_line():
+    line = PAGE.encoded()
+    assert "\n" not in line
+    assert read_admission(line) == PAGE
+    with pytest.raises(ValueError, match="expected the tokens") as error:
+        read_admission(line[:-5])
+    assert PAGE.official not in str(error.value)
+
+
+@pytest.mark.parametrize("what", list(Action))
+def test_a_viewer_may_neither_decide_nor_drive(what):
+    assert "token" in refusal(VIEWER, Act(what=what))
+    assert "token" in refusal(VIEWER, Drive(forward=1.0, turn=0.0))
+    assert "token" in refusal(VIEWER, GiveBack())
+
+
+def test_an_official_decides_but_does_not_drive_and_a_driver_may_also_stop_everything():
+    assert all(not refusal(OFFICIAL, Act(what=what)) for what in Action)
+    assert refusal(OFFICIAL, Drive(forward=1.0, turn=0.0))
+    assert not refusal(ANN, Drive(forward=1.0, turn=0.0))
+    assert [what for what in Action if not refusal(ANN, Act(what=what))] == [Action.ESTOP]
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("{", "expected a request in JSON"),
+        ("[]", "not understood"),
+        ('{"t":"fly"}', "not understood"),
+        ('{"t":"drive","forward":2,"turn":0}', r"<= 1.0.*forward"),
+        ('{"t":"drive","forward":NaN,"turn":0}', "expected a request in JSON"),
+        ('{"t":"drive","forward":0}', "turn"),
+        ('{"t":"act","what":"win"}', "not understood"),
+        ('{"t":"hello","token":"' + "x" * 65 + '"}', "token"),
+        ('{"t":"ack","count":-1}', "count"),
+        ('{"t":"give_back","player":"bob"}', "player"),
+    ],
+)
+def test_a_bad_request_is_told_in_words(text, why):
+    with pytest.raises(ValueError, match=why):
+        read_request(text)
+
+
+class TestLobby:
+    def test_a_wrong_token_is_refused_and_counted(self):
+        lobby = Lobby(PAGE)
+        found = lobby.admit(1, Hello(token="guessed"))
+        assert isinstance(found, Refused)
+        assert found.reason == "token"
+        assert "guessed" not in found.why
+        assert (lobby.wrong_tokens, lobby.roles) == (1, {})
+
+    def test_a_seat_has_one_driver(self):
+        lobby = Lobby(PAGE)
+        assert lobby.admit(1, Hello(token=PAGE.seats["ann"], tab="a")) == Admitted(ANN)
+        found = lobby.admit(2, Hello(token=PAGE.seats["ann"], tab="b"))
+        assert isinstance(found, Refused)
+        assert (found.reason, "ann" in found.why) == ("taken", True)
+        assert lobby.admit(3, Hello(token=PAGE.seats["bob"], tab="b")) == Admitted(Role(RoleKind.SEAT, "bob"))
+
+    def test_a_seat_can_be_taken_over_on_purpose_and_the_one_before_may_watch(self):
+        lobby = Lobby(PAGE)
+        lobby.admit(1, Hello(token=PAGE.seats["ann"], tab="a"))
+        assert lobby.admit(2, Hello(token=PAGE.seats["ann"], tab="b", takeover=True)) == Admitted(ANN, displaced=1)
+        assert lobby.roles == {1: VIEWER, 2: ANN}
+        assert lobby.leave(1) == VIEWER
+        assert lobby.holder(ANN) == 2
+
+    def test_a_page_that_comes_back_has_its_seat_again_though_its_old_connection_is_not_gone(self):
+        lobby = Lobby(PAGE)
+        lobby.admit(1, Hello(token=PAGE.seats["ann"], tab="a"))
+        assert lobby.admit(2, Hello(token=PAGE.seats["ann"], tab="a")) == Admitted(ANN, displaced=1)
+
+    def test_pages_without_a_word_of_their_own_do_not_count_as_the_same(self):
+        lobby = Lobby(PAGE)
+        lobby.admit(1, Hello(token=PAGE.seats["ann"]))
+        assert isinstance(lobby.admit(2, Hello(token=PAGE.seats["ann"])), Refused)
+
+    def test_a_seat_that_was_left_is_free(self):
+        lobby = Lobby(PAGE)
+        lobby.admit(1, Hello(token=PAGE.seats["ann"]))
+        assert lobby.leave(1) == ANN
+        assert lobby.leave(1) is None
+        assert lobby.admit(2, Hello(token=PAGE.seats["ann"])) == Admitted(ANN)
+
+    def test_viewers_are_bounded_but_never_keep_the_official_or_a_driver_out(self):
+        lobby = Lobby(PAGE, limit=2)
+        assert lobby.admit(1, Hello()) == lobby.admit(2, Hello()) == Admitted(VIEWER)
+        full = lobby.admit(3, Hello())
+        assert isinstance(full, Refused)
+        assert full.reason == "full"
+        assert lobby.admit(4, Hello(token=PAGE.official)) == Admitted(OFFICIAL)
+        assert lobby.admit(5, Hello(token=PAGE.seats["ann"])) == Admitted(ANN)
+
+
+def test_whoever_talks_too_fast_is_stopped_and_a_driver_is_not():
+    allowance = Allowance()
+    assert sum(allowance.spend(10.0) for _ in range(1000)) == AT_ONCE
+    assert not allowance.spend(10.0)
+    assert allowance.spend(10.0 + 1.1 / PER_SECOND)
+    driver = Allowance()
+    assert all(driver.spend(number / 30) for number in range(3000))

@@ -1,0 +1,173 @@
+"""The page as a node: what it shows to its audience, and what it publishes for it."""
+
+import json
+from collections.abc import Mapping, Sequence
+
+import pytest
+
+from tests.ui import synthetic
+from vrg.bus import messages as m
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.node import Tick
+from vrg.errors import LaunchError
+from vrg.ui.web.node import LEASE, WebNode
+from vrg.ui.web.requests import Action, Command, Decision, Wishes
+
+
+class Audience:
+    """Keeps what it was shown; wants what a test says."""
+
+    def __init__(self) -> None:
+        self.watched = True
+        self.frames: list[dict[str, object]] = []
+        self.calls: list[dict[str, object]] = []
+        self.told: list[tuple[int, str]] = []
+        self.events: list[str] = []
+        self.wish = Wishes()
+        self.failure: LaunchError | None = None
+
+    def start(self) -> None:
+        self.events.append("start")
+
+    def stop(self) -> None:
+        self.events.append("stop")
+
+    def check(self) -> None:
+        if self.failure is not None:
+            raise self.failure
+
+    def show(self, parts: Mapping[str, str], calls: Sequence[str] = ()) -> None:
+        self.frames.append({name: json.loads(text) for name, text in parts.items()})
+        self.calls += map(json.loads, calls)
+
+    def tell(self, guest: int, text: str) -> None:
+        self.told.append((guest, text))
+
+    def wishes(self) -> Wishes:
+        wish, self.wish = self.wish, Wishes()
+        return wish
+
+
+@pytest.fixture
+def audience():
+    return Audience()
+
+
+@pytest.fixture
+def node(keys, audience):
+    return WebNode("web", Mailbox(), keys, audience, obstacles=synthetic.OBSTACLES)
+
+
+@pytest.fixture
+def match(keys):
+    return synthetic.Match(keys)
+
+
+def said(node):
+    return [out.message.body for out in node.mailbox.collect()]
+
+
+def test_it_shows_25_frames_a_second_and_each_call_once(node, match, audience):
+    for number in range(351):
+        match.step(node, number * node.period, number)
+    assert 351 <= len(audience.frames) <= 353
+    assert [call["number"] for call in audience.calls] == [1, 2]
+    assert audience.frames[-1]["frame"]["clock"] == "0:14.0"
+
+
+def test_a_fast_match_is_not_shown_at_every_tick(keys, node, match, audience):
+    for number in range(400):
+        time = number * node.period
+        match.say(
+            node.mailbox, keys.clock, m.Clock(time=time, tick=number, epoch=0, rate=10.0, estop=False), time, number
+        )
+        node.mailbox.handover(time)
+        node.tick(Tick(time))
+    assert len(audience.frames) <= 45
+
+
+def test_nothing_is_drawn_up_while_nobody_looks_but_calls_are_kept(node, match, audience):
+    audience.watched = False
+    for number in range(351):
+        match.step(node, number * node.period, number)
+    assert len(audience.frames) == 2
+    assert len(audience.calls) == 2
+    audience.watched = True
+    match.step(node, 14.1, 352)
+    assert audience.frames[-1]["state"]["scores"][0]["points"] == 2
+
+
+def test_a_command_is_published_once_with_a_lease_so_that_a_silent_page_drives_nobody(node, match, audience):
+    match.step(node, 5.0, 0)
+    audience.wish = Wishes(commands=(Command("nemo", 0.5, -0.2),))
+    match.step(node, 5.05, 1)
+    assert said(node) == [m.Manual(forward=0.5, turn=-0.2, lease=LEASE)]
+    match.step(node, 5.1, 2)
+    assert said(node) == []
+
+
+def test_who_gives_back_gives_back_at_once_and_only_what_was_driven(node, match, audience):
+    audience.wish = Wishes(given_back=("nemo",))
+    match.step(node, 5.0, 0)
+    assert said(node) == []
+    audience.wish = Wishes(commands=(Command("nemo", 1.0, 0.0),))
+    match.step(node, 5.05, 1)
+    audience.wish = Wishes(given_back=("nemo",))
+    match.step(node, 5.1, 2)
+    assert [manual.lease for manual in said(node)] == [LEASE, 0.0]
+
+
+def test_the_lease_holds_in_real_time_in_a_match_that_is_fast(keys, node, match, audience):
+    match.say(node.mailbox, keys.clock, m.Clock(time=1.0, tick=0, epoch=0, rate=2.0, estop=False), 1.0, 0)
+    node.mailbox.handover(1.0)
+    node.tick(Tick(1.0))
+    audience.wish = Wishes(commands=(Command("nemo", 1.0, 0.0),))
+    node.tick(Tick(1.1))
+    assert [manual.lease for manual in said(node)] == [2 * LEASE]
+
+
+def test_without_a_clock_nobody_is_driven_but_everything_can_be_stopped(node, match, audience):
+    match.step(node, 5.0, 0)
+    stop = Decision(1, "driver of nemo (web)", Action.ESTOP)
+    audience.wish = Wishes(commands=(Command("nemo", 1.0, 0.0),), decisions=(stop,))
+    node.tick(Tick(5.0, live=False))
+    assert said(node) == [m.Estop(by="driver of nemo (web)")]
+    assert audience.frames[-1]["state"]["banners"][0]["heading"] == "NO CLOCK"
+
+
+@pytest.mark.parametrize("what", [Action.HALT, Action.RESUME, Action.RECOVER, Action.END])
+def test_decisions_are_published_and_the_referees_answer_goes_to_who_has_decided(keys, node, match, audience, what):
+    audience.wish = Wishes(decisions=(Decision(7, "official (web)", what),))
+    match.step(node, 5.0, 0)
+    [asked] = said(node)
+    assert (asked.action.value, asked.by) == (what.value, "official (web)")
+    answer = m.Call(number=9, rule="refused", text="not now", players=[], poses=[], clock=5.0, answers=asked.id)
+    match.say(node.mailbox, keys.referee_event, answer, 5.0, 9)
+    match.step(node, 5.05, 1)
+    match.step(node, 5.1, 2)
+    assert audience.told == [(7, "not now")]
+    assert audience.calls == [], "what was refused is told to nobody else"
+
+
+def test_the_emergency_stop_and_its_release_have_keys_of_their_own(node, match, audience):
+    decisions = tuple(Decision(1, "official (web)", what) for what in (Action.ESTOP, Action.RELEASE))
+    audience.wish = Wishes(decisions=decisions)
+    match.step(node, 5.0, 0)
+    assert said(node) == [m.Estop(by="official (web)"), m.EstopRelease(by="official (web)")]
+
+
+def test_stopping_gives_players_back_and_shows_the_last_picture(node, match, audience):
+    node.start()
+    audience.wish = Wishes(commands=(Command("nemo", 1.0, 0.0),))
+    match.step(node, 5.0, 0)
+    said(node)
+    node.stop()
+    node.stop()
+    assert said(node) == [m.Manual(forward=0.0, turn=0.0, lease=0.0)]
+    assert audience.events == ["start", "stop", "stop"]
+
+
+def test_a_server_that_has_failed_ends_the_node_so_that_it_is_started_again(node, audience):
+    audience.failure = LaunchError("the page cannot be served")
+    with pytest.raises(LaunchError, match="cannot be served"):
+        node.tick(Tick(1.0))

@@ -1,0 +1,388 @@
+"""The page in Chromium, served on the loopback, with made-up scenes in place of a match."""
+
+import math
+from collections.abc import Callable, Iterator
+
+import pytest
+from playwright.sync_api import Browser
+
+from tests.chromium import SIZES, Visitor, chromium
+from tests.ui import synthetic
+from vrg.bus.messages import Stage, Zone
+from vrg.regions import Rectangle
+from vrg.types import Pose
+from vrg.ui.scene import Scene, SceneBody, ScenePlayer
+from vrg.ui.web import parts
+from vrg.ui.web.admission import Admission, admission
+from vrg.ui.web.server import WebServer
+
+FIELD = Rectangle(0.0, 0.0, 20.0, 12.0)
+
+
+def crowd(count: int, time: float = 0.0) -> Scene:
+    """Robots in rows that drive along x."""
+    columns = math.ceil(math.sqrt(2 * count))
+    names = [f"player{number}" for number in range(1, count + 1)]
+    places = [
+        (2.0 + 16.0 * (i % columns) / columns, 1.5 + 9.0 * (i // columns) / math.ceil(count / columns))
+        for i in range(count)
+    ]
+    bodies = tuple(
+        SceneBody(name, Pose(x + 0.2 * time, y, 0.3 * i), 0.5, 0.45, ("shark", "minnow")[i > 0], "active", False, ())
+        for i, (name, (x, y)) in enumerate(zip(names, places, strict=True))
+    )
+    players = tuple(
+        ScenePlayer(
+            b.name, f"{b.role}s", b.role, b.state, True, speed=0.2, battery=0.8, mode="Minnow/Cross", armed=True
+        )
+        for b in bodies
+    )
+    return Scene(
+        live=True, time=time, game="sharks-and-minnows", stage=Stage.PLAY_ROUND, clock=time, round=1, rounds=2,
+        score=(("sharks", 3), ("minnows", 12)), players=players, bodies=bodies,
+        zones=(Zone(name="field", kind="field", region=FIELD),),
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium() as found:
+        yield found
+
+
+@pytest.fixture
+def page_admission(port: int) -> Admission:
+    return admission("127.0.0.1", port, ["player1", "player2"])
+
+
+@pytest.fixture
+def server(page_admission: Admission) -> Iterator[WebServer]:
+    made = WebServer(page_admission, "final")
+    made.start()
+    yield made
+    made.stop()
+
+
+@pytest.fixture
+def visit(browser: Browser, server: WebServer, page_admission: Admission) -> Iterator[Callable[..., Visitor]]:
+    """Opens the page as a viewer, the `official`, or the driver of a player; a page that fails fails the test."""
+    visitors: list[Visitor] = []
+
+    def make(who: str = "", size: tuple[int, int] = SIZES[0]) -> Visitor:
+        token = page_admission.official if who == "official" else page_admission.seats.get(who, "")
+        visitors.append(Visitor(browser, f"http://127.0.0.1:{page_admission.port}/#{token}", size))
+        return visitors[-1]
+
+    yield make
+    for visitor in visitors:
+        visitor.close()
+    assert [visitor.errors for visitor in visitors] == [[] for _ in visitors]
+
+
+class TestPureParts:
+    """Functions of the page that draw nothing."""
+
+    def run(self, visit, module: str, work: str):
+        script = f"async () => {{ const m = await import(`${{location.origin}}/{module}`); {work} }}"
+        return visit().page.evaluate(script)
+
+    def test_the_field_is_turned_where_that_shows_it_larger(self, visit):
+        found = self.run(
+            visit,
+            "view.js",
+            """const box = [0, 0, 20, 10], high = { left: 0, top: 0, width: 100, height: 200 };
+            const view = m.fit(box, high), lying = m.fit(box, { left: 0, top: 0, width: 200, height: 100 });
+            return [view.turned, view.scale, m.point(view, 10, 5), m.point(view, 20, 5),
+                lying.turned, m.point(lying, 20, 10), m.fit(box, { ...high, height: 90 }, high).turned];""",
+        )
+        assert found == [True, 10, [50, 100], [50, 200], False, [200, 0], True]
+
+    def test_between_two_frames_robots_are_on_the_way_and_after_the_last_they_wait(self, visit):
+        found = self.run(
+            visit,
+            "motion.js",
+            """const motion = new m.Motion(), frame = (time, x, h) => ({ time, rate: 1, bodies: [[x, 0, h]] });
+            for (let i = 0; i <= 4; i++) motion.take(frame(i * 0.05, i * 0.1, 3.1 + i * 0.05), 10 + i * 0.05);
+            const placed = m.between([0, 0, 0], [5, 0, 0], 0.5);
+            return [motion.at(10.2 + 0.025)[0], motion.at(99)[0], motion.at(10)[0], placed];""",
+        )
+        assert found[0][:2] == pytest.approx([0.25, 0.0])
+        assert found[0][2] == pytest.approx(3.225)
+        assert found[1] == pytest.approx([0.4, 0.0, 3.3])
+        assert found[2] == [0, 0, 3.1]
+        assert found[3] == [0, 0, 0], "a robot that was put elsewhere jumps"
+
+    def test_time_that_goes_back_begins_anew(self, visit):
+        found = self.run(
+            visit,
+            "motion.js",
+            """const motion = new m.Motion();
+            for (const time of [5, 5.05, 1]) motion.take({ time, rate: 1, bodies: [[time, 0, 0]] }, 10);
+            return [motion.frames.length, motion.at(10)[0], motion.trails[0].points.length];""",
+        )
+        assert found == [1, [1, 0, 0], 1]
+
+    def test_a_stick_has_a_dead_zone_and_reaches_all_of_the_speed(self, visit):
+        found = self.run(
+            visit,
+            "controls.js",
+            """return [m.deflection(0.05, 0.05), m.deflection(0, -1), m.deflection(1, 0), m.deflection(3, 4),
+                ...[["ArrowUp", "KeyW", "ArrowLeft"], ["ArrowUp", "ArrowDown"], ["KeyX"]].map(m.keysSum)];""",
+        )
+        assert found[:3] == [[0, 0], [1, 0], [0, -1]]
+        assert math.hypot(*found[3]) == pytest.approx(1.0)
+        assert found[4:] == [[1, 1], [0, 0], [0, 0]]
+
+    def test_the_pauses_between_attempts_grow_to_a_bound(self, visit):
+        found = self.run(visit, "link.js", "return [0, 1, 2, 9].map((attempt) => m.pause(attempt, 0.5));")
+        assert found == [0.5, 1, 2, 5]
+
+    def test_names_do_not_cover_each_other(self, visit):
+        found = self.run(
+            visit,
+            "names.js",
+            """const names = new m.Names(), area = { left: 0, top: 0, width: 800, height: 500 };
+            const robots = [...Array(16).keys()].map((i) => ({ name: `robot ${"abcdefghijklmnop"[i]}`,
+                circle: { x: 80 + 90 * (i % 8), y: 200 + 30 * (i >> 3), radius: 14 } }));
+            const boxes = names.place(robots, area, (text) => 7 * text.length, 18).map(({ box }) => box);
+            const again = names.place(robots, area, (text) => 7 * text.length, 18).map(({ box }) => box);
+            let covered = 0;
+            boxes.forEach((a, i) => boxes.slice(i + 1).forEach((b) => (covered += m.overlap(a, b) > 0)));
+            const same = JSON.stringify(boxes) === JSON.stringify(again);
+            return [covered, same, m.numbers(["p1", "p12"]), m.numbers(["ann", "bob"])];""",
+        )
+        assert found == [0, True, ["1", "12"], None]
+
+
+LAYOUT = """async () => {
+    const { overlap } = await import(`${location.origin}/names.js`);
+    const plates = vrg.field.plates, cut = [], root = document.documentElement;
+    const told = "h1, .team, .chip, button, #link-words, .round, .name, .deed, .points, .estop";
+    for (const element of document.querySelectorAll(told)) {
+        const hidden = !element.getClientRects().length, box = element.getBoundingClientRect();
+        const wide = element.scrollWidth > element.clientWidth + 1 || box.right > innerWidth;
+        if (!hidden && wide) cut.push(element.textContent);
+    }
+    const act = document.querySelector(".act:not([hidden])")?.getBoundingClientRect();
+    return {
+        cut,
+        covered: plates.some((a, i) => plates.slice(i + 1).some((b) => overlap(a, b) > 0)),
+        scrolls: root.scrollWidth > innerWidth || root.scrollHeight > innerHeight,
+        reachable: !act || act.bottom <= innerHeight,
+        field: vrg.field.canvas.clientHeight * vrg.field.canvas.clientWidth / innerWidth / innerHeight > 0.2,
+    };
+}"""
+"""What is cut off, covers something, or takes too much room on a page."""
+
+
+@pytest.mark.parametrize("who", ["", "official", "player2"], ids=["viewer", "official", "driver"])
+def test_everything_has_room(visit, server, who):
+    page = visit(who)
+    for width, height in SIZES:
+        page.page.set_viewport_size({"width": width, "height": height})
+        for count in (2, 7, 16):
+            server.show(parts.parts(crowd(count)))
+            page.wait(f"vrg.field.plates.length === {count}")
+            page.page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+            good = {"cut": [], "covered": False, "scrolls": False, "reachable": True, "field": True}
+            assert page.page.evaluate(LAYOUT) == good, f"{count} players at {width}x{height}"
+
+
+def test_robots_are_drawn_where_they_are_and_move(visit, server):
+    page = visit()
+    for tick in range(3):
+        server.show(parts.parts(crowd(2, 0.05 * tick)))
+        page.wait(f"vrg.match.motion.latest?.time === {0.05 * tick:.2f}")
+    body = crowd(2, 0.1).bodies[1]
+    blue = parts.state(crowd(2))["bodies"][1]["colour"]
+    page.wait("performance.now() / 1000 > vrg.match.motion.offset + 0.3")
+    # Beside the sign in its middle.
+    behind = (body.pose.x - 0.2 * math.cos(body.pose.theta), body.pose.y - 0.2 * math.sin(body.pose.theta))
+    assert page.colour_at(*behind) == blue
+    page_text = page.text("#head")
+    assert "Sharks and Minnows" in page_text
+    assert "0:00.1" in page_text
+    server.show(parts.parts(crowd(2, 5.0)))
+    page.wait("vrg.match.motion.latest.time === 5 && vrg.match.motion.at(performance.now() / 1000)[1][0] > 9")
+    page.page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    assert page.colour_at(*behind) != blue
+
+
+def test_calls_are_listed_with_their_rule_also_for_late_viewers(visit, server):
+    server.show(parts.parts(crowd(2)), [parts.call(call, "sharks-and-minnows") for call in synthetic.calls(20.0)])
+    page = visit()
+    page.wait("vrg.match.calls.length === 2")
+    page.wait_text("#calls li:first-child", "squirt is out of bounds")
+    page.wait_text("#calls li:last-child .law", "Tag")
+
+
+def test_a_page_that_is_opened_before_the_match_says_what_it_waits_for(visit, server):
+    server.show(parts.parts(Scene()))
+    page = visit()
+    page.wait_text("#banners", "The match is starting")
+    server.show(parts.parts(crowd(7)))
+    page.wait_text("#title", "Sharks and Minnows")
+    page.wait("!document.querySelector('.banner')")
+
+
+def test_the_token_is_not_left_in_the_address(visit):
+    official = visit("official")
+    official.wait("vrg.match.role === 'official'")
+    assert "#" not in official.page.url
+    official.page.reload()
+    official.wait("vrg.match.role === 'official'")
+
+
+class TestDriving:
+    @pytest.fixture
+    def driver(self, visit, server) -> Visitor:
+        server.show(parts.parts(crowd(7)))
+        page = visit("player2")
+        page.wait_text("#seat-state", "player2 plays by itself")
+        return page
+
+    def wait_command(self, driver: Visitor, server: WebServer, condition: Callable[[float, float], bool]) -> None:
+        """Wait for a command that is as wanted."""
+        for _ in range(200):
+            if any(c.player == "player2" and condition(c.forward, c.turn) for c in server.wishes().commands):
+                return
+            driver.page.wait_for_timeout(20)
+        raise AssertionError("no such command came")
+
+    def test_nobody_is_driven_before_a_hand_is_at_the_controls(self, driver, server):
+        driver.page.wait_for_timeout(200)
+        assert server.wishes().commands == ()
+
+    def test_arrow_keys_drive_and_when_they_are_up_the_robot_stands(self, driver, server):
+        driver.page.keyboard.down("ArrowUp")
+        driver.page.keyboard.down("ArrowLeft")
+        self.wait_command(driver, server, lambda forward, turn: forward == turn == 0.5)
+        driver.page.keyboard.down("Shift")
+        driver.page.keyboard.up("ArrowLeft")
+        self.wait_command(driver, server, lambda forward, turn: (forward, turn) == (1.0, 0.0))
+        for key in ("ArrowUp", "Shift"):
+            driver.page.keyboard.up(key)
+        self.wait_command(driver, server, lambda forward, turn: forward == turn == 0.0)
+        driver.wait_text("#seat-state", "stands while you hold nothing")
+        driver.page.click("#give-back")
+        driver.wait_text("#seat-state", "plays by itself")
+
+    def test_the_stick_drives_as_long_as_it_is_held(self, driver, server):
+        box = driver.page.locator("#stick").bounding_box()
+        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        driver.page.mouse.move(x, y)
+        driver.page.mouse.down()
+        driver.page.mouse.move(x, y - box["height"])
+        self.wait_command(driver, server, lambda forward, turn: forward == pytest.approx(0.5) and abs(turn) < 0.01)
+        driver.page.mouse.up()
+        self.wait_command(driver, server, lambda forward, turn: forward == turn == 0.0)
+
+    def test_a_gamepad_drives_while_a_shoulder_button_is_held_and_one_that_goes_away_stops(self, driver, server):
+        driver.page.evaluate(
+            """() => {
+                const buttons = [...Array(17)].map(() => ({ pressed: false, value: 0 }));
+                window.testPad = { id: "pad of the test", index: 0, connected: true, axes: [0, -1, 0, 0], buttons };
+                navigator.getGamepads = () => (window.testPad ? [window.testPad] : []);
+            }"""
+        )
+        driver.wait_text("#seat-pad", "pad of the test")
+        driver.page.wait_for_timeout(150)
+        assert server.wishes().commands == ()
+        driver.page.evaluate("() => (window.testPad.buttons[5].pressed = true)")
+        self.wait_command(driver, server, lambda forward, turn: (forward, turn) == (0.5, 0.0))
+        driver.page.evaluate(
+            """() => {
+                const gamepad = window.testPad;
+                window.testPad = null;
+                window.dispatchEvent(Object.assign(new Event("gamepaddisconnected"), { gamepad }));
+            }"""
+        )
+        self.wait_command(driver, server, lambda forward, turn: forward == turn == 0.0)
+        driver.wait_text("#seat-pad", "gamepad is lost")
+
+    def test_a_page_that_is_hidden_or_closed_gives_the_player_back(self, driver, server):
+        driver.page.keyboard.down("ArrowUp")
+        self.wait_command(driver, server, lambda forward, turn: forward == 0.5)
+        driver.page.evaluate(
+            """() => {
+                Object.defineProperty(document, "hidden", { value: true, configurable: true });
+                document.dispatchEvent(new Event("visibilitychange"));
+            }"""
+        )
+        driver.wait_text("#notice", "You left this page")
+        assert "player2" in server.wishes().given_back
+        driver.page.wait_for_timeout(150)
+        assert server.wishes().commands == ()
+
+    def test_a_second_tab_is_refused_and_can_take_over(self, driver, visit):
+        second = visit("player2")
+        second.wait_text("#door", "Another page drives player2 already")
+        assert driver.page.evaluate("vrg.match.role") == "seat"
+        second.page.click("#door-takeover")
+        second.wait("vrg.match.role === 'seat'")
+        driver.wait_text("#door", "Another page has taken the seat")
+        driver.page.click("#door-watch")
+        driver.wait("vrg.match.role === 'viewer' && vrg.link.open")
+
+    def test_space_is_the_emergency_stop(self, driver, server):
+        driver.page.keyboard.press("Space")
+        for _ in range(200):
+            if decisions := server.wishes().decisions:
+                break
+            driver.page.wait_for_timeout(20)
+        assert [(decision.what, decision.by) for decision in decisions] == [("estop", "driver of player2 (web)")]
+
+
+def test_the_officials_buttons_ask_for_what_they_say_and_the_end_is_confirmed(visit, server):
+    page = visit("official")
+    asked: list[str] = []
+    page.wait("vrg.match.role === 'official'")
+    for button in ("halt", "resume", "recover", "release"):
+        page.page.click(f"#{button}")
+    # The referee's words name the keys of the spectator's window.
+    for key in "hcru":
+        page.page.keyboard.press(key)
+    for _ in range(2):
+        page.page.click("#end")
+    for _ in range(200):
+        asked += [decision.what for decision in server.wishes().decisions]
+        if "end" in asked:
+            break
+        page.page.wait_for_timeout(20)
+    assert asked == [*2 * ["halt", "resume", "recover", "release"], "end"]
+
+
+def test_a_viewer_that_tries_to_halt_is_told_that_it_may_not(visit, server):
+    page = visit()
+    page.wait("vrg.link.open")
+    page.page.evaluate("vrg.link.send({ t: 'act', what: 'halt' })")
+    page.wait_text("#notice", "Refused: to decide needs the official's link")
+    assert server.wishes().decisions == ()
+
+
+def test_a_wrong_link_is_told_and_the_page_can_be_watched_without_it(browser, server, page_admission):
+    page = Visitor(browser, f"http://127.0.0.1:{page_admission.port}/#wrong")
+    page.wait_text("#door", "token does not belong to this match")
+    page.page.click("#door-watch")
+    page.wait("vrg.link.open && vrg.match.role === 'viewer'")
+    page.close()
+
+
+def test_after_the_end_the_last_picture_stays_and_a_lost_connection_comes_back(browser, page_admission):
+    first = WebServer(page_admission, "final")
+    first.start()
+    first.show(parts.parts(crowd(7, 30.0)))
+    page = Visitor(browser, f"http://127.0.0.1:{page_admission.port}/")
+    page.wait("vrg.field.plates.length === 7")
+    first.stop()
+    page.wait_text("#link-words", "The match has ended")
+    assert page.page.evaluate("vrg.field.plates.length") == 7
+    again = WebServer(page_admission, "final")
+    again.start()
+    again.show(parts.parts(crowd(7, 31.0)))
+    page.wait("vrg.link.open && !vrg.match.ended && vrg.match.motion.latest?.time === 31")
+    again._loop.call_soon_threadsafe(lambda: [g.socket._req.transport.abort() for g in again._guests.values()])
+    page.wait_text("#link-words", "connection is lost")
+    page.wait("vrg.link.open")
+    again.stop()
+    page.close()

@@ -1,0 +1,334 @@
+"""The server of the page, over the loopback, with aiohttp's client in place of browsers."""
+
+import asyncio
+import json
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from contextlib import asynccontextmanager
+from typing import Any
+
+import aiohttp
+import pytest
+
+from vrg.errors import LaunchError
+from vrg.ui.web.admission import admission
+from vrg.ui.web.headers import foreign
+from vrg.ui.web.requests import REQUEST_LIMIT, Action, Command, Wishes
+from vrg.ui.web.server import IN_FLIGHT, WebServer
+
+PATIENCE = 20.0
+"""s of real time for anything to happen."""
+
+
+@pytest.fixture
+def server(port: int) -> Iterator[WebServer]:
+    made = WebServer(admission("127.0.0.1", port, ["ann", "bob"]), "final")
+    made.start()
+    yield made
+    made.stop()
+
+
+def page_of(server: WebServer) -> str:
+    return f"http://127.0.0.1:{server._admission.port}"
+
+
+def token_of(server: WebServer, who: str) -> str:
+    return server._admission.official if who == "official" else server._admission.seats.get(who, "")
+
+
+class Browser:
+    """One connection."""
+
+    def __init__(self, socket: aiohttp.ClientWebSocketResponse) -> None:
+        self.socket = socket
+        self.heard: list[dict[str, Any]] = []
+        self.batches = 0
+
+    async def say(self, **request: object) -> None:
+        await self.socket.send_str(json.dumps(request))
+
+    async def hear(self, kind: str) -> dict[str, Any]:
+        """Wait for a message of this kind, and take it out."""
+        async with asyncio.timeout(PATIENCE):
+            while True:
+                for message in self.heard:
+                    if message["t"] == kind:
+                        self.heard.remove(message)
+                        return message
+                answer = await self.socket.receive()
+                assert answer.type is aiohttp.WSMsgType.TEXT, f"expected {kind}, heard {answer}"
+                self.batches += 1
+                self.heard += json.loads(answer.data)
+
+    async def closed(self) -> int | None:
+        """Wait for the end of the connection, and return its code."""
+        async with asyncio.timeout(PATIENCE):
+            async for _ in self.socket:
+                pass
+        return self.socket.close_code
+
+
+@asynccontextmanager
+async def browser(server: WebServer, token: str = "", **hello: object) -> AsyncIterator[Browser]:
+    async with aiohttp.ClientSession() as session, session.ws_connect(f"{page_of(server)}/socket") as socket:
+        found = Browser(socket)
+        await found.say(t="hello", token=token, **hello)
+        yield found
+
+
+def run(work: Callable[[], Awaitable[None]]) -> None:
+    asyncio.run(asyncio.wait_for(work(), 3 * PATIENCE))  # type: ignore[arg-type]
+
+
+async def until(condition: Callable[[], object]) -> None:
+    async with asyncio.timeout(PATIENCE):
+        while not condition():
+            await asyncio.sleep(0.01)
+
+
+def test_the_page_is_static_and_loads_nothing_from_elsewhere(server):
+    async def work() -> None:
+        async with aiohttp.ClientSession() as session:
+            async with session.get(page_of(server)) as answer:
+                text = await answer.text()
+                assert "default-src 'none'" in answer.headers["Content-Security-Policy"]
+                assert answer.content_type == "text/html"
+            for name in ("style.css", "main.js", "field.js", "icon.svg"):
+                async with session.get(f"{page_of(server)}/{name}") as answer:
+                    assert answer.status == 200
+                    text += await answer.text()
+            async with session.get(f"{page_of(server)}/../server.py") as answer:
+                assert answer.status == 404
+        assert "https://" not in text
+        assert "http://" not in text.replace("http://www.w3.org/2000/svg", "")
+
+    run(work)
+
+
+def test_a_viewer_is_welcomed_and_sees_what_is_shown_before_and_after(server):
+    async def work() -> None:
+        server.show({"frame": '{"t":"frame","n":1}'}, ['{"number":1}'])
+        async with browser(server) as viewer:
+            welcome = await viewer.hear("welcome")
+            assert (welcome["match"], welcome["role"]) == ("final", "viewer")
+            assert (await viewer.hear("frame"))["n"] == 1
+            assert (await viewer.hear("calls"))["calls"] == [{"number": 1}]
+            server.show({"frame": '{"t":"frame","n":2}'})
+            assert (await viewer.hear("frame"))["n"] == 2
+
+    run(work)
+
+
+def test_a_viewer_that_tries_to_drive_or_halt_is_refused_and_that_is_logged(server, caplog):
+    async def work() -> None:
+        async with browser(server) as viewer:
+            await viewer.hear("welcome")
+            await viewer.say(t="drive", forward=1.0, turn=0.0)
+            assert "seat" in (await viewer.hear("notice"))["text"]
+            for what in Action:
+                await viewer.say(t="act", what=what)
+                assert "token" in (await viewer.hear("notice"))["text"]
+
+    run(work)
+    assert server.wishes() == Wishes()
+    assert "viewer (web), connection 1, wanted to drive: refused" in caplog.text
+
+
+def test_a_driver_drives_its_own_player_and_leaving_gives_it_back(server):
+    async def work() -> None:
+        async with browser(server, token_of(server, "ann")) as driver:
+            assert (await driver.hear("welcome"))["player"] == "ann"
+            await driver.say(t="drive", forward=0.1, turn=0.0)
+            await driver.say(t="drive", forward=0.5, turn=-0.5)
+            await until(lambda: server._commands.get("ann") == Command("ann", 0.5, -0.5))
+            assert server.wishes() == Wishes(commands=(Command("ann", 0.5, -0.5),))
+            assert server.wishes() == Wishes()
+        await until(lambda: server._given_back)
+        assert server.wishes() == Wishes(given_back=("ann",))
+
+    run(work)
+
+
+def test_an_official_decides_and_hears_the_answer(server):
+    async def work() -> None:
+        async with browser(server, token_of(server, "official")) as official:
+            await official.hear("welcome")
+            await official.say(t="act", what="halt")
+            await until(lambda: server._decisions)
+            [decision] = server.wishes().decisions
+            assert (decision.what, decision.by) == (Action.HALT, "official (web)")
+            server.tell(decision.guest, "play is halted already")
+            assert (await official.hear("notice"))["text"] == "play is halted already"
+
+    run(work)
+
+
+def test_a_second_page_in_a_seat_is_refused_until_it_takes_over(server):
+    async def work() -> None:
+        token = token_of(server, "ann")
+        async with browser(server, token, tab="1") as first:
+            await first.hear("welcome")
+            async with browser(server, token, tab="2") as second:
+                refused = await second.hear("refused")
+                assert refused["reason"] == "taken"
+                assert "ann" in refused["why"]
+            async with browser(server, token, tab="2", takeover=True) as second:
+                assert (await second.hear("welcome"))["role"] == "seat"
+                assert (await first.hear("displaced"))["player"] == "ann"
+                await first.say(t="drive", forward=1.0, turn=0.0)
+                assert "Refused" in (await first.hear("notice"))["text"]
+                assert server.wishes().given_back == ("ann",)
+
+    run(work)
+
+
+def test_a_wrong_token_is_refused_and_logged_without_it(server, caplog):
+    async def work() -> None:
+        async with browser(server, "guessed-token") as guest:
+            assert (await guest.hear("refused"))["reason"] == "token"
+            assert await guest.closed() == 1008
+
+    run(work)
+    assert "wrong token (number 1)" in caplog.text
+    assert "guessed-token" not in caplog.text
+
+
+def test_the_log_has_no_token_of_anybody(server, caplog):
+    caplog.set_level("DEBUG")
+
+    async def work() -> None:
+        for who in ("official", "ann"):
+            async with browser(server, token_of(server, who)) as guest:
+                await guest.hear("welcome")
+                await guest.say(t="hello", token=token_of(server, who))
+                await guest.say(t="hello", token=token_of(server, who) + "x" * 99)
+                await guest.hear("notice")
+
+    run(work)
+    assert all(token_of(server, who) not in caplog.text for who in ("official", "ann"))
+
+
+@pytest.mark.parametrize("first", ["{", '{"t":"drive","forward":1,"turn":0}', '{"t":"hello","token":5}', "[]"])
+def test_whoever_does_not_say_who_it_is_is_turned_away(server, first):
+    async def work() -> None:
+        async with aiohttp.ClientSession() as session, session.ws_connect(f"{page_of(server)}/socket") as socket:
+            await socket.send_str(first)
+            assert (await Browser(socket).hear("refused"))["reason"] == "request"
+
+    run(work)
+
+
+def test_a_bad_request_is_answered_and_the_connection_stays(server):
+    async def work() -> None:
+        async with browser(server) as viewer:
+            await viewer.hear("welcome")
+            await viewer.socket.send_str("{]")
+            assert "JSON" in (await viewer.hear("notice"))["text"]
+            await viewer.socket.send_bytes(b"\xff\x00")
+            assert "bytes" in (await viewer.hear("notice"))["text"]
+            server.show({"frame": '{"t":"frame"}'})
+            await viewer.hear("frame")
+
+    run(work)
+
+
+def test_a_huge_request_ends_its_own_connection_only(server):
+    async def work() -> None:
+        async with browser(server) as other, browser(server) as viewer:
+            await viewer.hear("welcome")
+            await viewer.socket.send_str("x" * (REQUEST_LIMIT + 1))
+            assert await viewer.closed() == 1009
+            server.show({"frame": '{"t":"frame"}'})
+            await other.hear("frame")
+
+    run(work)
+
+
+def test_whoever_talks_too_fast_is_told_and_cut_off(server):
+    async def work() -> None:
+        async with browser(server) as viewer:
+            await viewer.hear("welcome")
+            for _ in range(200):
+                await viewer.say(t="ack", count=0)
+            assert "too fast" in (await viewer.hear("notice"))["text"]
+            assert await viewer.closed() == 1008
+
+    run(work)
+
+
+def test_a_viewer_that_shows_nothing_gets_no_more_until_it_does_and_then_the_newest(server):
+    async def work() -> None:
+        async with browser(server) as quick, browser(server) as slow:
+            await slow.hear("welcome")
+            await quick.hear("welcome")
+            for number in range(3 * IN_FLIGHT):
+                server.show({"frame": json.dumps({"t": "frame", "n": number})})
+                assert (await quick.hear("frame"))["n"] == number
+                await quick.say(t="ack", count=quick.batches)
+            for number in range(IN_FLIGHT - 1):
+                assert (await slow.hear("frame"))["n"] == number
+            await slow.say(t="ack", count=slow.batches)
+            assert (await slow.hear("frame"))["n"] == 3 * IN_FLIGHT - 1
+
+    run(work)
+
+
+def test_at_the_end_every_page_is_told(server):
+    async def work() -> None:
+        async with browser(server) as viewer:
+            await viewer.hear("welcome")
+            server.show({"frame": '{"t":"frame","n":"last"}'})
+            stopping = asyncio.create_task(asyncio.to_thread(server.stop))
+            assert (await viewer.hear("frame"))["n"] == "last"
+            await viewer.hear("bye")
+            assert await viewer.closed() == 1001
+            await stopping
+
+    run(work)
+
+
+def test_no_more_viewers_are_let_in_than_there_is_room_for(server):
+    server._lobby.limit = 1
+
+    async def work() -> None:
+        async with browser(server) as viewer:
+            await viewer.hear("welcome")
+            async with browser(server) as another:
+                refused = await another.hear("refused")
+                assert (refused["reason"], "close one" in refused["why"]) == ("full", True)
+
+    run(work)
+
+
+def test_a_page_of_another_site_is_not_let_in(server):
+    async def work() -> None:
+        async with aiohttp.ClientSession() as session:
+            headers = {"Origin": "http://elsewhere.example"}
+            with pytest.raises(aiohttp.WSServerHandshakeError) as error:
+                await session.ws_connect(f"{page_of(server)}/socket", headers=headers)
+            assert error.value.status == 403
+
+    run(work)
+
+
+@pytest.mark.parametrize(
+    ("origin", "host", "why"),
+    [
+        (None, "127.0.0.1:8080", ""),
+        ("http://127.0.0.1:8080", "127.0.0.1:8080", ""),
+        ("http://[::1]:8080", "[::1]:8080", ""),
+        ("http://lab.local:8080", "lab.local:8080", ""),
+        ("http://LAB:8080", "lab:8080", ""),
+        ("http://127.0.0.1:9090", "127.0.0.1:8080", "expected a connection of the page"),
+        ("null", "127.0.0.1:8080", "expected a connection of the page"),
+        ("http://rebound.example:8080", "rebound.example:8080", "trick of another site"),
+    ],
+)
+def test_where_a_connection_comes_from(origin, host, why):
+    assert (why in foreign(origin, host, "0.0.0.0", "lab")) if why else foreign(origin, host, "0.0.0.0", "lab") == ""
+
+
+def test_a_port_that_another_program_has_is_told(server):
+    other = WebServer(server._admission, "final")
+    with pytest.raises(LaunchError, match=f"port {server._admission.port}: .*in use"):
+        other.start()
+    other.stop()

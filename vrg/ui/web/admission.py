@@ -1,0 +1,116 @@
+"""Who may do what on the page: tokens, and the links that carry them.
+
+A link carries its token in the fragment, which browsers do not send with requests, so that it is in no server's log.
+"""
+
+import enum
+import hmac
+import secrets
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import msgspec
+
+TOKEN_BYTES = 16
+"""The number of random bytes in a token."""
+DEFAULT_HOST = "127.0.0.1"
+DEFAULT_PORT = 8080
+
+
+class RoleKind(enum.StrEnum):
+    """What a visitor of the page may do: a VIEWER watches, an OFFICIAL decides too, a SEAT drives one player too."""
+
+    VIEWER = "viewer"
+    OFFICIAL = "official"
+    SEAT = "seat"
+
+
+@dataclass(frozen=True)
+class Role:
+    """The role of a visitor.
+
+    Args:
+        kind: what it may do. player: whom it drives; empty for all but seats.
+    """
+
+    kind: RoleKind
+    player: str = ""
+
+    @property
+    def words(self) -> str:
+        """The role for people and for the journal, such as `driver of ann (web)`."""
+        return f"driver of {self.player} (web)"[-64:] if self.kind is RoleKind.SEAT else f"{self.kind} (web)"
+
+
+VIEWER = Role(RoleKind.VIEWER)
+OFFICIAL = Role(RoleKind.OFFICIAL)
+
+
+@dataclass(frozen=True)
+class Admission:
+    """Where the page is served, and the tokens that admit to its roles. Whoever has no token may watch.
+
+    Args:
+        host: the address that is listened on. port: its port.
+        official: the token of the officials; empty if there is none. seats: the token of each player's seat.
+    """
+
+    host: str
+    port: int
+    official: str = field(default="", repr=False)
+    seats: dict[str, str] = field(default_factory=dict, repr=False)
+
+    def role_of(self, token: str) -> Role | None:
+        """The role that a token admits to; None for a wrong one. An empty token is a viewer's."""
+        if not token:
+            return VIEWER
+        offered, found = token.encode(), None
+        roles = [(OFFICIAL, self.official), *((Role(RoleKind.SEAT, name), its) for name, its in self.seats.items())]
+        # All are compared, so that the time tells nothing about which of them it resembles.
+        for role, own in roles:
+            if own and hmac.compare_digest(offered, own.encode()):
+                found = role
+        return found
+
+    def links(self, address: str) -> list[tuple[Role, str]]:
+        """The links to hand out, the viewers' first.
+
+        Args:
+            address: of this machine, as browsers reach it.
+        """
+        base = f"http://{f'[{address}]' if ':' in address else address}:{self.port}/"
+        official = [(OFFICIAL, f"{base}#{self.official}")] if self.official else []
+        seats = [(Role(RoleKind.SEAT, name), f"{base}#{token}") for name, token in self.seats.items()]
+        return [(VIEWER, base), *official, *seats]
+
+    def encoded(self) -> str:
+        """All of it in one line, for the process that serves the page. It holds the tokens: it is not to be logged."""
+        return msgspec.json.encode(self).decode()
+
+
+def admission(host: str, port: int, players: Sequence[str], *, deciding: bool = True) -> Admission:
+    """Make new tokens.
+
+    Args:
+        players: those that may be driven. deciding: False makes a page on which everybody may only watch.
+    """
+    if not deciding:
+        return Admission(host, port)
+    return Admission(
+        host,
+        port,
+        secrets.token_urlsafe(TOKEN_BYTES),
+        {player: secrets.token_urlsafe(TOKEN_BYTES) for player in players},
+    )
+
+
+def read_admission(line: str) -> Admission:
+    """What `Admission.encoded` has made.
+
+    Raises:
+        ValueError: it is something else. The message does not repeat it.
+    """
+    try:
+        return msgspec.json.decode(line, type=Admission)
+    except msgspec.MsgspecError:
+        raise ValueError("expected the tokens of the page in one line of JSON, got something else") from None

@@ -1,0 +1,58 @@
+"""The newest of everything that there is to see, encoded once for all viewers. Each viewer gets what is new to it.
+
+The parts, such as `frame`, replace each other: a viewer that is slow misses some, and gets the newest. Calls are a
+list, and nobody misses any.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+CALLS_KEPT: Final = 200
+"""How many of the referee's calls a late viewer gets."""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a viewer has got: the versions of the parts, by name, and the number of calls."""
+
+    parts: Mapping[str, int] = field(default_factory=dict)
+    calls: int = 0
+
+
+class Gallery:
+    """Holds texts of JSON."""
+
+    def __init__(self) -> None:
+        self._texts: dict[str, str] = {}
+        self._versions: dict[str, int] = {}
+        self._calls: list[str] = []
+        self._forgotten = 0
+        self._joined: tuple[tuple[object, ...], str] = ((), "")
+
+    def put(self, parts: Mapping[str, str], calls: Sequence[str] = ()) -> None:
+        """Replace parts, and add calls. A part with the same text as before is not new."""
+        for name, text in parts.items():
+            if self._texts.get(name) != text:
+                self._texts[name] = text
+                self._versions[name] = self._versions.get(name, 0) + 1
+        self._calls += calls
+        if (excess := len(self._calls) - CALLS_KEPT) > 0:
+            del self._calls[:excess]
+            self._forgotten += excess
+
+    def since(self, seen: Seen) -> tuple[str, Seen]:
+        """What is new to a viewer, as a list of JSON without its brackets, and what the viewer has seen with it."""
+        new = tuple(name for name, version in self._versions.items() if seen.parts.get(name) != version)
+        first = max(0, seen.calls - self._forgotten)
+        total = self._forgotten + len(self._calls)
+        if not new and first == len(self._calls):
+            return "", seen
+        # Viewers that keep up all want the same, which is joined once.
+        wanted = (*((name, self._versions[name]) for name in new), first, total)
+        if self._joined[0] != wanted:
+            texts = [self._texts[name] for name in new]
+            if calls := self._calls[first:]:
+                texts.append(f'{{"t":"calls","calls":[{",".join(calls)}]}}')
+            self._joined = wanted, ",".join(texts)
+        return self._joined[1], Seen(dict(self._versions), total)

@@ -1,0 +1,104 @@
+"""Who has come to the page: their number is bounded, a seat holds one of them, and nobody may talk too fast.
+
+This knows no network and no clock.
+"""
+
+from dataclasses import dataclass, field
+from typing import Final
+
+from vrg.ui.web.admission import Admission, Role, RoleKind
+from vrg.ui.web.requests import Hello
+
+GUESTS_LIMIT: Final = 64
+"""How many pages may be connected at once before no more viewers are let in."""
+PER_SECOND: Final = 60.0
+"""How many requests a page may send in a second for long."""
+AT_ONCE: Final = 120.0
+"""How many requests a page may send at once."""
+
+
+@dataclass(frozen=True)
+class Refused:
+    """A page is not admitted.
+
+    Args:
+        why: in words. reason: `token`, `taken` or `full`, by which the page offers what can be done.
+    """
+
+    why: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Admitted:
+    """A page is admitted.
+
+    Args:
+        role: what it may do. displaced: the number of the connection whose seat it has taken; None if there was none.
+    """
+
+    role: Role
+    displaced: int | None = None
+
+
+@dataclass
+class Lobby:
+    """Keeps the roles of the connections, which are known by numbers.
+
+    Args:
+        admission: the tokens. limit: from how many connections on no more viewers are let in.
+
+    Attributes:
+        roles: of the connections that are admitted. wrong_tokens: how many wrong tokens were offered.
+    """
+
+    admission: Admission
+    limit: int = GUESTS_LIMIT
+    roles: dict[int, Role] = field(default_factory=dict)
+    wrong_tokens: int = 0
+    _tabs: dict[int, str] = field(default_factory=dict)
+
+    def admit(self, guest: int, hello: Hello) -> Admitted | Refused:
+        """Let a connection in, or say why not. Whose seat is taken over becomes a viewer."""
+        role = self.admission.role_of(hello.token)
+        if role is None:
+            self.wrong_tokens += 1
+            return Refused("This link's token does not belong to this match: it may be of an earlier one.", "token")
+        holder = self.holder(role)
+        if holder is not None and not hello.takeover and not (hello.tab and self._tabs.get(holder) == hello.tab):
+            return Refused(f"Another page drives {role.player} already: the seat has one driver at a time.", "taken")
+        if role.kind is RoleKind.VIEWER and len(self.roles) >= self.limit:
+            return Refused(f"{self.limit} pages are open already, and no more are served: close one.", "full")
+        if holder is not None:
+            self.roles[holder] = Role(RoleKind.VIEWER)
+        self.roles[guest], self._tabs[guest] = role, hello.tab
+        return Admitted(role, holder)
+
+    def holder(self, role: Role) -> int | None:
+        """The connection that has a seat; None if nobody has, or the role is no seat."""
+        if role.kind is not RoleKind.SEAT:
+            return None
+        return next((guest for guest, its in self.roles.items() if its == role), None)
+
+    def leave(self, guest: int) -> Role | None:
+        """Forget a connection, and return the role that it had; None if it was not admitted."""
+        self._tabs.pop(guest, None)
+        return self.roles.pop(guest, None)
+
+
+@dataclass
+class Allowance:
+    """Bounds how fast a connection may talk: a bucket of tokens that fills at a steady rate."""
+
+    left: float = AT_ONCE
+    _before: float | None = None
+
+    def spend(self, now: float) -> bool:
+        """Whether one more request is within bounds at the monotonic time `now`, s."""
+        if self._before is not None:
+            self.left = min(AT_ONCE, self.left + (now - self._before) * PER_SECOND)
+        self._before = now
+        if self.left < 1.0:
+            return False
+        self.left -= 1.0
+        return True

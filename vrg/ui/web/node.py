@@ -1,0 +1,169 @@
+"""The page as a node of the match: it shows the match to browsers, and publishes what people there want."""
+
+import itertools
+import logging
+from collections.abc import Mapping, Sequence
+from typing import ClassVar, Final, Protocol
+
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import Call, Estop, EstopRelease, Manual, Official, OfficialAction
+from vrg.bus.node import Node, Tick
+from vrg.bus.topics import Keys
+from vrg.regions import Region
+from vrg.ui.builder import SceneBuilder, SceneInlets
+from vrg.ui.pace import Pace, match_speed
+from vrg.ui.scene import Scene
+from vrg.ui.web import parts
+from vrg.ui.web.requests import Action, Decision, Wishes
+
+log = logging.getLogger(__name__)
+
+FRAME: Final = 1 / 25
+"""The real time in s between two frames. The page draws what lies between them. It is a whole number of world ticks."""
+LEASE: Final = 0.4
+"""The real time in s that a driving command holds: when the page falls silent, its player plays on by itself."""
+ANSWERS_AWAITED: Final = 200
+"""How many decisions are remembered until the referee answers them."""
+_OFFICIAL: Final = {
+    Action.HALT: OfficialAction.HALT,
+    Action.RESUME: OfficialAction.RESUME,
+    Action.RECOVER: OfficialAction.RECOVER,
+    Action.END: OfficialAction.END,
+}
+
+
+class Audience(Protocol):
+    """Those who look at the page, as the node sees them. None of these methods waits; see `vrg.ui.web.server`."""
+
+    @property
+    def watched(self) -> bool:
+        """Whether anybody looks."""
+
+    def start(self) -> None:
+        """Let them in."""
+
+    def stop(self) -> None:
+        """Send them away."""
+
+    def check(self) -> None:
+        """Raise LaunchError if nobody can come any more."""
+
+    def show(self, parts: Mapping[str, str], calls: Sequence[str] = ()) -> None:
+        """Show these parts and calls, texts of JSON, from now on."""
+
+    def tell(self, guest: int, text: str) -> None:
+        """Answer one of them."""
+
+    def wishes(self) -> Wishes:
+        """What they have asked for since this was last called."""
+
+
+class WebNode(Node):
+    """Shows the match to an audience. Closing a page ends nothing, and gives back the player that was driven there.
+
+    Args:
+        audience: those who look at the page.
+        sizes: the length and width of the robots, m, by name.
+        obstacles: the ground that the map's walls and obstacles cover, m.
+    """
+
+    kind: ClassVar[str] = "spectator"
+
+    def __init__(
+        self,
+        name: str,
+        mailbox: Mailbox,
+        keys: Keys,
+        audience: Audience,
+        *,
+        sizes: Mapping[str, tuple[float, float]] | None = None,
+        obstacles: Sequence[Region] = (),
+        period: float = FRAME,
+    ) -> None:
+        super().__init__(name, mailbox, period)
+        self._keys = keys
+        self._audience = audience
+        self._inlets = SceneInlets(mailbox, keys)
+        self._builder = SceneBuilder(sizes=sizes, obstacles=obstacles)
+        self._scene = Scene()
+        self._ground: tuple[object, str] = (None, "")
+        self._pace = Pace(FRAME)
+        self._numbers = itertools.count(1)
+        self._asked: dict[str, int] = {}
+        self._driven: set[str] = set()
+
+    def start(self) -> None:
+        """Open the port.
+
+        Raises:
+            LaunchError: it cannot be opened.
+        """
+        self._audience.start()
+
+    def tick(self, tick: Tick) -> None:
+        """Take messages and wishes in, publish what the wishes ask for, and show at most one frame.
+
+        Raises:
+            LaunchError: the page is not served any more.
+        """
+        self._audience.check()
+        calls = self._inlets.feed(self._builder)
+        for call in calls:
+            self._answer(call)
+        self._fulfil(self._audience.wishes(), live=tick.live)
+        told = [call for call in calls if call.rule != "refused"]
+        if told or (self._pace.due(tick, self._scene.rate) and self._audience.watched):
+            self._scene = self._builder.build(tick.live)
+            self._audience.show(self._parts(self._scene), [parts.call(call, self._scene.game) for call in told])
+
+    def stop(self) -> None:
+        """Give all driven players back and close the port. Calling it again does nothing."""
+        for player in list(self._driven):
+            self._give_back(player)
+        if self._audience.watched:
+            # Whoever looks keeps the last picture.
+            self._audience.show(self._parts(self._builder.build(live=self._scene.live)))
+        self._audience.stop()
+
+    def _parts(self, scene: Scene) -> dict[str, str]:
+        ground_of = (scene.game, scene.zones, scene.obstacles, scene.starts)
+        # Outlines take long to encode, and seldom change.
+        if self._ground[0] != ground_of:
+            self._ground = ground_of, parts.encode(parts.ground(scene))
+        changing = (parts.state(scene), parts.strokes(scene), parts.frame(scene))
+        return {"ground": self._ground[1], **{part["t"]: parts.encode(part) for part in changing}}
+
+    def _answer(self, call: Call) -> None:
+        guest = self._asked.pop(call.answers, None) if call.answers is not None else None
+        if guest is not None:
+            self._audience.tell(guest, call.text)
+
+    def _fulfil(self, wishes: Wishes, *, live: bool) -> None:
+        for decision in wishes.decisions:
+            self._decide(decision)
+        for player in wishes.given_back:
+            self._give_back(player)
+        for command in wishes.commands if live else ():
+            self._driven.add(command.player)
+            lease = min(1.0, LEASE * match_speed(self._scene.rate))
+            manual = Manual(forward=command.forward, turn=command.turn, lease=lease)
+            self.mailbox.publish(self._keys.manual(command.player), manual)
+
+    def _give_back(self, player: str) -> None:
+        if player in self._driven:
+            self._driven.discard(player)
+            self.mailbox.publish(self._keys.manual(player), Manual(forward=0.0, turn=0.0, lease=0.0))
+
+    def _decide(self, decision: Decision) -> None:
+        log.info("%s asks for: %s", decision.by, decision.what)
+        if decision.what is Action.ESTOP:
+            self.mailbox.publish(self._keys.estop, Estop(by=decision.by))
+        elif decision.what is Action.RELEASE:
+            self.mailbox.publish(self._keys.estop_release, EstopRelease(by=decision.by))
+        else:
+            number = f"web-{next(self._numbers)}"
+            if len(self._asked) >= ANSWERS_AWAITED:
+                self._asked.pop(next(iter(self._asked)))
+            self._asked[number] = decision.guest
+            asked = Official(action=_OFFICIAL[decision.what], by=decision.by, id=number)
+            self.mailbox.publish(self._keys.official, asked)

@@ -1,0 +1,229 @@
+"""Turns a scene into the parts that the page draws, as JSON. The page knows no game and no colours: it is told them.
+
+Lengths are in m and angles in rad, as everywhere. Numbers are rounded to what can be seen, to keep a frame small.
+"""
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+import msgspec
+
+from vrg.bus.messages import Call, Stage
+from vrg.colours import Rgb
+from vrg.games import game_of
+from vrg.games.game import Game, title
+from vrg.regions import Region
+from vrg.ui import palette
+from vrg.ui.banner import Banner, banners
+from vrg.ui.deeds import LOW_BATTERY, deed, hindrance
+from vrg.ui.scene import Scene, SceneBody, ScenePlayer, clock_text
+from vrg.ui.view import extent
+from vrg.ui.zones import room, zone_look
+
+_COLOURS: Final = (
+    "BACKGROUND", "PANEL", "RAISED", "LINE", "FIELD", "GRID", "BORDER", "WALL", "WALL_EDGE", "TEXT", "MUTED", "INK",
+    "SAFE", "ALARM", "CAUTION", "GOOD", "CALM", "LOST",
+)  # fmt: skip
+"""The colours of the palette that the page itself uses."""
+_ENCODER: Final = msgspec.json.Encoder()
+
+
+def encode(part: Any) -> str:
+    """Plain data as a text of JSON."""
+    return _ENCODER.encode(part).decode()
+
+
+def hexadecimal(colour: Rgb) -> str:
+    """A colour as browsers read it, such as `#0c1016`."""
+    return "#{:02x}{:02x}{:02x}".format(*colour)
+
+
+def colours() -> dict[str, str]:
+    """The palette, by names such as `wall-edge`."""
+    return {name.lower().replace("_", "-"): hexadecimal(getattr(palette, name)) for name in _COLOURS}
+
+
+def ground(scene: Scene) -> dict[str, Any]:
+    """What stands still: zones and walls. It changes when the zones do, for example in a new round."""
+    game = game_of(scene.game)
+    return {
+        "t": "ground",
+        "box": [round(edge, 2) for edge in extent(scene)],
+        "fields": [_outline(zone.region) for zone in scene.zones if zone.kind == "field"],
+        "zones": [_zone(zone, game) for zone in scene.zones if zone.kind != "field"],
+        "walls": [_outline(region) for region in scene.obstacles],
+    }
+
+
+def _zone(zone: Any, game: Game) -> dict[str, Any]:
+    look = zone_look(zone, game)
+    return {
+        "outline": _outline(zone.region),
+        "safe": look.safe,
+        "tint": hexadecimal(look.tint),
+        "stripe": hexadecimal(look.stripe),
+        "edge": hexadecimal(look.edge),
+        "words": look.words,
+        "ink": hexadecimal(look.ink),
+        "below": look.below,
+        "room": [round(length, 2) for length in room(zone.region)],
+        "middle": _point(*zone.region.middle),
+        "bounds": [round(edge, 2) for edge in zone.region.bounds],
+    }
+
+
+def state(scene: Scene) -> dict[str, Any]:
+    """What is told in words, and how the robots look. It changes now and then, not with each frame."""
+    game = game_of(scene.game)
+    lining_up = scene.stage in (Stage.INITIALIZE, Stage.ROUND_OVER)
+    return {
+        "t": "state",
+        "title": game.title or title(scene.game),
+        "chips": _chips(scene),
+        "round": f"{game.round_word} {scene.round} of {scene.rounds}" if scene.stage is not None else "",
+        "scores": [
+            {"team": title(team), "points": points, "colour": hexadecimal(game.team_style(team).colour)}
+            for team, points in scene.score
+        ],
+        "objects": [
+            {"words": o.words, "colour": hexadecimal(game.team_style(o.team).colour), "carried": bool(o.carrier)}
+            for o in scene.objects
+        ],
+        "banners": [_banner(banner) for banner in _banners(scene)],
+        "bodies": [_body(body, game) for body in scene.bodies],
+        "players": [_player(scene, player, game) for player in scene.players],
+        "marks": [
+            {
+                "pose": [*_point(player.mark.x, player.mark.y), round(player.mark.theta, 2)],
+                "colour": hexadecimal(palette.mix(game.style(player.role).colour, palette.FIELD, 0.45)),
+            }
+            for player in scene.players
+            if lining_up and player.mark is not None
+        ],
+        "halted": scene.halted is not None,
+        "estop": scene.estop,
+        "over": scene.stage is Stage.GAME_OVER,
+        "live": scene.live,
+    }
+
+
+def _chips(scene: Scene) -> list[dict[str, str]]:
+    if scene.stage is None:
+        return []
+    found = [(title(scene.stage.value), palette.STAGE_COLOURS[scene.stage])]
+    if scene.halted is not None and scene.stage is not Stage.GAME_OVER:
+        found.append(("Halt", palette.CAUTION))
+    return [{"words": words, **_plate(colour)} for words, colour in found]
+
+
+def _banners(scene: Scene) -> Sequence[Banner]:
+    if scene.stage is None and not scene.estop:
+        lines = ("The match is starting: the world and the referee have not been heard yet.",)
+        return [Banner("Waiting for", lines, palette.CALM, brief=True)]
+    return banners(scene)
+
+
+def _banner(banner: Banner) -> dict[str, Any]:
+    return {"heading": banner.heading, "lines": banner.lines, "brief": banner.brief, **_plate(banner.colour)}
+
+
+def _plate(colour: Rgb) -> dict[str, str]:
+    return {"colour": hexadecimal(colour), "ink": hexadecimal(palette.ink_on(colour))}
+
+
+def _body(body: SceneBody, game: Game) -> dict[str, Any]:
+    style = game.style(body.role, body.state)
+    return {
+        "name": body.name,
+        "length": round(body.length, 2),
+        "width": round(body.width, 2),
+        "colour": hexadecimal(style.colour),
+        "nose": hexadecimal(palette.mix(style.colour, palette.TEXT, 0.75)),
+        "marker": style.marker.value,
+        "physical": body.physical,
+        "out": body.out_of_play,
+    }
+
+
+def _player(scene: Scene, player: ScenePlayer, game: Game) -> dict[str, Any]:
+    style = game.style(player.role, player.state)
+    words, colour = deed(player)
+    return {
+        "name": player.name,
+        "role": player.role,
+        "colour": hexadecimal(style.colour),
+        "marker": style.marker.value,
+        "deed": words,
+        "ink": hexadecimal(colour),
+        "battery": None if player.battery is None or player.out_of_play else round(player.battery, 2),
+        "low": player.battery is not None and player.battery < LOW_BATTERY,
+        "fault": player.fault,
+        "out": player.out_of_play,
+        "physical": any(body.physical for body in scene.bodies if body.name == player.name),
+        "manual": player.manual,
+        "hindrance": hindrance(scene, player),
+    }
+
+
+def strokes(scene: Scene) -> dict[str, Any]:
+    """What players want to be shown about what they think."""
+    game = game_of(scene.game)
+    return {
+        "t": "strokes",
+        "strokes": [
+            {
+                "colour": hexadecimal(palette.mix(palette.FIELD, game.style(stroke.role).colour, 0.75)),
+                "points": [_point(x, y) for x, y in stroke.points],
+                "label": stroke.label,
+            }
+            for stroke in scene.strokes
+        ],
+    }
+
+
+def frame(scene: Scene) -> dict[str, Any]:
+    """What moves. The bodies and the players are in the order of the state.
+
+    Returns:
+        `time` (match time, s), `clock` (as it is written), `rate`, `bodies` (x, y in m, heading in rad each), `speeds`
+        (of the players, m/s, or None), `objects` (x, y in m each), and `flashes` (x, y in m, word, share of the moment
+        that is over).
+    """
+    return {
+        "t": "frame",
+        "time": round(scene.time, 3),
+        "clock": clock_text(scene.clock),
+        "rate": scene.rate,
+        "bodies": [(round(b.pose.x, 3), round(b.pose.y, 3), round(b.pose.theta, 3)) for b in scene.bodies],
+        "speeds": [None if p.speed is None or p.out_of_play else round(p.speed, 1) + 0.0 for p in scene.players],
+        "objects": [_point(*thing.at) for thing in scene.objects],
+        "flashes": [(*_point(*flash.at), flash.word, round(flash.share, 2)) for flash in scene.flashes],
+    }
+
+
+def parts(scene: Scene) -> dict[str, str]:
+    """All parts of a scene as texts of JSON, by name, in the order in which the page needs them."""
+    return {part["t"]: encode(part) for part in (ground(scene), state(scene), strokes(scene), frame(scene))}
+
+
+def call(said: Call, game_name: str) -> str:
+    """A call of the referee with its rule, as a text of JSON."""
+    text = game_of(game_name).rule_text(said.rule)
+    return encode(
+        {
+            "number": said.number,
+            "clock": clock_text(said.clock),
+            "text": said.text,
+            "rule": title(said.rule),
+            "words": "" if text is None else text.words,
+            "source": "" if text is None else text.source,
+        }
+    )
+
+
+def _outline(region: Region) -> list[list[float]]:
+    return [_point(x, y) for x, y in region.outline()]
+
+
+def _point(x: float, y: float) -> list[float]:
+    return [round(x, 2), round(y, 2)]

@@ -1,0 +1,141 @@
+"""What a browser may say to the page's server, and what of it reaches the match.
+
+Requests come from outside, so each field has bounds. A request that breaks them gets an error in words.
+"""
+
+import enum
+from dataclasses import dataclass
+from typing import Annotated, Final
+
+import msgspec
+from msgspec import Meta, Struct
+
+from vrg.types import Signed
+from vrg.ui.web.admission import Role, RoleKind
+
+REQUEST_LIMIT: Final = 2048
+"""The number of bytes in a request."""
+_TAB = Annotated[str, Meta(max_length=64)]
+
+
+class Action(enum.StrEnum):
+    """What a button of the page asks for."""
+
+    HALT = "halt"
+    RESUME = "resume"
+    RECOVER = "recover"
+    END = "end"
+    ESTOP = "estop"
+    RELEASE = "release"
+
+
+class _Request(Struct, frozen=True, tag_field="t", forbid_unknown_fields=True, kw_only=True):
+    """The base class of all requests; the field `t` tells which one it is."""
+
+
+class Hello(_Request, frozen=True, tag="hello", kw_only=True):
+    """The first request.
+
+    Args:
+        token: admits to a role; without one the browser watches. tab: a random word that the page has made for itself.
+        takeover: True takes a seat that another page has.
+    """
+
+    token: Annotated[str, Meta(max_length=64)] = ""
+    tab: _TAB = ""
+    takeover: bool = False
+
+
+class Ack(_Request, frozen=True, tag="ack", kw_only=True):
+    """The page has shown so many batches since it was admitted."""
+
+    count: Annotated[int, Meta(ge=0)]
+
+
+class Drive(_Request, frozen=True, tag="drive", kw_only=True):
+    """A driving command, which the page repeats as long as it holds.
+
+    Args:
+        forward, turn: from -1 to 1, ahead and to the left, as fractions of what the robot can do.
+    """
+
+    forward: Signed
+    turn: Signed
+
+
+class GiveBack(_Request, frozen=True, tag="give_back", kw_only=True):
+    """The player plays by itself again."""
+
+
+class Act(_Request, frozen=True, tag="act", kw_only=True):
+    """A button was pressed."""
+
+    what: Action
+
+
+Request = Hello | Ack | Drive | GiveBack | Act
+_DECODER: Final = msgspec.json.Decoder(Request)
+
+
+def read_request(text: str) -> Request:
+    """Decode a request.
+
+    Raises:
+        ValueError: it is none; the message says why in words, and repeats nothing of it.
+    """
+    try:
+        request: Request = _DECODER.decode(text)
+    except msgspec.ValidationError as error:
+        raise ValueError(f"this request is not understood: {error}") from None
+    except msgspec.DecodeError:
+        raise ValueError("expected a request in JSON, got something else") from None
+    return request
+
+
+def refusal(role: Role, request: Request) -> str:
+    """Why a role may not ask for this, in words; empty if it may."""
+    match request:
+        case Drive() | GiveBack() if role.kind is not RoleKind.SEAT:
+            return "driving needs the link of a player's seat, with its token"
+        case Act(what=Action.ESTOP) if role.kind is RoleKind.VIEWER:
+            return "the emergency stop needs the link of an official or of a player's seat, with its token"
+        case Act(what=what) if what is not Action.ESTOP and role.kind is not RoleKind.OFFICIAL:
+            return "to decide needs the official's link, with its token"
+        case _:
+            return ""
+
+
+@dataclass(frozen=True)
+class Command:
+    """A person at a page drives a player; `forward` and `turn` are as in `Drive`."""
+
+    player: str
+    forward: float
+    turn: float
+
+
+@dataclass(frozen=True)
+class Decision:
+    """A person at a page has pressed a button.
+
+    Args:
+        guest: the number of its connection, which gets the answer. by: who that is, in words.
+    """
+
+    guest: int
+    by: str
+    what: Action
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """What people at pages have asked for since the last look.
+
+    Args:
+        commands: the newest command for each player. given_back: players that play by themselves again.
+        decisions: in their order.
+    """
+
+    commands: tuple[Command, ...] = ()
+    given_back: tuple[str, ...] = ()
+    decisions: tuple[Decision, ...] = ()

@@ -1,0 +1,363 @@
+"""The page's server: static files and WebSockets, by aiohttp, in a thread of its own.
+
+The node of the match never waits for it: it hands over what there is to see, and takes what people have asked for. Each
+viewer has a task that sends it the newest state; one that does not keep up gets fewer frames, and holds up nobody.
+"""
+
+import asyncio
+import logging
+import socket
+import threading
+from collections.abc import Awaitable, Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib.resources import files
+from typing import Final
+
+from aiohttp import WSCloseCode, WSMessage, WSMsgType, web
+
+from vrg.errors import LaunchError
+from vrg.ui.web.admission import Admission, Role, RoleKind
+from vrg.ui.web.gallery import Gallery, Seen
+from vrg.ui.web.headers import PAGE_HEADERS, foreign
+from vrg.ui.web.lobby import GUESTS_LIMIT, Allowance, Lobby, Refused
+from vrg.ui.web.parts import colours, encode
+from vrg.ui.web.requests import (
+    REQUEST_LIMIT,
+    Ack,
+    Act,
+    Command,
+    Decision,
+    Drive,
+    GiveBack,
+    Hello,
+    Request,
+    Wishes,
+    read_request,
+    refusal,
+)
+
+log = logging.getLogger(__name__)
+
+IN_FLIGHT: Final = 10
+"""How many batches a viewer may have that it has not shown yet. One that is slower gets no more until it has."""
+PATIENCE: Final = 10.0
+"""The real time in s that a browser has to say who it is, or to take what it is sent."""
+PING: Final = 10.0
+"""The real time in s between two signs of life that are asked of a browser."""
+WRONG_TOKEN_DELAY: Final = 0.5
+"""The real time in s that a wrong token's answer takes."""
+DECISIONS_LIMIT: Final = 50
+"""How many decisions may wait for the match."""
+_TYPES: Final = {"html": "text/html", "css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
+_SOCKETS_LIMIT: Final = 2 * GUESTS_LIMIT
+
+
+@dataclass(eq=False)
+class _Guest:
+    """One connection."""
+
+    number: int
+    socket: web.WebSocketResponse
+    news: asyncio.Event = field(default_factory=asyncio.Event)
+    seen: Seen = field(default_factory=Seen)
+    notices: list[str] = field(default_factory=list)
+    allowance: Allowance = field(default_factory=Allowance)
+    sent: int = 0
+    shown: int = 0
+    refused: int = 0
+
+    def tell(self, notice: Mapping[str, object]) -> None:
+        """Send it a message of its own with the next batch."""
+        if len(self.notices) < 20:
+            self.notices.append(encode(notice))
+        self.news.set()
+
+
+class WebServer:
+    """Serves the page from `start` to `stop`. All other methods are for the thread of the node, and none of them waits.
+
+    Args:
+        admission: where it is served, and who may do what. match: the name of the match.
+    """
+
+    def __init__(self, admission: Admission, match: str) -> None:
+        self._admission, self._match = admission, match
+        self._lobby = Lobby(admission)
+        self._gallery = Gallery()
+        self._guests: dict[int, _Guest] = {}
+        self._numbers = 0
+        self._sockets = 0
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._stopping = asyncio.Event()
+        self._ready = threading.Event()
+        self._failure: BaseException | None = None
+        self._thread = threading.Thread(target=self._run, name="web server", daemon=True)
+        self._lock = threading.Lock()
+        self._commands: dict[str, Command] = {}
+        self._given_back: dict[str, None] = {}
+        self._decisions: list[Decision] = []
+        self._refused = 0
+
+    def start(self) -> None:
+        """Open the port.
+
+        Raises:
+            LaunchError: it cannot be opened.
+        """
+        self._thread.start()
+        self._ready.wait(PATIENCE)
+        self.check()
+
+    def check(self) -> None:
+        """Make sure that the page is served.
+
+        Raises:
+            LaunchError: it is not.
+        """
+        if self._failure is not None:
+            where = f"{self._admission.host}, port {self._admission.port}"
+            raise LaunchError(f"the page cannot be served at {where}: {self._failure}") from self._failure
+
+    def stop(self) -> None:
+        """Tell all pages that this is the end, and close the port. Idempotent."""
+        if self._loop is not None and self._thread.is_alive():
+            self._loop.call_soon_threadsafe(self._stopping.set)
+            self._thread.join(PATIENCE / 4)
+
+    @property
+    def watched(self) -> bool:
+        """Whether anybody looks at the page."""
+        return bool(self._guests)
+
+    def show(self, parts: Mapping[str, str], calls: Sequence[str] = ()) -> None:
+        """Show these parts and calls, which are texts of JSON, from now on."""
+        if self._loop is not None and self._thread.is_alive():
+            self._loop.call_soon_threadsafe(self._put, parts, calls)
+
+    def tell(self, guest: int, text: str) -> None:
+        """Answer one connection."""
+        if self._loop is not None and self._thread.is_alive():
+            self._loop.call_soon_threadsafe(self._tell, guest, text)
+
+    def wishes(self) -> Wishes:
+        """What people have asked for since this was last called."""
+        with self._lock:
+            wishes = Wishes(tuple(self._commands.values()), tuple(self._given_back), tuple(self._decisions))
+            self._commands, self._given_back, self._decisions = {}, {}, []
+        return wishes
+
+    def _put(self, parts: Mapping[str, str], calls: Sequence[str]) -> None:
+        self._gallery.put(parts, calls)
+        for guest in self._guests.values():
+            guest.news.set()
+
+    def _tell(self, number: int, text: str) -> None:
+        guest = self._guests.get(number)
+        if guest is not None:
+            guest.tell({"t": "notice", "text": text})
+
+    def _run(self) -> None:
+        try:
+            asyncio.run(self._serve())
+        except Exception as error:  # whatever it is, the node must learn that nobody is served any more
+            log.exception("the page's server has failed")
+            self._failure = error
+        finally:
+            self._ready.set()
+
+    async def _serve(self) -> None:
+        self._loop = asyncio.get_running_loop()
+        app = web.Application()
+        app.on_response_prepare.append(_add_headers)
+        app.router.add_get("/socket", self._talk)
+        static = files("vrg.ui.web") / "static"
+        for file in static.iterdir():
+            kind = _TYPES.get(file.name.rpartition(".")[2])
+            if kind is not None:
+                path = "/" if file.name == "index.html" else f"/{file.name}"
+                app.router.add_get(path, _page(file.read_bytes(), kind))
+        runner = web.AppRunner(app, access_log=None, handle_signals=False, shutdown_timeout=1.0)
+        await runner.setup()
+        try:
+            try:
+                await web.TCPSite(runner, self._admission.host, self._admission.port).start()
+            except OSError as error:
+                self._failure = error
+                return
+            log.info("serving the page at %s, port %d", self._admission.host, self._admission.port)
+            self._ready.set()
+            await self._stopping.wait()
+            guests = list(self._guests.values())
+            await asyncio.gather(*(self._dismiss(guest) for guest in guests), return_exceptions=True)
+        finally:
+            await runner.cleanup()
+
+    async def _dismiss(self, guest: _Guest) -> None:
+        """Send a guest the last picture, say that it is the last, and close the connection."""
+        news, guest.seen = self._gallery.since(guest.seen)
+        async with asyncio.timeout(1.0):
+            await guest.socket.send_str(f"[{','.join(filter(None, (news, encode({'t': 'bye'}))))}]")
+            await guest.socket.close(code=WSCloseCode.GOING_AWAY)
+
+    async def _talk(self, request: web.Request) -> web.StreamResponse:
+        if why := foreign(request.headers.get("Origin"), request.host, self._admission.host, socket.gethostname()):
+            log.warning("refused a connection: %s", why)
+            return web.Response(status=403, text=why)
+        if self._sockets >= _SOCKETS_LIMIT:
+            return web.Response(status=503, text="too many connections: try again later")
+        self._sockets += 1
+        talk = web.WebSocketResponse(heartbeat=PING, max_msg_size=REQUEST_LIMIT, compress=False, timeout=1.0)
+        try:
+            await talk.prepare(request)
+            guest = await self._admit(talk)
+            if guest is not None:
+                await self._serve_guest(guest)
+        except (ConnectionError, TimeoutError):
+            pass  # the browser is gone: whoever has left is forgotten already
+        finally:
+            self._sockets -= 1
+        return talk
+
+    async def _admit(self, talk: web.WebSocketResponse) -> _Guest | None:
+        """Hear who a browser is, and let it in; None if it is not let in."""
+        message = await talk.receive(PATIENCE)
+        try:
+            hello = read_request(message.data) if message.type is WSMsgType.TEXT else None
+        except ValueError as error:
+            await self._turn_away(talk, str(error), "request")
+            return None
+        if not isinstance(hello, Hello):
+            if not talk.closed:
+                await self._turn_away(talk, "expected that the page first says who it is", "request")
+            return None
+        self._numbers += 1
+        guest = _Guest(self._numbers, talk)
+        found = self._lobby.admit(guest.number, hello)
+        if isinstance(found, Refused):
+            if found.reason == "token":
+                if _is_power_of_ten(self._lobby.wrong_tokens):
+                    log.warning("refused a wrong token (number %d)", self._lobby.wrong_tokens)
+                await asyncio.sleep(WRONG_TOKEN_DELAY)
+            await self._turn_away(talk, found.why, found.reason)
+            return None
+        if found.displaced is not None and (other := self._guests.get(found.displaced)) is not None:
+            self._leave_seat(found.role)
+            other.tell({"t": "displaced", "player": found.role.player})
+        log.info("%s has come", found.role.words)
+        # Whoever is in the dictionary is also in the lobby.
+        self._guests[guest.number] = guest
+        guest.tell(
+            {
+                "t": "welcome",
+                "match": self._match,
+                "role": found.role.kind,
+                "player": found.role.player,
+                "colours": colours(),
+            }
+        )
+        return guest
+
+    @staticmethod
+    async def _turn_away(talk: web.WebSocketResponse, why: str, reason: str) -> None:
+        await talk.send_str(encode([{"t": "refused", "why": why, "reason": reason}]))
+        await talk.close(code=WSCloseCode.POLICY_VIOLATION)
+
+    async def _serve_guest(self, guest: _Guest) -> None:
+        sending = asyncio.create_task(self._send(guest))
+        try:
+            async for message in guest.socket:
+                if not self._hear(guest, message):
+                    guest.tell({"t": "notice", "text": "This page talks too fast: the connection is closed."})
+                    await asyncio.sleep(0.1)
+                    await guest.socket.close(code=WSCloseCode.POLICY_VIOLATION)
+        finally:
+            sending.cancel()
+            self._guests.pop(guest.number, None)
+            role = self._lobby.leave(guest.number)
+            if role is not None:
+                self._leave_seat(role)
+                log.info("%s has left", role.words)
+
+    async def _send(self, guest: _Guest) -> None:
+        """Send a guest what is new to it, as long as it keeps up."""
+        while True:
+            await guest.news.wait()
+            guest.news.clear()
+            if guest.sent - guest.shown >= IN_FLIGHT and not guest.notices:
+                continue
+            news, guest.seen = self._gallery.since(guest.seen)
+            texts = [*guest.notices, news] if news else guest.notices
+            guest.notices = []
+            if texts:
+                guest.sent += 1
+                try:
+                    async with asyncio.timeout(PATIENCE):
+                        await guest.socket.send_str(f"[{','.join(texts)}]")
+                except (ConnectionError, TimeoutError):
+                    await guest.socket.close(code=WSCloseCode.TRY_AGAIN_LATER)
+                    return
+
+    def _hear(self, guest: _Guest, message: WSMessage) -> bool:
+        """Take a request in, and answer one that is wrong or not allowed; return False if the guest talks too fast."""
+        if self._loop is None or not guest.allowance.spend(self._loop.time()):
+            return False
+        try:
+            if message.type is not WSMsgType.TEXT:
+                raise ValueError("expected a request in JSON, got bytes")
+            request = read_request(message.data)
+        except ValueError as error:
+            guest.tell({"t": "notice", "text": str(error)})
+            return True
+        role = self._lobby.roles[guest.number]
+        if why := refusal(role, request):
+            self._refused += 1
+            guest.refused += 1
+            if _is_power_of_ten(guest.refused):
+                what = request.what if isinstance(request, Act) else "drive"
+                log.warning("%s, connection %d, wanted to %s: refused", role.words, guest.number, what)
+            guest.tell({"t": "notice", "text": f"Refused: {why}."})
+        else:
+            self._grant(guest, role, request)
+        return True
+
+    def _grant(self, guest: _Guest, role: Role, request: Request) -> None:
+        match request:
+            case Ack(count=count):
+                guest.shown = max(guest.shown, min(count, guest.sent))
+                guest.news.set()
+            case Drive(forward=forward, turn=turn):
+                with self._lock:
+                    self._given_back.pop(role.player, None)
+                    self._commands[role.player] = Command(role.player, forward, turn)
+            case GiveBack():
+                self._leave_seat(role)
+            case Act(what=what):
+                with self._lock:
+                    waiting = len(self._decisions)
+                    if waiting < DECISIONS_LIMIT:
+                        self._decisions.append(Decision(guest.number, role.words, what))
+                if waiting >= DECISIONS_LIMIT:
+                    guest.tell({"t": "notice", "text": "The match has not taken in what was asked before: wait."})
+            case Hello():
+                guest.tell({"t": "notice", "text": "This page has said who it is already."})
+
+    def _leave_seat(self, role: Role) -> None:
+        if role.kind is RoleKind.SEAT:
+            with self._lock:
+                self._commands.pop(role.player, None)
+                self._given_back[role.player] = None
+
+
+def _page(body: bytes, kind: str) -> Callable[[web.Request], Awaitable[web.Response]]:
+    async def handler(_request: web.Request) -> web.Response:
+        return web.Response(body=body, content_type=kind, charset="utf-8")
+
+    return handler
+
+
+async def _add_headers(_request: web.Request, response: web.StreamResponse) -> None:
+    response.headers.update(PAGE_HEADERS)
+
+
+def _is_power_of_ten(n: int) -> bool:
+    return str(n).strip("0") == "1"

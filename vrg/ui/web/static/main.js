@@ -1,0 +1,213 @@
+// Connects the parts of the page: the connection, what is known of the match, the field, the panel, and a driver's hands.
+import { Controls } from "./controls.js";
+import { Field } from "./field.js";
+import { Link } from "./link.js";
+import { Match } from "./match.js";
+import { Panel, say } from "./panel.js";
+import { WORDS } from "./words.js";
+
+/** ms between two driving commands, and ms without news after which the picture is said to be old. */
+const COMMAND = 50, SILENT = 3000;
+/** ms for which a notice is shown, and ms in which ending the game must be confirmed. */
+const NOTICE = 6000, CONFIRM = 4000;
+
+/** The keys of the official, as in the spectator's window: the referee's words name them. */
+const KEYS = { h: "halt", c: "resume", r: "recover", u: "release" };
+
+const byId = (id) => document.getElementById(id);
+const match = new Match();
+const field = new Field(byId("field"), byId("stage"));
+const panel = new Panel();
+const controls = new Controls(byId("stick"), byId("knob"));
+let token = takeToken();
+let takeover = false;
+let driving = false;
+let notice = 0, confirming = 0;
+const tab = [...crypto.getRandomValues(new Uint8Array(12))].map((byte) => byte.toString(16)).join("");
+
+/** The token of the link. It leaves the address, so that it is not read off a projector; a reload still has it. */
+function takeToken() {
+  const found = location.hash.slice(1);
+  if (found) {
+    sessionStorage.setItem("token", found);
+    history.replaceState(null, "", location.pathname);
+  }
+  return sessionStorage.getItem("token") ?? "";
+}
+
+function tell(text) {
+  say("notice", text);
+  byId("notice").hidden = false;
+  clearTimeout(notice);
+  notice = setTimeout(() => (byId("notice").hidden = true), NOTICE);
+}
+
+function openDoor(heading, words, { seat = false, again = false } = {}) {
+  say("door-heading", heading);
+  say("door-words", words);
+  say("door-watch", again ? WORDS.again : WORDS.watch);
+  byId("door-takeover").hidden = !seat;
+  byId("door").hidden = false;
+}
+
+function hear(message) {
+  switch (match.take(message, performance.now() / 1000)) {
+    case "welcome":
+      takeover = false;
+      byId("door").hidden = true;
+      setRole();
+      break;
+    case "refused":
+      link.stop();
+      openDoor(WORDS.doors[message.reason] ?? WORDS.doors.request, message.why, {
+        seat: message.reason === "taken",
+        again: !["taken", "token"].includes(message.reason),
+      });
+      break;
+    case "displaced":
+      forgetToken();
+      setRole();
+      openDoor(WORDS.doors.taken, WORDS.displaced(message.player));
+      break;
+    case "notice":
+      tell(message.text);
+      break;
+  }
+}
+
+function forgetToken() {
+  token = "";
+  sessionStorage.removeItem("token");
+}
+
+function setRole() {
+  stopDriving();
+  document.body.dataset.role = match.role;
+  byId("official").hidden = match.role !== "official";
+  byId("seat").hidden = match.role !== "seat";
+  document.title = [match.player, match.name, "VRG"].filter(Boolean).join(" · ");
+}
+
+const link = new Link(
+  () => ({ token, tab, takeover }),
+  hear,
+  () => showLink(),
+);
+
+function showLink() {
+  const now = performance.now(), silent = link.open && now - link.heardAt > SILENT;
+  let words = WORDS.connecting, lamp = "waiting";
+  if (match.ended) [words, lamp] = [WORDS.over, "ended"];
+  else if (silent) [words, lamp] = [WORDS.silent, "lost"];
+  else if (link.open) [words, lamp] = [WORDS.connected(WORDS.roles[match.role] + (match.player ? ` (${match.player})` : ""), match.name), "good"];
+  else if (match.name) {
+    const left = Math.ceil((link.nextAt - now) / 1000);
+    [words, lamp] = [left > 0 ? WORDS.lost(left) : WORDS.trying, "lost"];
+  }
+  say("link-words", words);
+  byId("lamp").className = lamp;
+  byId("link").classList.toggle("loud", lamp === "lost" || lamp === "ended");
+}
+
+// Driving
+
+function stopDriving(words = "") {
+  if (driving) link.send({ t: "give_back" });
+  driving = false;
+  controls.letGo();
+  if (words) tell(words);
+}
+
+setInterval(() => {
+  showLink();
+  if (match.role !== "seat" || !link.open) {
+    driving = false;
+    return;
+  }
+  const hands = document.hidden ? null : controls.hands;
+  driving ||= hands !== null;
+  if (driving) link.send({ t: "drive", forward: hands?.forward ?? 0, turn: hands?.turn ?? 0 });
+  showSeat();
+}, COMMAND);
+
+function showSeat() {
+  const { player, own } = match, pad = controls.pad;
+  say("seat-name", WORDS.seat(player));
+  const words = !driving ? WORDS.atRest(player) : own?.hindrance ? WORDS.hindered(player, own.hindrance) : WORDS.driving(player);
+  say("seat-state", words);
+  say("seat-pad", controls.padLost ? WORDS.padLost : pad ? WORDS.pad(pad.id) : WORDS.padNone);
+  byId("give-back").disabled = !driving;
+  byId("stick").classList.toggle("driving", driving);
+}
+
+function act(what) {
+  if (what === "end" && performance.now() > confirming) {
+    confirming = performance.now() + CONFIRM;
+    say("end", WORDS.reallyEnd);
+    setTimeout(() => say("end", WORDS.end), CONFIRM);
+    return;
+  }
+  confirming = 0;
+  link.send({ t: "act", what });
+}
+
+document.addEventListener("click", ({ target }) => {
+  if (target.dataset?.act) act(target.dataset.act);
+});
+byId("give-back").addEventListener("click", () => stopDriving());
+byId("fast").addEventListener("click", () => {
+  controls.fast = !controls.fast;
+  byId("fast").setAttribute("aria-pressed", controls.fast);
+});
+byId("door-takeover").addEventListener("click", () => {
+  takeover = true;
+  byId("door").hidden = true;
+  link.connect();
+});
+byId("door-watch").addEventListener("click", () => {
+  byId("door").hidden = true;
+  if (byId("door-watch").textContent === WORDS.watch) forgetToken();
+  if (!link.open) link.connect();
+});
+window.addEventListener("hashchange", () => {
+  token = takeToken();
+  link.stop();
+  link.connect();
+});
+window.addEventListener("keydown", (event) => {
+  if (match.role === "viewer" || event.ctrlKey || event.metaKey || event.altKey) return;
+  controls.shift = event.shiftKey;
+  const steers = match.role === "seat" && controls.press(event.code);
+  if (event.code === "Space" && !event.repeat) act("estop");
+  const asked = KEYS[event.key.toLowerCase()];
+  if (match.role === "official" && asked && !event.repeat) act(asked);
+  if (event.code === "Escape" && match.role === "seat") stopDriving();
+  // SPACE and the arrows would press the focused button and scroll the page.
+  if (steers || event.code === "Space") event.preventDefault();
+});
+window.addEventListener("keyup", (event) => {
+  controls.shift = event.shiftKey;
+  controls.release(event.code);
+  if (event.code === "Space") event.preventDefault();
+});
+window.addEventListener("blur", () => controls.letGo());
+document.addEventListener("visibilitychange", () => {
+  if (document.hidden && driving) stopDriving(WORDS.givenBack(match.player));
+});
+window.addEventListener("pagehide", () => stopDriving());
+window.addEventListener("contextmenu", (event) => event.target.closest("#stick") && event.preventDefault());
+
+// Drawing
+
+function draw() {
+  panel.show(match);
+  field.draw(match, performance.now() / 1000, match.player);
+  drawn += 1;
+  requestAnimationFrame(draw);
+}
+let drawn = 0;
+
+// For tests, and for whoever wants to know.
+window.vrg = { match, field, link, controls, drawn: () => drawn };
+link.connect();
+requestAnimationFrame(draw);

@@ -1,0 +1,143 @@
+// Writes what is told in words: heading, score, players, calls, banners. It rewrites only what has changed.
+import { drawMarker } from "./field.js";
+import { WORDS } from "./words.js";
+
+const byId = (id) => document.getElementById(id);
+
+/** Make an element: its class, its text, and its children. */
+function make(tag, name = "", text = "", ...children) {
+  const element = document.createElement(tag);
+  if (name) element.className = name;
+  if (text) element.textContent = text;
+  element.append(...children);
+  return element;
+}
+
+/** Say a text where it differs from what stands there. */
+export function say(id, text) {
+  const element = byId(id);
+  if (element.textContent !== text) element.textContent = text;
+}
+
+export class Panel {
+  constructor() {
+    this.shown = {};
+    for (const id of ["halt", "resume", "recover", "end", "release", "fast"]) say(id, WORDS[id]);
+    say("give-back", WORDS.giveBack);
+    for (const button of document.querySelectorAll(".estop")) button.textContent = WORDS.estop;
+    say("players-heading", WORDS.players);
+    say("calls-heading", WORDS.calls);
+    say("door-takeover", WORDS.takeover);
+  }
+
+  /** Show the match. */
+  show(match) {
+    this.when("colours", match.colours, () => paint(match.colours));
+    const { state } = match;
+    say("title", state?.title || WORDS.waiting);
+    this.when("chips", [state?.chips, state?.round], () => {
+      const chips = (state?.chips ?? []).map(({ words, colour, ink }) => {
+        const chip = make("span", "chip", words);
+        chip.style.background = colour;
+        chip.style.color = ink;
+        return chip;
+      });
+      byId("chips").replaceChildren(...chips, make("span", "round", state?.round ?? ""));
+    });
+    this.when("scores", state?.scores, () => byId("scores").replaceChildren(...(state?.scores ?? []).map(score)));
+    this.when("objects", state?.objects, () => byId("objects").replaceChildren(...(state?.objects ?? []).map(thing)));
+    this.when("banners", state?.banners, () => byId("banners").replaceChildren(...(state?.banners ?? []).map(banner)));
+    this.when("players", [state?.players, match.player], () => {
+      const rows = (state?.players ?? []).flatMap((player) => row(player, match));
+      byId("players").tBodies[0].replaceChildren(...rows);
+      byId("players").classList.toggle("many", rows.length > 12);
+    });
+    this.when("calls", match.calls.map((call) => call.number), () => {
+      byId("calls").replaceChildren(...[...match.calls].reverse().map(call));
+    });
+    const frame = match.motion.latest;
+    if (frame && state?.title) {
+      say("clock", frame.clock);
+      const minutes = Math.floor(frame.time / 60), seconds = (frame.time % 60).toFixed(1).padStart(4, "0");
+      const notes = [WORDS.playClock, WORDS.matchTime(`${minutes}:${seconds}`)];
+      if (frame.rate !== 1) notes.push(WORDS.speed(frame.rate));
+      say("notes", notes.join("\n"));
+      frame.speeds.forEach((speed, index) => {
+        const cell = byId("players").tBodies[0].querySelector(`[data-index="${index}"] .speed`);
+        const text = speed === null ? "" : speed.toFixed(1);
+        if (cell && cell.textContent !== text) cell.textContent = text;
+      });
+    }
+  }
+
+  /** Do something where a value differs from the last time. */
+  when(name, value, act) {
+    const text = JSON.stringify(value ?? null);
+    if (this.shown[name] !== text) {
+      this.shown[name] = text;
+      act();
+    }
+  }
+}
+
+function paint(colours) {
+  for (const [name, colour] of Object.entries(colours)) document.documentElement.style.setProperty(`--${name}`, colour);
+}
+
+function score({ team, points, colour }) {
+  const card = make("div", "score", "", make("span", "team", team), make("span", "points", String(points)));
+  card.style.borderColor = colour;
+  return card;
+}
+
+function thing({ words, colour, carried }) {
+  const flag = make("span", "flag", "⚑");
+  flag.style.color = colour;
+  return make("div", carried ? "thing carried" : "thing", "", flag, words);
+}
+
+function banner({ heading, lines, colour, ink, brief }) {
+  const plate = make("div", brief ? "banner brief" : "banner", "", make("strong", "", heading));
+  if (brief) plate.append(make("span", "", lines.join(" · ")));
+  else plate.append(...lines.map((line) => make("p", "", line)));
+  plate.style.background = colour;
+  plate.style.color = ink;
+  return plate;
+}
+
+function row(player, match) {
+  const index = match.state.players.indexOf(player);
+  const badge = make("canvas", player.physical ? "badge physical" : "badge");
+  badge.width = badge.height = 36;
+  badge.style.background = player.colour;
+  const c = badge.getContext("2d");
+  c.translate(18, 18);
+  c.rotate(-Math.PI / 2);
+  drawMarker(c, player.marker, 11, match.colours.ink);
+  const role = make("td", "role", player.role), deed = make("td", "deed", player.deed);
+  role.style.color = player.out ? "" : player.colour;
+  deed.style.color = player.ink;
+  const gauge = make("td", "gauge");
+  if (player.battery !== null) {
+    const charge = make("span", player.low ? "charge low" : "charge", "", make("i"));
+    charge.firstChild.style.width = `${Math.round(100 * player.battery)}%`;
+    charge.title = `${Math.round(100 * player.battery)} %`;
+    gauge.append(charge);
+  }
+  const line = make("tr", "player", "", make("td", "sign", "", badge), make("td", "name", player.name), role, deed, make("td", "speed"), gauge);
+  line.dataset.index = index;
+  line.classList.toggle("out", player.out);
+  line.classList.toggle("faulty", Boolean(player.fault));
+  line.classList.toggle("own", player.name === match.player);
+  if (!player.fault) return [line];
+  const fault = make("td", "fault", player.fault);
+  fault.colSpan = 6;
+  return [line, make("tr", "", "", fault)];
+}
+
+function call({ clock, text, rule, words, source }) {
+  const law = make("span", "law", rule);
+  const more = [words, source && `(${source})`].filter(Boolean).join(" ");
+  if (more) law.title = more;
+  return make("li", "", "", make("time", "", clock), make("div", "", "", make("span", "text", text), law));
+}
