@@ -38,6 +38,7 @@ COMMANDS: dict[str, tuple[str, str | None]] = {
     "hud": ("vrg.commands.hud:hud", None),
     "commander": ("vrg.commands.commander:commander", None),
     "web": ("vrg.commands.web:web", None),
+    "foxglove": ("vrg.commands.foxglove:foxglove", None),
     "camera": ("vrg.commands.camera:camera", None),
     "topic": ("vrg.commands.topic:app", None),
     "keys": ("vrg.commands.keys:app", None),

@@ -147,7 +147,8 @@ class Keys:
         "whether it is armed, stopped, faulty",
     )  # fmt: skip
     robot_pose = NamedLine(
-        "robot/{robot}/pose", m.MeasuredPose, LATEST, (LOCATING, TRACKING), (WORLD, DEVICE, RECORDER, LAUNCHER, HUD),
+        "robot/{robot}/pose", m.MeasuredPose, LATEST, (LOCATING, TRACKING),
+        (WORLD, DEVICE, RECORDER, LAUNCHER, WINDOW, HUD),
         "where a physical robot was measured to be",
     )  # fmt: skip
     robot_seen = NamedLine(

@@ -18,6 +18,7 @@ from vrg.bus.process import run_node
 from vrg.bus.seats import Seat, SeatKind, seats_of_node
 from vrg.bus.session import DEFAULT_ENDPOINT, Session, open_session
 from vrg.bus.stopping import Stop
+from vrg.commands.foxglove import told
 from vrg.commands.page import print_links
 from vrg.config.setup import HERE, MatchSetup, write_setup
 from vrg.errors import LaunchError
@@ -30,7 +31,7 @@ from vrg.launch.listening import Listening
 from vrg.launch.remote.reaching import hand_out_keys, reach, remote_hosts, router_endpoints
 from vrg.launch.remote.remote_host import RemoteHost
 from vrg.launch.run_folder import RunFolder
-from vrg.launch.specs import WEB, specs
+from vrg.launch.specs import LIVE, WEB, specs
 from vrg.launch.supervisor import Supervisor
 from vrg.ui.table import TerminalTable
 from vrg.ui.web.admission import Admission
@@ -47,12 +48,14 @@ class Show:
         console: where texts are printed.
         window: True opens the spectator. record: True records for Foxglove and the plot.
         page: where browsers see it, and who may do what there; None serves no page.
+        live: where Foxglove can connect, such as `127.0.0.1:8765`; None if it cannot.
     """
 
     console: Console
     window: bool
     record: bool
     page: Admission | None = None
+    live: str | None = None
 
     def announce(self, text: str) -> None:
         """Print what happens to the processes."""
@@ -119,6 +122,8 @@ def _run(
             progress.update(task, advance=1, description=name)
             if name == WEB and show.page is not None:
                 print_links(show.page, show.console)
+            if name == LIVE and show.live is not None:
+                show.console.print(told(show.live), soft_wrap=True)
 
         def started(_session: Session) -> None:
             progress.stop()
@@ -171,7 +176,16 @@ def _served(
                 hand_out_keys(setup, remote, keys, window=show.window, record=show.record)
             main, endpoint = setup.place.get("router", HERE), endpoints[setup.router_at(HERE)]
             here = Supervisor(
-                specs(setup, folder.path, endpoint, window=show.window, record=show.record, keys=keys, page=show.page),
+                specs(
+                    setup,
+                    folder.path,
+                    endpoint,
+                    window=show.window,
+                    record=show.record,
+                    keys=keys,
+                    page=show.page,
+                    live=show.live,
+                ),
                 endpoint,
                 setup.keys,
                 folder.logs,

@@ -48,6 +48,9 @@ WebOption = Annotated[bool, typer.Option("--web", help="Show it in browsers too,
 WebAtOption = Annotated[
     str | None, typer.Option("--web-at", metavar="HOST[:PORT]", help="As --web, at this address; 0.0.0.0 is for all.")
 ]
+FoxgloveOption = Annotated[
+    bool, typer.Option("--foxglove", help="Let Foxglove on this machine connect, and show all that is recorded.")
+]
 SeedOption = Annotated[int | None, typer.Option(min=0, help="Seed that replaces the match file's.")]
 
 
@@ -91,6 +94,7 @@ def play(
     sandbox: SandboxOption = None,
     web: WebOption = False,
     web_at: WebAtOption = None,
+    foxglove: FoxgloveOption = False,
 ) -> None:
     """Play a match, show it, and say who won and where the run is recorded."""
     speed = rate_of(rate, in_process)
@@ -99,8 +103,11 @@ def play(
             f"{'--seats' if seats else '--sandbox'} needs processes: a match in one process has no seats and no "
             "sandboxes; leave --in-process out"
         )
-    if in_process and (web or web_at):
-        raise typer.BadParameter("--web needs processes: a match in one process has no page; leave --in-process out")
+    if in_process and (web or web_at or foxglove):
+        raise typer.BadParameter(
+            f"{'--foxglove' if foxglove else '--web'} needs processes: a match in one process serves nobody; leave "
+            "--in-process out"
+        )
     address = web_address(web_at) if web or web_at else None
     # The fork server loads what the match's processes need while this process loads the code that checks match files.
     with fork_server(wanted=not (in_process or dry_run)) as server:
@@ -117,6 +124,7 @@ def play(
             keys=keys if seats is not False else None,
             sandbox=sandbox,
             web=address,
+            foxglove=foxglove,
         )
         play_match(match, runs, wish, server, engine=engine, seed=seed, rate=speed)
 

@@ -14,6 +14,7 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import RefereeState, Stage
 from vrg.bus.node import Node
 from vrg.bus.stopping import Stop, stop_on_signals
+from vrg.commands.foxglove import live_address
 from vrg.commands.launching import Security, Show, play_processes
 from vrg.commands.options import has_display
 from vrg.commands.page import open_page
@@ -43,6 +44,7 @@ class Wish:
         keys: the folder of the keys of the match's seats; None makes keys for this run alone.
         sandbox: True seals the processes of players, False does not; None as the match file says.
         web: the address and the port at which browsers see it; None serves no page.
+        foxglove: True lets Foxglove connect.
     """
 
     in_process: bool
@@ -55,6 +57,7 @@ class Wish:
     keys: Path | None = None
     sandbox: bool | None = None
     web: tuple[str, int | None] | None = None
+    foxglove: bool = False
 
 
 def play_match(
@@ -90,7 +93,8 @@ def play_match(
     page = None
     if wish.web is not None and not wish.dry:
         page = open_page(*wish.web, [player.name for player in setup.players])
-    show = Show(console, window=wish.window and (elsewhere or has_display()), record=wish.record, page=page)
+    live = live_address(None) if wish.foxglove and not wish.dry else None
+    show = Show(console, window=wish.window and (elsewhere or has_display()), record=wish.record, page=page, live=live)
     if wish.dry:
         print_plan(setup, console, window=show.window, record=show.record, web=wish.web is not None)
         return

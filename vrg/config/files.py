@@ -19,7 +19,7 @@ from vrg.types import Pose
 
 PLACED = ("router", "world", "referee", "recorder", "spectator")
 """The names of the processes of every match."""
-PROCESS_NAMES = (*PLACED, "drives", "web")
+PROCESS_NAMES = (*PLACED, "drives", "web", "foxglove")
 """The names of other processes. A player cannot have one of them, as its process and log are named after it."""
 RESERVED = ("router-", "host-", "drives-")
 """What the names of further processes and logs begin with, in a match that spans several machines."""

@@ -17,9 +17,11 @@ from vrg.launch.run_folder import RunFolder
 if TYPE_CHECKING:
     from vrg.agents.player import Player
     from vrg.agents.strategy import Strategy
+    from vrg.bus.messages import SensorMessage
     from vrg.coordinator.coordinator import Coordinator
     from vrg.coordinator.journal import Journal
     from vrg.hal.sim.node import WorldNode
+    from vrg.recording.live import LiveRecorder
     from vrg.recording.recorder import Recorder
     from vrg.ui.hud.node import Hud
     from vrg.ui.spectator import Spectator
@@ -143,11 +145,6 @@ def recorder_node(setup: MatchSetup, folder: RunFolder) -> "Recorder":
     Sonars, GPS receivers and bumpers add a fifth to a recording with lasers. Odometry, encoders and INS would each add
     a tenth or more, for what the poses tell too, so they are left out. A camera is recorded while somebody asks for it.
     """
-    from vrg.hal.sensors.camera import Camera
-    from vrg.hal.sensors.gps import Gps
-    from vrg.hal.sensors.laser import Laser
-    from vrg.hal.sensors.sonar import Sonar
-    from vrg.hal.sensors.touch import Touch
     from vrg.recording.recorder import Recorder
 
     return Recorder(
@@ -157,8 +154,43 @@ def recorder_node(setup: MatchSetup, folder: RunFolder) -> "Recorder":
         folder.recording,
         models={player.name: player.robot for player in setup.players},
         obstacles=setup.obstacles,
-        sensors=[Laser, Sonar, Gps, Touch, Camera],
+        sensors=_recorded(),
     )
+
+
+def live_node(setup: MatchSetup, address: str) -> "LiveRecorder":
+    """Make the node that shows in Foxglove, while a match is played, what a recorder would write.
+
+    Args:
+        address: where its server listens, such as `127.0.0.1:8765`.
+
+    Raises:
+        LaunchError: Foxglove's SDK is not installed.
+    """
+    from vrg.launch.specs import LIVE
+    from vrg.recording.live import LiveRecorder, LiveServer
+
+    host, _, port = address.rpartition(":")
+    return LiveRecorder(
+        LIVE,
+        Mailbox(),
+        setup.keys,
+        lambda: LiveServer(setup.name, host.strip("[]"), int(port)),
+        models={player.name: player.robot for player in setup.players},
+        obstacles=setup.obstacles,
+        sensors=_recorded(),
+    )
+
+
+def _recorded() -> "list[type[SensorMessage]]":
+    """The messages of the sensors that are recorded."""
+    from vrg.hal.sensors.camera import Camera
+    from vrg.hal.sensors.gps import Gps
+    from vrg.hal.sensors.laser import Laser
+    from vrg.hal.sensors.sonar import Sonar
+    from vrg.hal.sensors.touch import Touch
+
+    return [Laser, Sonar, Gps, Touch, Camera]
 
 
 def spectator_node(setup: MatchSetup, name: str, run: Path | None, *, official: bool = True) -> "Spectator":

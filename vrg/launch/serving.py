@@ -41,7 +41,7 @@ LEASH_PATIENCE = 10.0
 STUCK = 30.0
 """The processor time in s that a node may use while no thread of Python comes to run, as in a loop in C code, before it
 is ended. This does not need a supervisor."""
-SHOWN = ("spectator", "hud", "web")
+SHOWN = ("spectator", "hud", "web", "foxglove")
 """The kinds of nodes that show the match to people."""
 KINDS = ("world", "coordinator", "recorder", *SHOWN, "player")
 """The kinds of nodes that `serve` can run."""
@@ -131,6 +131,8 @@ def _shown(
     """Make a node that shows the match to people, and what tells whether they have closed it."""
     if kind == "web":
         return nodes.web_node(setup, secret), _never
+    if kind == "foxglove":
+        return nodes.live_node(setup, name), _never
     if kind == "hud":
         display = nodes.hud_node(setup, name)
         return display, lambda: display.closed

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 WINDOW = "spectator"
 """The name of the process of the window that shows a match."""
+LIVE = "foxglove"
+"""The name of the process that Foxglove connects to. It runs where the match is launched."""
 WEB = "web"
 """The name of the process that serves the page. It runs where the match is launched, which prints its links."""
 
@@ -82,6 +84,7 @@ def specs(
     upstream: str | None = None,
     keys: Path | None = None,
     page: "Admission | None" = None,
+    live: str | None = None,
 ) -> list[ProcessSpec]:
     """The processes of a match that run on one machine, the router first.
 
@@ -95,6 +98,7 @@ def specs(
         upstream: the endpoint of the router of the match, if the machine has a further one.
         keys: the folder of the keys of the seats on that machine; None in a match without them.
         page: where the page is served, and for whom; None without one.
+        live: where Foxglove can connect, such as `127.0.0.1:8765`; None if it cannot.
     """
     run = folder.resolve()
 
@@ -121,6 +125,9 @@ def specs(
             setup.keys.pulse("spectator", WEB).key,
         )
         found.append(ProcessSpec(WEB, arguments, pulse, 1, 1, essential=False, secret=page.encoded()))
+    if live is not None:
+        arguments = arguments_of("foxglove", router=endpoint, run=run, name=live, keys=keys)
+        found.append(ProcessSpec(LIVE, arguments, setup.keys.pulse("spectator", LIVE).key, 1, 1, essential=False))
     for player in setup.players:
         waits = player.physical and bool(setup.companions)
         found.append(node(player.name, "player", player.name, group=2 if waits else 1, stop=0))

@@ -4,6 +4,7 @@ Viewers can only read: the server offers them nothing else.
 """
 
 from collections import deque
+from pathlib import Path
 from typing import Final
 
 import msgspec
@@ -37,7 +38,7 @@ class LiveServer:
     """
 
     def __init__(self, name: str, host: str, port: int) -> None:
-        self.path = None
+        self.path: Path | None = None
         self._context = foxglove.Context()
         self._channels: dict[str, foxglove.Channel] = {}
         self._newest: dict[str, tuple[bytes, int]] = {}

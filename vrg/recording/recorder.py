@@ -23,7 +23,7 @@ Times are match time in ns.
 
 import logging
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import BinaryIO, ClassVar, Final
 
@@ -54,6 +54,7 @@ from vrg.recording.records import (
     TwistRecord,
 )
 from vrg.recording.scene import flag_entity, obstacle_entity, robot_entity, zone_entity
+from vrg.recording.sink import Sink
 from vrg.recording.sketches import sketch_entity
 from vrg.regions import Region
 from vrg.types import Pose
@@ -75,7 +76,8 @@ class Recorder(Node):
 
     Args:
         output: the file to make at the first tick; where one of that name exists, a number is added, so that a
-            restarted recorder never overwrites the first part. Or an open binary file, which is not closed.
+            restarted recorder never overwrites the first part. Or an open binary file, which is not closed; or what
+            opens another thing to write to.
         models: of the robots, by name; a robot without one is drawn 0.5 m long.
         obstacles: the ground that the map's walls and obstacles cover, m.
         sensors: the messages of the kinds of sensors that are recorded too, such as `Laser`, of every robot. With scans
@@ -84,7 +86,7 @@ class Recorder(Node):
 
     Attributes:
         fault: why nothing is recorded any more, in words, or None.
-        path: the file, with its number once it is made; None for an open one.
+        path: the file, with its number once it is made; None if there is none.
     """
 
     kind: ClassVar[str] = "recorder"
@@ -94,7 +96,7 @@ class Recorder(Node):
         name: str,
         mailbox: Mailbox,
         keys: Keys,
-        output: Path | BinaryIO,
+        output: Path | BinaryIO | Callable[[], Sink],
         *,
         models: Mapping[str, RobotModel] | None = None,
         obstacles: Sequence[Region] = (),
@@ -119,7 +121,7 @@ class Recorder(Node):
         self._estops = mailbox.subscribe(keys.estop)
         self._releases = mailbox.subscribe(keys.estop_release)
         self._sensors = [mailbox.subscribe(keys.sensor(kind)) for kind in sensors]
-        self._file: McapFile | None = None
+        self._file: Sink | None = None
         self._flushed = 0.0
         self._pending = False
         self._said: dict[str, m.Report] = {}
@@ -149,7 +151,7 @@ class Recorder(Node):
             return
         try:
             if self._file is None:
-                self._file = McapFile(self._output)
+                self._file = self._output() if callable(self._output) else McapFile(self._output)
                 self.path = self._file.path
             self._write_arrivals()
             # Also when the clock has stopped: nothing more may come for a long time.
@@ -171,7 +173,7 @@ class Recorder(Node):
             self._fail(error)
 
     def _fail(self, error: OSError) -> None:
-        self.fault = f"recording ended: {self.path or 'the given file'}: {error.strerror or error}"
+        self.fault = f"recording ended: {f'{self.path}: ' if self.path else ''}{error.strerror or error}"
         log.error("%s; the match goes on, what was written stays readable", self.fault)
         if self._file is not None:
             self._file.abandon()

@@ -1,0 +1,149 @@
+"""Foxglove's server: what a viewer of its WebSocket protocol gets, and what it cannot do."""
+
+import asyncio
+import json
+import socket
+import struct
+from collections.abc import Awaitable, Callable, Iterator
+from typing import Any
+
+import aiohttp
+import pytest
+
+from tests.ui import synthetic
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.topics import Keys
+from vrg.recording.foxglove import time_of
+from vrg.recording.live import LiveRecorder, LiveServer
+from vrg.recording.records import TwistRecord
+
+PATIENCE = 20.0
+
+
+@pytest.fixture
+def port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        number: int = probe.getsockname()[1]
+        return number
+
+
+@pytest.fixture
+def server(port: int) -> Iterator[LiveServer]:
+    server = LiveServer("final", "127.0.0.1", port)
+    yield server
+    server.finish()
+
+
+class Viewer:
+    """Speaks Foxglove's protocol, and subscribes to everything."""
+
+    def __init__(self, socket_: aiohttp.ClientWebSocketResponse) -> None:
+        self._socket = socket_
+        self.channels: dict[int, dict[str, Any]] = {}
+        self.heard: dict[str, list[Any]] = {}
+        self.said: list[dict[str, Any]] = []
+
+    async def until(self, condition: Callable[[], bool], meanwhile: Callable[[], None] = lambda: None) -> None:
+        """Wait until a condition holds."""
+        async with asyncio.timeout(PATIENCE):
+            while not condition():
+                meanwhile()
+                await asyncio.sleep(0.01)
+
+    async def listen(self) -> None:
+        """Take messages in until the connection is closed."""
+        async for message in self._socket:
+            await self._take(message)
+
+    async def say(self, **message: Any) -> None:
+        await self._socket.send_json(message)
+
+    async def _take(self, message: aiohttp.WSMessage) -> None:
+        if message.type is aiohttp.WSMsgType.BINARY:
+            if message.data[0] == 1:  # message data: subscription, time in ns, payload
+                (number,) = struct.unpack_from("<I", message.data, 1)
+                topic = self.channels[number]["topic"]
+                self.heard.setdefault(topic, []).append(json.loads(message.data[13:]))
+            return
+        said = json.loads(message.data)
+        self.said.append(said)
+        if said["op"] == "advertise":
+            self.channels |= {channel["id"]: channel for channel in said["channels"]}
+            wanted = [{"id": channel["id"], "channelId": channel["id"]} for channel in said["channels"]]
+            await self.say(op="subscribe", subscriptions=wanted)
+
+
+def watch(port: int, what: Callable[[Viewer], Awaitable[None]]) -> None:
+    """Do something as a viewer."""
+
+    async def run() -> None:
+        async with (
+            aiohttp.ClientSession() as session,
+            session.ws_connect(f"ws://127.0.0.1:{port}", protocols=("foxglove.sdk.v1",)) as connected,
+        ):
+            viewer = Viewer(connected)
+            listening = asyncio.create_task(viewer.listen())
+            await what(viewer)
+            listening.cancel()
+
+    asyncio.run(run())
+
+
+def test_who_comes_late_gets_the_newest_message_of_every_topic(server: LiveServer, port: int) -> None:
+    server.write("/robot/ann/twist", TwistRecord(time_of(1.0), 0.1, 0.0), 1.0, 1)
+    server.write("/robot/ann/twist", TwistRecord(time_of(2.0), 0.5, 0.25), 2.0, 2)
+
+    async def late(viewer: Viewer) -> None:
+        await viewer.until(lambda: "/robot/ann/twist" in viewer.heard, server.flush)
+        assert viewer.heard["/robot/ann/twist"][0]["v"] == 0.5
+        (channel,) = viewer.channels.values()
+        assert (channel["encoding"], channel["schemaName"]) == ("json", "vrg.Twist")
+        assert json.loads(channel["schema"])["type"] == "object"
+
+    watch(port, late)
+
+
+def test_a_viewer_can_change_nothing(server: LiveServer, port: int) -> None:
+    async def meddle(viewer: Viewer) -> None:
+        await viewer.until(lambda: any(said["op"] == "serverInfo" for said in viewer.said))
+        info = next(said for said in viewer.said if said["op"] == "serverInfo")
+        assert info["capabilities"] == ["time"]
+        assert info["name"] == "VRG: final"
+        await viewer.say(op="advertise", channels=[{"id": 1, "topic": "/x", "encoding": "json", "schemaName": ""}])
+        await viewer.until(lambda: any("does not support" in said.get("message", "") for said in viewer.said))
+
+    watch(port, meddle)
+
+
+def test_a_recorder_shows_a_match_as_it_happens(port: int) -> None:
+    keys = Keys("test")
+    recorder = LiveRecorder("foxglove", Mailbox(), keys, lambda: LiveServer("test", "127.0.0.1", port))
+    match = synthetic.Match(keys)
+    ticks = iter(range(10_000))
+
+    def play() -> None:
+        tick = next(ticks)
+        match.step(recorder, tick / 10, tick)
+
+    play()
+
+    async def look(viewer: Viewer) -> None:
+        wanted = {"/scene", "/field", "/referee/state", "/referee/calls"}
+        await viewer.until(lambda: wanted <= set(viewer.heard), play)
+        assert viewer.heard["/scene"][-1]["entities"]
+        assert viewer.heard["/field"][0]["entities"], "it was written before the viewer came"
+
+    try:
+        watch(port, look)
+        assert recorder.kind == "spectator", "it hears what a window may hear"
+    finally:
+        recorder.stop()
+
+
+def test_a_port_that_another_program_has_ends_nothing_but_this(server: LiveServer, port: int) -> None:
+    keys = Keys("test")
+    recorder = LiveRecorder("foxglove", Mailbox(), keys, lambda: LiveServer("test", "127.0.0.1", port))
+    synthetic.Match(keys).step(recorder, 0.0, 0)
+    assert recorder.fault is not None
+    assert f"127.0.0.1:{port}" in recorder.fault
