@@ -1,6 +1,7 @@
 """A recording turned back into messages."""
 
 import pytest
+from msgspec.structs import replace
 
 from tests.recording.recordings import KEYS, go_on, record
 from tests.ui import synthetic
@@ -13,6 +14,7 @@ from vrg.recording.mcap_file import McapFile
 from vrg.recording.recorded import read_match
 from vrg.recording.recorder import Recorder
 from vrg.recording.records import StateRecord
+from vrg.types import Pose
 
 
 def test_everything_that_windows_hear_comes_back(file):
@@ -52,6 +54,17 @@ def path(tmp_path):
 @pytest.fixture
 def recorder(path):
     return Recorder("recorder", Mailbox(), KEYS, path)
+
+
+def test_the_marks_on_which_players_line_up_come_back(recorder, path):
+    match = synthetic.Match(KEYS)
+    state = synthetic.state(1.0)
+    mark = Pose(1.0, 2.0, 0.5)
+    marked = replace(state, players=[replace(state.players[0], mark=mark), *state.players[1:]])
+    hear(recorder, match, (KEYS.referee_state, marked, 1.0))
+    recorder.stop()
+    (_, read) = read_match(path).states[0]
+    assert [player.mark for player in read.players] == [mark, *[None] * (len(state.players) - 1)]
 
 
 def test_orders_of_the_emergency_stop_and_sketches_come_back(recorder, path):

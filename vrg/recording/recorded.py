@@ -1,7 +1,4 @@
-"""Turns a recording back into what the windows of the match heard: messages, each with its match time.
-
-What a recording leaves out stays empty, such as the marks on which players line up.
-"""
+"""Turns a recording back into what the windows of the match heard: messages, each with its match time."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -164,7 +161,8 @@ class _Reading:
             round=record.round, rounds=record.rounds, score=record.score,
             players=[
                 m.PlayerStatus(
-                    name=p.name, team=p.team, role=p.role, state=p.state, may_move=p.may_move, radius=_RADIUS
+                    name=p.name, team=p.team, role=p.role, state=p.state, may_move=p.may_move, radius=_RADIUS,
+                    mark=p.mark[0] if p.mark else None,
                 )
                 for p in record.players
             ],

@@ -228,7 +228,11 @@ class Recorder(Node):
         record = StateRecord(
             fg.time_of(received.stamp), state.game, state.stage.value, state.halted or "", state.way_out or "",
             state.waiting, state.clock, state.total, state.round, state.rounds, state.score, state.winner or "",
-            state.estop, [PlayerRecord(p.name, p.team, p.role, p.state, p.may_move) for p in state.players],
+            state.estop,
+            [
+                PlayerRecord(p.name, p.team, p.role, p.state, p.may_move, [p.mark] if p.mark is not None else [])
+                for p in state.players
+            ],
             state.zones, state.auctions, state.objects,
         )  # fmt: skip
         self._write("/referee/state", record, received)

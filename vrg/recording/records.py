@@ -12,13 +12,14 @@ from vrg.types import Pose
 
 
 class PlayerRecord(Struct, frozen=True, gc=False):
-    """A player as the referee saw it."""
+    """A player as the referee saw it. `mark` is where it was asked to line up, or empty: viewers know no null."""
 
     name: str
     team: str
     role: str
     state: str
     may_move: bool
+    mark: list[Pose] = []
 
 
 class StateRecord(Struct, frozen=True, gc=False):
