@@ -12,9 +12,9 @@ from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import Session, open_session
 from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys
-from vrg.commands.options import EndpointOption, KeysOption, NameOption, credentials_for, need_display, which_match
+from vrg.commands.attaching import SetupArgument, attached
+from vrg.commands.options import EndpointOption, KeysOption, NameOption, credentials_for, need_display
 from vrg.errors import ConfigError, DuplicateNodeError, LaunchError
-from vrg.regions import Region
 
 POLL = 0.05
 """The real time in s between two looks at whether the referee has spoken."""
@@ -22,10 +22,7 @@ POLL = 0.05
 
 def commander(
     team: Annotated[str, typer.Option(help="Name of the team to command, such as red.")],
-    match: Annotated[
-        str | None,
-        typer.Argument(metavar="[GAME|match.toml]", help="The match file, for the map's walls and the robots' sizes."),
-    ] = None,
+    match: SetupArgument = None,
     name: NameOption = None,
     router: EndpointOption = None,
     seats: KeysOption = None,
@@ -35,23 +32,18 @@ def commander(
     from vrg.ui.commander.node import Commander  # pygame takes half a second to load
 
     need_display()
-    sizes: dict[str, tuple[float, float]] = {}
-    obstacles: list[Region] = []
-    if match is not None:
-        from vrg.config.loading import load_match, match_path
-
-        setup = load_match(match_path(match))
-        name = name or setup.name
-        sizes, obstacles = {p.name: p.robot.size for p in setup.players}, setup.obstacles
-    found, endpoint = which_match(name, router)
-    keys = Keys(found)
-    credentials = credentials_for(endpoint, seats, Seat(SeatKind.COMMANDER, team))
-    with child_process(leash=False) as stop, open_session(endpoint, stop=stop, credentials=credentials) as session:
+    found = attached(match, name, router)
+    keys = Keys(found.name)
+    credentials = credentials_for(found.endpoint, seats, Seat(SeatKind.COMMANDER, team))
+    with (
+        child_process(leash=False) as stop,
+        open_session(found.endpoint, stop=stop, credentials=credentials) as session,
+    ):
         state = first_state(session, keys, stop)
         if state is not None:
             _check_team(state, team)
             own = None if credentials is None else [p.name for p in state.players if p.team == team]
-            node = Commander(team, Mailbox(), keys, sizes=sizes, obstacles=obstacles, seated=own)
+            node = Commander(team, Mailbox(), keys, sizes=found.sizes, obstacles=found.obstacles, seated=own)
             try:
                 run_node(node, session, keys, stop, finished=lambda: node.closed, idle=WINDOW_PERIOD)
             except DuplicateNodeError:

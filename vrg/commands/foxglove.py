@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from vrg.commands.attaching import setup_of
+from vrg.commands.attaching import SetupArgument, attached
 from vrg.commands.options import EndpointOption, KeysOption, NameOption, keys_of
 from vrg.errors import LaunchError
 
@@ -15,10 +15,7 @@ AtOption = Annotated[
 
 
 def foxglove(
-    match: Annotated[
-        str | None,
-        typer.Argument(metavar="[GAME|match.toml]", help="The match file; needed if the match runs elsewhere."),
-    ] = None,
+    match: SetupArgument = None,
     name: NameOption = None,
     router: EndpointOption = None,
     seats: KeysOption = None,
@@ -28,7 +25,8 @@ def foxglove(
     from vrg.launch.serving import serve
 
     address = live_address(at)
-    setup, endpoint = setup_of(match, name, router, "vrg foxglove match.toml")
+    found = attached(match, name, router)
+    setup, endpoint = found.known_setup("vrg foxglove match.toml"), found.endpoint
     typer.echo(told(address))
     stop = serve("foxglove", setup, router=endpoint, name=address, keys=keys_of(endpoint, seats))
     if stop.interrupted:

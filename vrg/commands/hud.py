@@ -4,17 +4,14 @@ from typing import Annotated
 
 import typer
 
-from vrg.commands.attaching import setup_of
+from vrg.commands.attaching import SetupArgument, attached
 from vrg.commands.options import EndpointOption, KeysOption, NameOption, keys_of, need_display
 from vrg.errors import DuplicateNodeError, LaunchError
 
 
 def hud(
     player: Annotated[str, typer.Argument(metavar="PLAYER", help="Name of a player of the match.")],
-    match: Annotated[
-        str | None,
-        typer.Argument(metavar="[GAME|match.toml]", help="The match file; needed if the match runs elsewhere."),
-    ] = None,
+    match: SetupArgument = None,
     name: NameOption = None,
     router: EndpointOption = None,
     seats: KeysOption = None,
@@ -22,7 +19,8 @@ def hud(
     """Open the head-up display of a player: what it knows, and Goto, Manual and Reset by button, key and gamepad."""
     from vrg.launch.serving import serve
 
-    setup, endpoint = setup_of(match, name, router, "vrg hud NAME match.toml")
+    found = attached(match, name, router)
+    setup, endpoint = found.known_setup("vrg hud NAME match.toml"), found.endpoint
     setup.player(player)
     need_display()
     try:

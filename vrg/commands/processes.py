@@ -12,6 +12,7 @@ from vrg.bus.seats import SeatKind, seats_of_node
 from vrg.bus.session import DEFAULT_ENDPOINT, open_session
 from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys
+from vrg.commands.attaching import SetupArgument, attached
 from vrg.commands.options import (
     EndpointOption,
     KeysOption,
@@ -21,9 +22,7 @@ from vrg.commands.options import (
     RouterOption,
     RunOption,
     credentials_for,
-    keys_of,
     need_display,
-    which_match,
     whole_target,
 )
 from vrg.errors import ConfigError
@@ -121,10 +120,7 @@ def player(
 
 
 def spectator(
-    match: Annotated[
-        str | None,
-        typer.Argument(metavar="[GAME|match.toml]", help="The match file, for the map's walls and the robots' sizes."),
-    ] = None,
+    match: SetupArgument = None,
     name: NameOption = None,
     router: EndpointOption = None,
     run: RunOption = None,
@@ -134,18 +130,22 @@ def spectator(
     from vrg.ui.spectator import Spectator  # pygame takes half a second to load
 
     need_display()
-    if match is not None:
-        from vrg.config.loading import load_match, match_path  # a window needs it only if a match file is given
-
-        setup = load_match(match_path(match))
-        endpoint = router or which_match(setup.name, router)[1]
-        _ended(serve("spectator", setup, router=endpoint, run=run, keys=keys_of(endpoint, seats)))
-        return
-    found, endpoint = which_match(name, router)
-    keys = Keys(found)
-    credentials = credentials_for(endpoint, seats, *seats_of_node("spectator", ""))
+    found = attached(match, name, router)
+    credentials = credentials_for(found.endpoint, seats, *seats_of_node("spectator", ""))
     official = credentials is None or credentials.common_name == SeatKind.OFFICIAL
-    with child_process(leash=False) as stop, open_session(endpoint, stop=stop, credentials=credentials) as session:
-        node = Spectator(f"window-{os.getpid()}", Mailbox(), keys, pictures=run or Path(), official=official)
-        run_node(node, session, keys, stop, finished=lambda: node.closed, idle=WINDOW_PERIOD)
+    with (
+        child_process(leash=False) as stop,
+        open_session(found.endpoint, stop=stop, credentials=credentials) as session,
+    ):
+        node = Spectator(
+            f"window-{os.getpid()}",
+            Mailbox(),
+            Keys(found.name),
+            sizes=found.sizes,
+            obstacles=found.obstacles,
+            pictures=run or Path(),
+            run=run or found.run,
+            official=official,
+        )
+        run_node(node, session, Keys(found.name), stop, finished=lambda: node.closed, idle=WINDOW_PERIOD)
     _ended(stop)

@@ -11,17 +11,14 @@ from vrg.bus.process import run_node
 from vrg.bus.seats import SeatKind, seats_of_node
 from vrg.bus.session import open_session
 from vrg.bus.topics import Keys
+from vrg.commands.attaching import SetupArgument, attached
 from vrg.commands.commander import first_state
-from vrg.commands.options import EndpointOption, KeysOption, NameOption, credentials_for, which_match
+from vrg.commands.options import EndpointOption, KeysOption, NameOption, credentials_for
 from vrg.commands.play import web_address
-from vrg.regions import Region
 
 
 def web(
-    match: Annotated[
-        str | None,
-        typer.Argument(metavar="[GAME|match.toml]", help="The match file, for the map's walls and the robots' sizes."),
-    ] = None,
+    match: SetupArgument = None,
     name: NameOption = None,
     router: EndpointOption = None,
     seats: KeysOption = None,
@@ -37,25 +34,22 @@ def web(
     from vrg.ui.web.node import WebNode
     from vrg.ui.web.server import WebServer
 
-    sizes: dict[str, tuple[float, float]] = {}
-    obstacles: list[Region] = []
-    if match is not None:
-        from vrg.config.loading import load_match, match_path
-
-        setup = load_match(match_path(match))
-        name = name or setup.name
-        sizes, obstacles = {p.name: p.robot.size for p in setup.players}, setup.obstacles
-    found, endpoint = which_match(name, router)
-    keys = Keys(found)
-    credentials = credentials_for(endpoint, seats, *seats_of_node("web", ""))
+    found = attached(match, name, router)
+    keys = Keys(found.name)
+    credentials = credentials_for(found.endpoint, seats, *seats_of_node("web", ""))
     official = credentials is None or credentials.common_name == SeatKind.OFFICIAL
-    with child_process(leash=False) as stop, open_session(endpoint, stop=stop, credentials=credentials) as session:
+    with (
+        child_process(leash=False) as stop,
+        open_session(found.endpoint, stop=stop, credentials=credentials) as session,
+    ):
         state = first_state(session, keys, stop)
         if state is not None:
             page = open_page(host, port, [player.name for player in state.players], deciding=official)
             print_links(page, Console(highlight=False))
-            audience = WebServer(page, found)
-            node = WebNode(f"web-{os.getpid()}", Mailbox(), keys, audience, sizes=sizes, obstacles=obstacles)
+            audience = WebServer(page, found.name)
+            node = WebNode(
+                f"web-{os.getpid()}", Mailbox(), keys, audience, sizes=found.sizes, obstacles=found.obstacles
+            )
             run_node(node, session, keys, stop, idle=WINDOW_PERIOD)
     if stop.interrupted:
         raise typer.Exit(130)
