@@ -385,6 +385,10 @@ def test_text_is_wrapped_and_shortened_to_its_width():
     assert lines[-1].endswith("…")
     assert fonts.shorten("word", 1000, 14) == "word"
     assert fonts.shorten("word", 1, 14) == ""
+    assert fonts.shorten_middle("word", 1000, 14) == "word"
+    both = [fonts.shorten_middle(f"attacker-of-blue-{n}", 90, 14) for n in (11, 12)]
+    assert both[0] != both[1], "names that differ at their end stay different"
+    assert all(fonts.width(name, 14) <= 90 for name in both)
     assert fonts.render("a", 14, palette.TEXT, Face.BOLD) is fonts.render("a", 14, palette.TEXT, Face.BOLD)
 
 

@@ -5,6 +5,7 @@ from typing import Final
 
 import pygame
 
+from vrg.colours import Rgb
 from vrg.games.game import Game
 from vrg.ui import palette, shapes
 from vrg.ui.deeds import LOW_BATTERY, deed
@@ -20,6 +21,8 @@ _LEAST: Final = 18
 _WIDE: Final = (0.10, 0.36, 0.56)
 _HALF: Final = (0.16, 0.60)
 """Where the cells of a row begin, as parts of its width: name, role, deed; or name and deed."""
+_SMALLEST: Final = 0.75
+"""By how much the letters of a long name are made smaller at most."""
 _SPEED: Final = 0.90
 """Where the speed ends in a row of one column, as a part of its width. The battery stands behind it."""
 
@@ -100,10 +103,22 @@ class RosterPainter:
         size = round((12 if row.brief else 13) * ui)
         for (words, face, colour), begin, end in zip(cells, begins, (*begins[1:], last), strict=True):
             room = round(place.width * (end - begin)) - round((2 if row.brief else 6) * ui)
-            text = self._fonts.render(self._fonts.shorten(words, room, size, face), size, colour, face)
+            text = self._cell(words, room, size, colour, face, name=begin == begins[0])
             surface.blit(text, text.get_rect(midleft=(place.left + round(place.width * begin), place.centery)))
         if gauges:
             self._gauges(surface, place, player, ui)
+
+    def _cell(self, words: str, room: int, size: int, colour: Rgb, face: Face, *, name: bool) -> pygame.Surface:
+        """Write a cell. A name is written smaller before it is shortened, and keeps its end: there its number is."""
+        if not name:
+            return self._fonts.render(self._fonts.shorten(words, room, size, face), size, colour, face)
+        smaller = next(
+            (s for s in range(size, round(_SMALLEST * size), -1) if self._fonts.width(words, s, face) <= room), None
+        )
+        if smaller is None:
+            smaller = round(_SMALLEST * size)
+            words = self._fonts.shorten_middle(words, room, smaller, face)
+        return self._fonts.render(words, smaller, colour, face)
 
     def _gauges(self, surface: pygame.Surface, place: pygame.Rect, player: ScenePlayer, ui: float) -> None:
         """Show the speed as a number and the battery as a bar at the right end of a row."""

@@ -64,6 +64,15 @@ class Fonts:
             text = text[:-1]
         return text.rstrip() + "…" if text else ""
 
+    def shorten_middle(self, text: str, width: int, size: int, face: Face = Face.REGULAR) -> str:
+        """The text, or its beginning and its last three letters with an ellipsis between, in `width` pixels."""
+        if self.width(text, size, face) <= width:
+            return text
+        head, tail = text[:-3], text[-3:]
+        while head and self.width(f"{head}…{tail}", size, face) > width:
+            head = head[:-1]
+        return f"{head}…{tail}"
+
     def wrap(self, text: str, width: int, size: int, face: Face = Face.REGULAR, lines: int = 100) -> list[str]:
         """The text in lines of at most `width` pixels; what exceeds `lines` is cut with an ellipsis."""
         wrapped: list[str] = []
