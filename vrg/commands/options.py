@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.console import Console
 
 from vrg.bus.credentials import Credentials, find_credentials
 from vrg.bus.seats import Seat
@@ -110,6 +111,11 @@ def own_match(match: str | None, router: str | None, what: str) -> tuple[str, st
         if not typer.confirm(f"{told}: {what}?"):
             raise typer.Exit(1)
     return name, endpoint
+
+
+def table_console() -> Console:
+    """A console for a table: where the output is no terminal, whose width is known, there is room for all columns."""
+    return Console(highlight=False, width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else 160)
 
 
 def has_display() -> bool:

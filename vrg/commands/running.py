@@ -2,14 +2,20 @@
 
 import os
 
-from rich.console import Console
-
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.process import run_node
 from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import open_session
 from vrg.bus.topics import Keys
-from vrg.commands.options import EndpointOption, KeysOption, NameOption, credentials_for, stoppable, which_match
+from vrg.commands.options import (
+    EndpointOption,
+    KeysOption,
+    NameOption,
+    credentials_for,
+    stoppable,
+    table_console,
+    which_match,
+)
 from vrg.ui.processes import ProcessTable
 
 
@@ -19,5 +25,5 @@ def processes(name: NameOption = None, router: EndpointOption = None, seats: Key
     keys = Keys(found)
     credentials = credentials_for(endpoint, seats, Seat(SeatKind.OFFICIAL), Seat(SeatKind.WINDOW))
     with stoppable() as stop, open_session(endpoint, stop=stop, credentials=credentials) as session:
-        node = ProcessTable(f"processes-{os.getpid()}", Mailbox(), keys, console=Console(highlight=False))
+        node = ProcessTable(f"processes-{os.getpid()}", Mailbox(), keys, console=table_console())
         run_node(node, session, keys, stop, finished=lambda: node.printed, idle=0.5)

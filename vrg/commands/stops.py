@@ -2,17 +2,15 @@
 
 import json
 import math
-import os
-import sys
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
 from vrg.commands.after import RunArgument, ended_run
+from vrg.commands.options import table_console
 
 if TYPE_CHECKING:
     from vrg.launch.certificate import Certificate
@@ -31,7 +29,7 @@ def stops(
     if as_json:
         typer.echo(json.dumps(data_of(certificate), indent=2))
         return
-    console = Console(highlight=False, width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else 160)
+    console = table_console()
     for note in certificate.notes:
         console.print(f"[yellow]{escape(note)}[/yellow]", soft_wrap=True)
     if not certificate.incidents:
