@@ -93,9 +93,10 @@ class Painter:
         )
         if panel:
             self._panel.draw(surface, pygame.Rect(width - panel, 0, panel, height), scene, ui, driving)
-        self._banners.draw(surface, area, scene, ui)
         if card is not None:
             self._card.draw(surface, area, card, ui)
+        # Nothing covers what must be seen.
+        self._banners.draw(surface, area, scene, ui)
         if keys:
             self._panel.help(surface, area, ui)
         if driving is not None:
