@@ -36,7 +36,9 @@ class Verdict:
             player: its number; None for a field of the match.
         """
         if player is None:
-            return tuple(p for p in self.problems if p.path[:1] == (field,))
+            return tuple(
+                p for p in self.problems if p.path[:1] == (field,) and (field != "players" or len(p.path) == 1)
+            )
         whole = field in ("x", "y")
         return tuple(
             p

@@ -106,6 +106,18 @@ class Draft:
         """
         return _shown((self.data if player is None else self._tables[player]).get(name))
 
+    def default(self, name: str, player: int | None = None) -> str:
+        """What holds where the file says nothing of a field; empty if that is for the game to say.
+
+        Args:
+            player: the number of the player whose field it is; None for a field of the match.
+        """
+        if name == "strategy" and player is not None:
+            role, teams = game_of(self.game).role(self.players[player].role), self.data.get("teams")
+            team = teams.get(role.team) if isinstance(teams, dict) and role is not None else None
+            return _shown(team.get("strategy")) if isinstance(team, dict) else ""
+        return "0" if name == "heading" else DEFAULTS.get(name, "")
+
     def set(self, name: str, typed: str, player: int | None = None) -> "Draft":
         """Return the draft with what was typed in a field. An empty text takes a field out that may be missing.
 
