@@ -18,6 +18,7 @@ from vrg.ui.welcome.choices import Choices
 from vrg.ui.welcome.dialogs import Dialog, Offer, Question
 from vrg.ui.welcome.draft import COLUMNS, Draft
 from vrg.ui.welcome.placing import MOST, fewer, more, with_count
+from vrg.ui.welcome.telling import said
 
 SETTINGS: Final = ("name", "game", "players", "map", "engine", "seed")
 """The fields above the table of players."""
@@ -456,17 +457,3 @@ def cell_of(problem: Problem) -> Cell | None:
         case (str(field), *_) if field in SETTINGS:
             return Cell(field)
     return None
-
-
-def said(problem: Problem, draft: Draft) -> str:
-    """A problem in words, with the name of the field and of the player that it is about."""
-    parts = [str(part) for part in problem.path]
-    match problem.path:
-        case ("players", int(player), *rest) if player < len(draft.players):
-            parts = [draft.players[player].name or str(player + 1), *map(str, rest)]
-            if problem.text.startswith(parts[0]) and not rest:
-                parts = []
-    if not parts and problem.line is not None and not problem.path:
-        parts = [f"line {problem.line}"]
-    where = " ".join(parts)
-    return f"{where}: {problem.text}" if where else problem.text

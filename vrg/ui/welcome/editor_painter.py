@@ -12,9 +12,10 @@ from vrg.ui.view import View
 from vrg.ui.welcome import words
 from vrg.ui.welcome.acts import Act
 from vrg.ui.welcome.draft import NUMBERS
-from vrg.ui.welcome.editor import Cell, Editor, said
+from vrg.ui.welcome.editor import Cell, Editor
 from vrg.ui.welcome.field_painter import DraftPainter
 from vrg.ui.welcome.layout import EditorLayout, dialog_places, editor_layout, offer_rows
+from vrg.ui.welcome.telling import said
 from vrg.ui.widgets import button, field, frame, write
 
 _BUTTONS = {

@@ -27,7 +27,8 @@ class LobbyLayout:
     Args:
         ui: by how much letters are scaled. head: the line at the top.
         plates: of the lists, with their titles. rows: of each list. first: the number of the row at the top of each.
-        shown: of the match that is chosen. field: of its preview, with its title. buttons: by what they ask for. notice: where something is told.
+        shown: of the match that is chosen. field: of its preview, with its title.
+        buttons: by what they ask for. notice: where something is told.
         help: the button that lists the keys.
     """
 
