@@ -87,8 +87,16 @@ class Checker:
         if self._running is not None and self._running[1].done():
             self._done, future = self._running
             self._running = None
-            found = self._done, future.result()
+            found = self._done, _result(future)
         due = draft is not self._done and (self._done is None or now - self._since >= PAUSE)
         if self._running is None and due:
             self._running = draft, self._executor.submit(self._check, draft)
         return found
+
+
+def _result(future: Future[Verdict]) -> Verdict:
+    """What the check has found. Games of other packages are checked too, and their mistakes must not end the window."""
+    try:
+        return future.result()
+    except Exception as error:
+        return Verdict((Problem(f"the check itself has failed: {error!r}"),))

@@ -346,6 +346,23 @@ class Editor:
         self.notice = told.format(file=draft.file, count=len(self.problems))
         self.play = draft.file if play else None
 
+    def rescue(self) -> str:
+        """Write what is not saved into a file of its own; return what to tell, which is empty if all is saved."""
+        self._finish()
+        if not self.changed:
+            return ""
+        draft, name = self.draft, f"{self.draft.file.stem if self.draft.file else 'match'}-unsaved"
+        for number in range(1, 100):
+            file = draft.base / (f"{name}.toml" if number == 1 else f"{name}-{number}.toml")
+            try:
+                self._save(replace(draft, file=file), "")
+            except FileExistsError:
+                continue
+            except OSError as error:
+                return words.NOT_RESCUED.format(why=error)
+            return words.RESCUED.format(file=file)
+        return words.NOT_RESCUED.format(why=f"{draft.base} has a hundred such files")
+
     # -- what the keys have in common
 
     def _exists(self, cell: Cell) -> bool:

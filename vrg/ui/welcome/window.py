@@ -1,5 +1,6 @@
 """The welcome window: a thin shell that turns events into what the states understand, and draws what they hold."""
 
+import sys
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -108,7 +109,7 @@ class WelcomeWindow:
         Raises:
             LaunchError: there is no display.
         """
-        open_window(f"VRG: {words.TITLE}", self._size)
+        open_window(f"VRG: {words.TITLE}", self._size, self._gone)
         pygame.key.set_repeat(*_REPEAT)
 
     def close(self) -> None:
@@ -116,6 +117,13 @@ class WelcomeWindow:
         self.outcome = self.outcome or Outcome()
         self._executor.shutdown(wait=False, cancel_futures=True)
         pygame.display.quit()
+
+    def rescue(self) -> str:
+        """Keep what is not saved; return what to tell, which is empty if all is saved."""
+        return "" if self.editor is None else self.editor.rescue()
+
+    def _gone(self) -> str:
+        return f"{words.DISPLAY_GONE}\n{self.rescue()}".strip()
 
     @property
     def busy(self) -> bool:
@@ -312,5 +320,9 @@ def show(window: WelcomeWindow) -> Outcome:
             window.frame(time.monotonic())
             clock.tick(FRAMES)
         return window.outcome
+    except BaseException:
+        if told := window.rescue():
+            print(told, file=sys.stderr)
+        raise
     finally:
         window.close()
