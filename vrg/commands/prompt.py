@@ -9,7 +9,7 @@ import typer
 from vrg.bus.names import NAME_RULE, is_name
 from vrg.commands.checking import DraftCheck
 from vrg.commands.drafts import choices_in, save_draft
-from vrg.errors import Problem
+from vrg.errors import ConfigError, Problem
 from vrg.games import GAMES, game_of
 from vrg.ui.welcome.draft import COLUMNS, Draft
 from vrg.ui.welcome.placing import MOST, with_count
@@ -33,6 +33,7 @@ def ask(draft: Draft | None, folder: Path) -> Path | None:
         the file to play; None if the person only wanted to save.
 
     Raises:
+        ConfigError: the file is no TOML.
         typer.Abort: the person has had enough, or the input has ended.
     """
     check, choices = DraftCheck(), choices_in(folder if draft is None else draft.base)
@@ -41,6 +42,8 @@ def ask(draft: Draft | None, folder: Path) -> Path | None:
         for name in GAMES.names():
             typer.echo(f"  {name.ljust(20)}{game_of(name).about}")
         draft = Draft.of_game(_one_of("game", GAMES.names(), "sharks-and-minnows"), folder)
+    if not draft.data:
+        raise ConfigError(check(draft).problems)
     for field in ASKED:
         draft = _field(draft, field, choices.of(draft, field), check)
     draft = _count(draft, check)

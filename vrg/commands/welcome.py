@@ -32,11 +32,19 @@ def edit(
     begin(runs, draft)
 
 
+def welcome() -> None:
+    """Choose a game or a recent match, change it, and play it."""
+    begin()
+
+
 def begin(runs: Path = Path("runs"), draft: "Draft | None" = None) -> None:
     """Let a person choose and change a match, at a window or else in the terminal, and do what the person wants.
 
     Args:
         runs: the folder of run folders. draft: the match file to change; None offers games and recent matches first.
+
+    Raises:
+        typer.Exit: with status 130, if the person has ended the questions by Ctrl-C.
     """
     if has_display():
         from vrg.ui.welcome.window import WelcomeWindow, show
@@ -45,7 +53,11 @@ def begin(runs: Path = Path("runs"), draft: "Draft | None" = None) -> None:
         return
     from vrg.commands.prompt import ask
 
-    played = ask(draft, Path.cwd())
+    try:
+        played = ask(draft, Path.cwd())
+    except typer.Abort:
+        typer.echo()
+        raise typer.Exit(130) from None
     if played is not None:
         run(["play", str(played)], runs)
 

@@ -404,6 +404,9 @@ class Editor:
         return True
 
     def _try(self, edit: Callable[[], Draft]) -> bool:
+        if not self.draft.data:
+            self.notice = words.BROKEN
+            return False
         try:
             self._change(edit())
         except ValueError as error:
