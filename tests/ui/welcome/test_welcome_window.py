@@ -51,6 +51,7 @@ class Bench:
 
     def key(self, key: int, sign: str = "", mod: int = 0) -> None:
         self.post(pygame.KEYDOWN, key=key, unicode=sign, mod=mod)
+        self.post(pygame.KEYUP, key=key, unicode=sign, mod=mod)
 
     def type(self, text: str) -> None:
         for sign in text:
@@ -172,6 +173,20 @@ def test_a_match_is_changed_saved_and_played_by_keys_alone(bench: Callable[..., 
     assert one.window.outcome == Outcome(play=str(tmp_path / "final.toml"))
     assert CHECK(Draft((tmp_path / "final.toml").read_text(encoding="utf-8"), tmp_path)).problems == ()
     assert 'name = "player1"\nrole = "shark"\nx = 20.5\n' in (tmp_path / "final.toml").read_text(encoding="utf-8")
+
+
+def test_a_sign_counts_once_however_long_its_key_is_held(bench: Callable[..., Bench], tmp_path: Path) -> None:
+    one = bench(sharks(tmp_path))
+    for _ in range(5):
+        one.post(pygame.KEYDOWN, key=pygame.K_2, unicode="2", mod=0)
+    one.post(pygame.KEYUP, key=pygame.K_2, unicode="2", mod=0)
+    one.type("2")
+    assert one.window.editor is not None
+    assert one.window.editor.shown(Cell("x", 0)) == "22"
+    one.key(pygame.K_ESCAPE)
+    for _ in range(3):
+        one.post(pygame.KEYDOWN, key=pygame.K_DOWN, unicode="", mod=0)
+    assert one.window.editor.cell == Cell("x", 3)
 
 
 def test_a_robot_is_dragged_and_turned_on_the_map(bench: Callable[..., Bench], tmp_path: Path) -> None:

@@ -47,6 +47,16 @@ LETTERS: Final[dict[str, Act]] = {
     "q": Act.LEAVE,
 }
 """What signs mean in the welcome screen, where nothing is typed."""
+HELD: Final = (
+    pygame.K_UP,
+    pygame.K_DOWN,
+    pygame.K_LEFT,
+    pygame.K_RIGHT,
+    pygame.K_PAGEUP,
+    pygame.K_PAGEDOWN,
+    pygame.K_BACKSPACE,
+)
+"""The keys that go on while they are held down."""
 
 
 def act_of(key: int, modifiers: int) -> Act | None:

@@ -22,7 +22,7 @@ from vrg.ui.welcome.editor_painter import EditorPainter
 from vrg.ui.welcome.field_painter import DraftPainter
 from vrg.ui.welcome.ground import grip_at
 from vrg.ui.welcome.help import draw_keys
-from vrg.ui.welcome.keys import LETTERS, act_of
+from vrg.ui.welcome.keys import HELD, LETTERS, act_of
 from vrg.ui.welcome.layout import EditorLayout, LobbyLayout, dialog_places, offer_rows
 from vrg.ui.welcome.lobby import Lobby, Recent, Wish
 from vrg.ui.welcome.lobby_painter import LobbyPainter
@@ -91,6 +91,7 @@ class WelcomeWindow:
         self._help = False
         self._mouse: tuple[int, int] | None = None
         self._dirty = True
+        self._down: set[int] = set()
         fonts = Fonts()
         field = DraftPainter(fonts, physical_backends())
         self._fonts = fonts
@@ -172,8 +173,8 @@ class WelcomeWindow:
         match event.type:
             case pygame.QUIT:
                 self._quit()
-            case pygame.KEYDOWN:
-                self._key(event)
+            case pygame.KEYDOWN | pygame.KEYUP:
+                self._held(event)
             case pygame.MOUSEBUTTONDOWN if event.button == pygame.BUTTON_LEFT:
                 self._help = False
                 self._click(event.pos)
@@ -183,16 +184,28 @@ class WelcomeWindow:
                 self._mouse = event.pos
                 if self.editor is not None and self.view is not None:
                     self.editor.drag(self.view.place(*event.pos))
-            case pygame.MOUSEWHEEL if self.editor is not None:
-                self.editor.press(Act.DOWN if event.y < 0 else Act.UP)
-            case pygame.MOUSEWHEEL if self.lobby is not None:
-                self.lobby.press(Act.DOWN if event.y < 0 else Act.UP)
+            case pygame.MOUSEWHEEL:
+                state = self.editor or self.lobby
+                if state is not None:
+                    state.press(Act.DOWN if event.y < 0 else Act.UP)
             case pygame.WINDOWLEAVE:
                 self._mouse = None
-            case pygame.WINDOWFOCUSLOST if self.editor is not None:
-                # The release of the button will not be seen.
-                self.editor.let_go()
+            case pygame.WINDOWFOCUSLOST:
+                # The release of keys and buttons will not be seen.
+                self._down.clear()
+                if self.editor is not None:
+                    self.editor.let_go()
         self._follow()
+
+    def _held(self, event: pygame.event.Event) -> None:
+        """Take in a key, which counts again while it is held only if it is one of HELD."""
+        again = event.key in self._down
+        if event.type == pygame.KEYUP:
+            self._down.discard(event.key)
+            return
+        self._down.add(event.key)
+        if not again or event.key in HELD:
+            self._key(event)
 
     def _key(self, event: pygame.event.Event) -> None:
         sign = getattr(event, "unicode", "")
