@@ -22,7 +22,7 @@ GAME = Game(
     settings=f"{_FOLDER}.settings:Settings",
     rules=f"{_FOLDER}.rules:PursuitEvasion",
     strategy=f"{_FOLDER}.pursuer:Pursuer",
-    about="Pursuers guard an area that intruders cross, and see them with their lasers only.",
+    about="Pursuers guard an area, and see intruders only with lasers.",
     match=f"{_FOLDER}/match.toml",
     roles=(
         Role(PURSUER, PURSUERS, SKY_BLUE, Marker.CIRCLE),

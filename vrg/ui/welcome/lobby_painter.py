@@ -2,6 +2,7 @@
 
 import pygame
 
+from vrg.colours import Rgb
 from vrg.games import game_of
 from vrg.ui import palette, shapes
 from vrg.ui.text import Face, Fonts
@@ -48,7 +49,8 @@ class LobbyPainter:
     def _row(
         self, surface: pygame.Surface, lobby: Lobby, which: List, number: int, rect: pygame.Rect, ui: float
     ) -> None:
-        chosen = lobby.at[which] == number and (which is not List.RECENT or lobby.active is which)
+        # Either a game with a map is chosen, or a recent match.
+        chosen = lobby.at[which] == number and (which is List.RECENT) == (lobby.active is List.RECENT)
         plate = rect.inflate(0, -max(2, round(3 * ui)))
         if chosen:
             shapes.pill(surface, plate, palette.CALM, radius=round(6 * ui))
@@ -57,15 +59,15 @@ class LobbyPainter:
         inside = plate.inflate(-round(16 * ui), -2)
         match which:
             case List.GAMES:
-                self._game(surface, lobby.games[number], inside, ui)
+                self._game(surface, lobby.games[number], inside, ui, palette.TEXT if chosen else palette.MUTED)
             case List.MAPS:
                 name = lobby.maps[number]
-                ink = palette.TEXT if name else palette.MUTED
+                ink = palette.TEXT if name or chosen else palette.MUTED
                 write(surface, name or words.OWN_MAP, inside, round(15 * ui), ink, self._fonts)
             case List.RECENT:
                 self._recent(surface, lobby.recent[number], inside, ui)
 
-    def _game(self, surface: pygame.Surface, name: str, inside: pygame.Rect, ui: float) -> None:
+    def _game(self, surface: pygame.Surface, name: str, inside: pygame.Rect, ui: float, ink: Rgb) -> None:
         """Write a game with its roles and what happens in it."""
         fonts, game = self._fonts, game_of(name)
         size, small = round(17 * ui), max(12, round(13 * ui))
@@ -85,16 +87,16 @@ class LobbyPainter:
         write(surface, game.title, head, size, palette.TEXT, fonts, Face.BOLD)
         for index, line in enumerate(lines):
             place = pygame.Rect(inside.left, head.bottom + index * step, inside.width, step)
-            write(surface, line, place, small, palette.MUTED, fonts)
+            write(surface, line, place, small, ink, fonts)
 
     def _recent(self, surface: pygame.Surface, recent: Recent, inside: pygame.Rect, ui: float) -> None:
         size = max(12, round(14 * ui))
         gap = round(10 * ui)
-        name, game, when, told = row(inside, (1.1, 1.25, 0.9, 2.4), gap)
+        name, game, when, told = row(inside, (0.95, 1.15, 0.85, 2.6), gap)
         write(surface, recent.name, name, size, palette.TEXT, self._fonts, Face.BOLD)
         write(surface, game_of(recent.game).title if recent.game else "", game, size, palette.TEXT, self._fonts)
         write(surface, recent.when, when, size, palette.MUTED, self._fonts)
-        write(surface, recent.told or words.NEW_MATCH, told, size, palette.TEXT, self._fonts)
+        write(surface, recent.told or words.MATCH_FILE, told, size, palette.TEXT, self._fonts)
 
     def _preview(self, surface: pygame.Surface, lobby: Lobby, places: LobbyLayout) -> None:
         ui, draft = places.ui, lobby.draft
@@ -103,9 +105,7 @@ class LobbyPainter:
             count = len(draft.players)
             says = f"{draft.shown('name')}: {count} {'player' if count == 1 else 'players'}, map {draft.shown('map')}"
         verdict = lobby.verdict if lobby.checked else None
-        shapes.pill(
-            surface, places.field.unionall(list(places.buttons.values())).inflate(0, round(8 * ui)), palette.PANEL
-        )
+        shapes.pill(surface, places.shown, palette.PANEL, radius=round(8 * ui))
         self._field.draw(surface, places.field, draft, lobby.verdict, ui, says=says)
         problem = verdict.problems[0].text if verdict is not None and verdict.problems else ""
         told = lobby.notice or (words.WRONG_CHOICE.format(problem=problem) if problem else "")

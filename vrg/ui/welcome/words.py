@@ -44,6 +44,7 @@ LOBBY_HINT: Final = "Arrows and TAB choose, ENTER starts. ? lists the keys."
 NO_RECENT: Final = "none in this folder yet"
 NO_FIELD: Final = "nothing to show"
 UNSAVED: Final = "not saved"
+MATCH_FILE: Final = "match file"
 NEW_MATCH: Final = "new match"
 
 ASK_NAME: Final = "Save as which name? The file gets it, too."
