@@ -4,7 +4,16 @@ import tomllib
 
 import pytest
 
-from vrg.toml_text import line_of, lines_of, syntax_error_line, with_value_in, with_values
+from vrg.toml_text import (
+    line_of,
+    lines_of,
+    syntax_error_line,
+    with_item,
+    with_value_in,
+    with_values,
+    without_item,
+    without_value_in,
+)
 
 TEXT = """\
 # a comment
@@ -107,3 +116,67 @@ def test_a_value_in_a_table_is_replaced_and_a_missing_one_is_added() -> None:
 def test_a_table_without_a_header_of_its_own_is_refused() -> None:
     with pytest.raises(ValueError, match=r"players\.0 with a header of its own, such as \[\[players\]\]"):
         with_value_in('players = [{name = "a"}]', ("players", 0), "name", "b")
+
+
+MATCH = """\
+# who plays
+name = "m"
+a = [1, # one
+  2]    # both
+seed = 3        # any "number" # will do
+
+[rules]
+x = '#'  # a sign
+
+# the first
+[[players]]
+name = "a"      # a comment
+[players.options]
+x = 1
+
+# the second
+[[players]]
+name = "b"
+
+# what follows
+[backends.can]
+x = 1
+"""
+
+
+def test_a_comment_behind_a_value_stays_with_its_field() -> None:
+    text = with_values(MATCH, {"seed": 42, "a": 5})
+    assert 'seed = 42       # any "number" # will do\n' in text
+    assert "a = 5   # both\n" in text
+    assert "  # a sign\n" in with_value_in(text, ("rules",), "x", "y")
+
+
+def test_a_new_field_of_the_file_stands_below_the_others() -> None:
+    lines = with_values(MATCH, {"engine": "planar"}).splitlines()
+    assert lines[lines.index('engine = "planar"') - 1].startswith("seed")
+    assert with_values("[rules]\n", {"seed": 1}) == "seed = 1\n[rules]\n"
+
+
+def test_a_table_is_added_behind_the_last_of_its_array() -> None:
+    text = with_item(MATCH, "players", {"name": "c", "x": 1.5})
+    assert [p["name"] for p in tomllib.loads(text)["players"]] == ["a", "b", "c"]
+    assert 'name = "b"\n\n[[players]]\nname = "c"\nx = 1.5\n\n# what follows\n' in text
+    assert tomllib.loads(with_item("a = 1\n", "players", {"name": "c"})) == {"a": 1, "players": [{"name": "c"}]}
+
+
+def test_a_table_goes_with_its_own_comments_and_the_tables_below_it() -> None:
+    text = without_item(MATCH, ("players", 0))
+    assert "first" not in text
+    assert "options" not in text
+    assert "# the second\n[[players]]" in text
+    text = without_item(text, ("players", 0))
+    assert "second" not in text
+    assert "# what follows\n[backends.can]" in text
+    with pytest.raises(ValueError, match="a header of its own"):
+        without_item(text, ("players", 0))
+
+
+def test_a_field_is_taken_out() -> None:
+    text = without_value_in(MATCH, (), "a")
+    assert tomllib.loads(text) == {k: v for k, v in tomllib.loads(MATCH).items() if k != "a"}
+    assert without_value_in(MATCH, ("players", 1), "model") == MATCH

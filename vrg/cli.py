@@ -25,6 +25,7 @@ COMMANDS: dict[str, tuple[str, str | None]] = {
     "compare": ("vrg.commands.compare:compare", None),
     "tournament": ("vrg.commands.tournament:tournament", None),
     "new": ("vrg.commands.new:app", None),
+    "edit": ("vrg.commands.welcome:edit", None),
     "estop": ("vrg.commands.estop:estop", None),
     "official": ("vrg.commands.official:app", None),
     "result": ("vrg.commands.after:result", None),
@@ -88,10 +89,19 @@ def make_app(asked: str | None = None) -> typer.Typer:
     return app
 
 
+def welcome_app() -> typer.Typer:
+    """Make the command line of plain `vrg` at a terminal, where a person chooses a match. Elsewhere it prints help."""
+    app = typer.Typer(pretty_exceptions_enable=False, add_completion=False)
+    app.command()(load_object("vrg.commands.welcome:welcome"))
+    return app
+
+
 def main() -> None:
     """Run the command line. An expected error becomes a message and status 1, never a traceback."""
     asked = next((word for word in sys.argv[1:] if not word.startswith("-")), None)
     try:
+        if len(sys.argv) == 1 and sys.stdin.isatty() and sys.stdout.isatty():
+            welcome_app()()
         make_app(asked)()
     except VrgError as error:
         print(error if isinstance(error, ConfigError) else f"vrg: {error}", file=sys.stderr)

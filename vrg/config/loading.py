@@ -72,9 +72,21 @@ def load_match(path: Path, *, base: Path | None = None, **overrides: str | int |
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError([f"{path}: cannot be read: {error}"]) from None
+    return check_match(text, path, base or path.resolve().parent, **overrides)
+
+
+def check_match(text: str, path: Path, base: Path, **overrides: str | int | float | bool | None) -> MatchSetup:
+    """Check the text of a match file, which need not have been written yet.
+
+    Args:
+        path: of the file, for messages. base: the folder that relative paths in it start from.
+        overrides: as for `load_match`.
+
+    Raises:
+        ConfigError: the text has problems. The error lists all of them, each with the file and the line.
+    """
     lines = lines_of(text)
     text = with_values(text, {k: v for k, v in overrides.items() if v is not None})
-    base = base or path.resolve().parent
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:

@@ -139,6 +139,7 @@ class Game:
         competitive: False if nobody can win, so that its end is just told as the end.
         rule_texts: the rules as people read them, by the names of their calls.
         opens_hud: True if `vrg play` opens the head-up display of the first player in place of the spectator's window.
+        about: what happens in the game, in a sentence for whoever chooses one.
         prover: `module:function`, a `vrg.coordinator.proof.Prover`; empty if the game tells no numbers.
     """
 
@@ -160,6 +161,7 @@ class Game:
     rule_texts: Mapping[str, RuleText] = field(default_factory=dict)
     prover: str = ""
     opens_hud: bool = False
+    about: str = ""
 
     @property
     def title(self) -> str:

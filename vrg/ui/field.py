@@ -45,12 +45,14 @@ class FieldPainter:
         driving: str | None,
         whole: Area,
         below: Callable[[View], None] = lambda _view: None,
+        around: float = 0.0,
     ) -> View:
         """Draw the scene and return where things are.
 
         Args:
             ui: scales letters. driving: the player with a ring. whole: the area while there is no banner.
             below: draws what more there is below the robots and their names.
+            around: the distance in pixels from the player with a ring that its name stays away, at least.
         """
         self._game = game_of(scene.game)
         strip = strip_height(ui)
@@ -75,7 +77,8 @@ class FieldPainter:
                 shapes.ring(surface, centre, _radius(body, view) + 6 * ui, palette.CAUTION, 2.5 * ui)
         for thing in scene.objects:
             self._object(surface, thing, view)
-        self._names.draw(surface, rect, [self._named(body, view, driving) for body in scene.bodies], ui)
+        named = [self._named(body, view, driving, around) for body in scene.bodies]
+        self._names.draw(surface, rect, named, ui)
         for flash in scene.flashes:
             self._flash(surface, rect, flash, view, ui)
         surface.set_clip(before)
@@ -113,11 +116,11 @@ class FieldPainter:
         surface.blit(turned, turned.get_rect(center=(round(centre[0]), round(centre[1]))))
 
     @staticmethod
-    def _named(body: SceneBody, view: View, driving: str | None) -> tuple[str, Rgb, Circle]:
-        colour = palette.MUTED if body.out_of_play else palette.TEXT
+    def _named(body: SceneBody, view: View, driving: str | None, around: float) -> tuple[str, Rgb, Circle]:
+        colour, radius = palette.MUTED if body.out_of_play else palette.TEXT, _radius(body, view)
         if body.name == driving:
-            colour = palette.CAUTION
-        return body.name, colour, (view.point(body.pose.x, body.pose.y), _radius(body, view))
+            colour, radius = palette.CAUTION, max(radius, around)
+        return body.name, colour, (view.point(body.pose.x, body.pose.y), radius)
 
     def _object(self, surface: pygame.Surface, thing: SceneObject, view: View) -> None:
         """Draw a flag at its place, or on the robot that carries it."""

@@ -4,6 +4,7 @@ import ctypes
 import logging
 import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Final, NoReturn
 
@@ -21,8 +22,11 @@ GONE: Final = (
 )
 
 
-def open_window(title: str, size: tuple[int, int]) -> pygame.Surface:
-    """Open a window that can be resized; `size` is in pixels.
+def open_window(title: str, size: tuple[int, int], gone: Callable[[], str] = lambda: GONE) -> pygame.Surface:
+    """Open a window that can be resized.
+
+    Args:
+        size: in pixels. gone: returns what to tell if the display goes away; the process ends after that.
 
     Raises:
         LaunchError: there is no display.
@@ -43,6 +47,7 @@ def open_window(title: str, size: tuple[int, int]) -> pygame.Surface:
         # SDL does not say that no screen answers: it draws into memory instead.
         pygame.display.quit()
         raise _no_display("no screen answers")
+    _on_gone[0] = gone
     _tell_when_the_display_goes()
     return window
 
@@ -59,10 +64,16 @@ def toggle_whole_screen() -> None:
         log.warning("the window cannot fill the screen: %s", error)
 
 
+_on_gone: Final[list[Callable[[], str]]] = [lambda: GONE]
+"""What tells that the display has gone away."""
+
+
 def _gone(_display: int) -> NoReturn:
     # Xlib ends the process when this returns, and no code of Python would run any more.
-    print(GONE, file=sys.stderr, flush=True)
-    os._exit(1)
+    try:
+        print(_on_gone[0](), file=sys.stderr, flush=True)
+    finally:
+        os._exit(1)
 
 
 _ON_GONE: Final = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p)(_gone)

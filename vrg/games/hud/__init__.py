@@ -10,6 +10,7 @@ GAME = Game(
     settings="vrg.games.practice.rules:Settings",
     rules="vrg.games.hud.rules:PlayerHud",
     strategy="vrg.games.hud.player:Passenger",
+    about="Sit in a robot: see what it sees, send it somewhere, or drive it by hand.",
     match="vrg.games.hud/match.toml",
     roles=(Role(PLAYER, TEAM, SKY_BLUE, Marker.CIRCLE),),
     competitive=False,

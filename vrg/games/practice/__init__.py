@@ -11,6 +11,7 @@ GAME = Game(
     settings="vrg.games.practice.rules:Settings",
     rules="vrg.games.practice.rules:Practice",
     strategy="vrg.games.practice.player:Waiting",
+    about="A robot on a map without rules, to try a player, a sensor or a robot.",
     match="vrg.games.practice/match.toml",
     roles=(Role(PLAYER, TEAM, SKY_BLUE, Marker.CIRCLE),),
     competitive=False,

@@ -22,6 +22,7 @@ GAME = Game(
     settings=f"{_FOLDER}.settings:Settings",
     rules=f"{_FOLDER}.rules:PursuitEvasion",
     strategy=f"{_FOLDER}.pursuer:Pursuer",
+    about="Pursuers guard an area, and see intruders only with lasers.",
     match=f"{_FOLDER}/match.toml",
     roles=(
         Role(PURSUER, PURSUERS, SKY_BLUE, Marker.CIRCLE),

@@ -41,6 +41,7 @@ GAME = Game(
     settings=f"{_FOLDER}.settings:Settings",
     rules=f"{_FOLDER}.rules:RoboFlag",
     strategy=f"{_FOLDER}.strategies:Balanced",
+    about="Two teams try to carry each other's flag home without being tagged.",
     match=f"{_FOLDER}/match.toml",
     roles=(
         Role(RED, RED, VERMILLION, Marker.TRIANGLE),

@@ -13,6 +13,7 @@ GAME = Game(
     settings="vrg.games.sharks_and_minnows.settings:Settings",
     rules="vrg.games.sharks_and_minnows.rules:SharksAndMinnows",
     strategy="vrg.games.sharks_and_minnows.player:SharksAndMinnowsPlayer",
+    about="Minnows cross the field, and sharks tag them on the way.",
     match="vrg.games.sharks_and_minnows/match.toml",
     roles=(
         Role(SHARK, SHARKS, VERMILLION, Marker.TRIANGLE),

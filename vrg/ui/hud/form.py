@@ -6,6 +6,7 @@ from typing import Final
 
 from vrg.games.hud.helm import Goal
 from vrg.ui.hud import words
+from vrg.ui.typed import Typed
 
 SIGNS: Final = frozenset("0123456789+-.")
 LONGEST: Final = 9
@@ -43,16 +44,17 @@ class Form:
             return None
         if sign not in SIGNS:
             return words.NOT_A_SIGN.format(field=words.FIELDS[self.focus][0], got=sign)
-        before = "" if self._fresh else self.texts[self.focus]
-        self._fresh = False
-        self.texts[self.focus] = (before + sign)[:LONGEST]
+        self._take(Typed(self.texts[self.focus], self._fresh).type(sign, LONGEST))
         return None
 
     def erase(self) -> None:
         """Take the last character away."""
         if self.focus is not None:
-            self._fresh = False
-            self.texts[self.focus] = self.texts[self.focus][:-1]
+            self._take(Typed(self.texts[self.focus], self._fresh).erase())
+
+    def _take(self, typed: Typed) -> None:
+        assert self.focus is not None
+        self.texts[self.focus], self._fresh = typed.text, typed.fresh
 
     def show(self, goal: Goal) -> None:
         """Write a goal into the fields."""

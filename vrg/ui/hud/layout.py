@@ -8,6 +8,7 @@ from pygame import Rect
 from vrg.games.hud.helm import Wish
 from vrg.ui.draw import scale_of
 from vrg.ui.hud import words
+from vrg.ui.widgets import row, title_height
 
 WIDE: Final = 1.0
 """The proportion of width to height below which the quadrants are below each other."""
@@ -58,11 +59,6 @@ class Layout:
         return next((index for index, place in enumerate(self.fields) if place.collidepoint(x, y)), None)
 
 
-def title_height(ui: float) -> int:
-    """The height of the title of a quadrant, pixels."""
-    return round(26 * ui)
-
-
 def layout(width: int, height: int, *, camera: bool) -> Layout:
     """Place everything in a window.
 
@@ -88,11 +84,11 @@ def layout(width: int, height: int, *, camera: bool) -> Layout:
         sonar = Rect(rest.left, rest.top, half, rest.height)
         picture = Rect(sonar.right + gap, rest.top, max(1, rest.width - half - gap), rest.height)
     inside = panel.inflate(-2 * gap, -2 * gap) if panel.width > 4 * gap else panel.copy()
-    row = round(34 * ui)
+    line = round(34 * ui)
     top = panel.top + title_height(ui) + round(4 * ui)
-    columns = _row(Rect(inside.left, top, inside.width, row), (1.0, 1.0, 1.2, 0.7), gap)
-    top += row + gap
-    wishes = _row(Rect(inside.left, top, inside.width, round(40 * ui)), (1.0,) * len(words.BUTTONS), gap)
+    columns = row(Rect(inside.left, top, inside.width, line), (1.0, 1.0, 1.2, 0.7), gap)
+    top += line + gap
+    wishes = row(Rect(inside.left, top, inside.width, round(40 * ui)), (1.0,) * len(words.BUTTONS), gap)
     top += round(40 * ui) + gap
     notice = Rect(inside.left, top, inside.width, round(42 * ui))
     status = Rect(inside.left, notice.bottom + gap, inside.width, max(1, inside.bottom - notice.bottom - gap))
@@ -111,13 +107,3 @@ def layout(width: int, height: int, *, camera: bool) -> Layout:
         notice=notice,
         status=status,
     )
-
-
-def _row(area: Rect, shares: tuple[float, ...], gap: int) -> list[Rect]:
-    """Places beside each other with widths in these proportions."""
-    room, left, found = area.width - gap * (len(shares) - 1), float(area.left), []
-    for share in shares:
-        width = room * share / sum(shares)
-        found.append(Rect(round(left), area.top, max(1, round(width)), area.height))
-        left += width + gap
-    return found

@@ -4,16 +4,16 @@ from typing import Final
 
 import pygame
 
-from vrg.colours import Rgb
 from vrg.games.hud.helm import Wish
 from vrg.ui import palette, shapes
 from vrg.ui.hud import words
 from vrg.ui.hud.dashboard import Dashboard, Level, Line, alert, heading, status
 from vrg.ui.hud.layout import SET, STOP, Layout, layout
-from vrg.ui.hud.quadrants import LocationPainter, PicturePainter, Quadrant, RingPainter, ScanPainter, frame
+from vrg.ui.hud.quadrants import LocationPainter, PicturePainter, Quadrant, RingPainter, ScanPainter
 from vrg.ui.palette import ink_on
 from vrg.ui.text import Face, Fonts
 from vrg.ui.view import View
+from vrg.ui.widgets import button, field, frame, write
 
 COLOURS: Final = {
     Level.CALM: palette.RAISED,
@@ -77,13 +77,6 @@ class HudPainter:
         painter.draw(surface, area, board, ui)
         self._kept[name] = key, surface.subsurface(place).copy()
 
-    def _write(
-        self, surface: pygame.Surface, text: str, place: pygame.Rect, size: int, colour: Rgb, face: Face = Face.REGULAR
-    ) -> None:
-        """Write a line at the left of a place, in the middle of its height, as far as there is room."""
-        shown = self._fonts.render(self._fonts.shorten(text, place.width, size, face), size, colour, face)
-        surface.blit(shown, shown.get_rect(midleft=place.midleft))
-
     def _head(self, surface: pygame.Surface, places: Layout, board: Dashboard) -> None:
         ui, head, line = places.ui, places.head, alert(board)
         pygame.draw.rect(surface, palette.PANEL, head)
@@ -92,32 +85,17 @@ class HudPainter:
         own = pygame.Rect(
             head.left + pad, head.top, min(self._fonts.width(name, size, Face.BOLD), head.width // 4), head.height
         )
-        self._write(surface, name, own, size, palette.TEXT, Face.BOLD)
+        write(surface, name, own, size, palette.TEXT, self._fonts, Face.BOLD)
         who = heading(board)
         about = pygame.Rect(own.right + pad, head.top, 0, head.height)
         about.width = min(self._fonts.width(who, round(14 * ui)), max(0, head.width // 4))
-        self._write(surface, who, about, round(14 * ui), palette.MUTED)
+        write(surface, who, about, round(14 * ui), palette.MUTED, self._fonts)
         plate = pygame.Rect(about.right + pad, stop.top, 0, stop.height)
         plate.width = max(0, stop.left - pad - plate.left)
         shapes.pill(surface, plate, COLOURS[line.level], radius=round(6 * ui))
         ink = ink_on(COLOURS[line.level])
-        self._write(surface, line.words, plate.inflate(-2 * pad, 0), round(15 * ui), ink, Face.BOLD)
-        self._button(surface, stop, *words.STOP, palette.ALARM, ui)
-
-    def _button(self, surface: pygame.Surface, place: pygame.Rect, name: str, key: str, colour: Rgb, ui: float) -> None:
-        """Draw a button with its name and its key."""
-        shapes.pill(surface, place, colour, radius=round(7 * ui))
-        ink, size, small = ink_on(colour), round(15 * ui), max(10, round(11 * ui))
-        both = self._fonts.width(name, size, Face.BOLD) + self._fonts.width(key, small) + round(8 * ui)
-        if not key or both > place.width - round(8 * ui):
-            shown = self._fonts.shorten(name, place.width - round(6 * ui), size, Face.BOLD)
-            text = self._fonts.render(shown, size, ink, Face.BOLD)
-            surface.blit(text, text.get_rect(center=place.center))
-            return
-        text, sign = self._fonts.render(name, size, ink, Face.BOLD), self._fonts.render(key, small, ink)
-        left = place.centerx - both // 2
-        surface.blit(text, text.get_rect(midleft=(left, place.centery)))
-        surface.blit(sign, sign.get_rect(midright=(left + both, place.centery)))
+        write(surface, line.words, plate.inflate(-2 * pad, 0), round(15 * ui), ink, self._fonts, Face.BOLD)
+        button(surface, stop, *words.STOP, palette.ALARM, ui, self._fonts)
 
     def _panel(self, surface: pygame.Surface, places: Layout, board: Dashboard) -> None:
         ui = places.ui
@@ -125,30 +103,18 @@ class HudPainter:
         before = surface.get_clip()
         surface.set_clip(places.panel.clip(before))
         for index, ((name, unit), place) in enumerate(zip(words.FIELDS, places.fields, strict=True)):
-            self._field(surface, place, name, unit, board.texts[index], ui, focused=board.focus == index)
-        self._button(surface, places.buttons[SET], words.SET, "ENTER", palette.RAISED, ui)
+            focused = board.focus == index
+            text = f"{board.texts[index]}{'|' if focused else ''} {unit}"
+            field(surface, place, name, text, ui, self._fonts, focused=focused)
+        button(surface, places.buttons[SET], words.SET, "ENTER", palette.RAISED, ui, self._fonts)
         for wish, (name, key) in words.BUTTONS.items():
             active = wish is board.wish and wish is not Wish.WATCH
-            self._button(surface, places.buttons[wish], name, key, palette.CAUTION if active else palette.CALM, ui)
+            button(
+                surface, places.buttons[wish], name, key, palette.CAUTION if active else palette.CALM, ui, self._fonts
+            )
         self._notice(surface, places.notice, board, ui)
         self._status(surface, places.status, status(board), ui)
         surface.set_clip(before)
-
-    def _field(
-        self, surface: pygame.Surface, place: pygame.Rect, name: str, unit: str, text: str, ui: float, *, focused: bool
-    ) -> None:
-        shapes.pill(surface, place, palette.BACKGROUND, radius=round(5 * ui))
-        pygame.draw.rect(
-            surface,
-            palette.CAUTION if focused else palette.LINE,
-            place,
-            max(1, round(2 * ui)),
-            border_radius=round(5 * ui),
-        )
-        inside, size = place.inflate(round(-16 * ui), 0), round(15 * ui)
-        self._write(surface, name, inside, round(13 * ui), palette.MUTED)
-        shown = self._fonts.render(f"{text}{'|' if focused else ''} {unit}", size, palette.TEXT, Face.MONO)
-        surface.blit(shown, shown.get_rect(midright=inside.midright))
 
     def _notice(self, surface: pygame.Surface, place: pygame.Rect, board: Dashboard, ui: float) -> None:
         """Write what the person must be told, or else what can be done next."""
@@ -165,13 +131,14 @@ class HudPainter:
         label = round(100 * ui)
         for index, line in enumerate(lines):
             top = place.top + index * row
-            self._write(
+            write(
                 surface,
                 line.label,
                 pygame.Rect(place.left, top, label, row),
                 max(11, round(12 * ui)),
                 palette.MUTED,
+                self._fonts,
                 Face.BOLD,
             )
             told = pygame.Rect(place.left + label, top, max(1, place.width - label), row)
-            self._write(surface, line.words, told, size, INKS[line.level])
+            write(surface, line.words, told, size, INKS[line.level], self._fonts)

@@ -13,7 +13,6 @@ from vrg.ui import palette, shapes
 from vrg.ui.field import FieldPainter
 from vrg.ui.hud import words
 from vrg.ui.hud.dashboard import Dashboard, place
-from vrg.ui.hud.layout import title_height
 from vrg.ui.hud.polar import (
     RINGS,
     Fan,
@@ -25,27 +24,9 @@ from vrg.ui.hud.polar import (
     reach_for,
     told,
 )
-from vrg.ui.text import Face, Fonts
+from vrg.ui.text import Fonts
 from vrg.ui.view import View
-
-
-def frame(surface: pygame.Surface, area: pygame.Rect, name: str, says: str, ui: float, fonts: Fonts) -> pygame.Rect:
-    """Draw the plate of a quadrant with its name and what it says; return the area that is left."""
-    shapes.pill(surface, area, palette.PANEL, radius=round(8 * ui))
-    bar, pad, size = title_height(ui), round(10 * ui), max(12, round(14 * ui))
-    label = fonts.render(name, size, palette.MUTED, Face.BOLD)
-    surface.blit(label, label.get_rect(midleft=(area.left + pad, area.top + bar // 2)))
-    room = area.width - label.get_width() - 3 * pad
-    text = fonts.render(fonts.shorten(says, room, size), size, palette.TEXT)
-    surface.blit(text, text.get_rect(midright=(area.right - pad, area.top + bar // 2)))
-    return pygame.Rect(area.left, area.top + bar, area.width, max(1, area.height - bar))
-
-
-def blank(surface: pygame.Surface, area: pygame.Rect, says: str, ui: float, fonts: Fonts) -> None:
-    """Write in the middle of a quadrant why it shows nothing."""
-    size = max(13, round(16 * ui))
-    text = fonts.render(fonts.shorten(says, area.width - 20, size), size, palette.MUTED)
-    surface.blit(text, text.get_rect(center=area.center))
+from vrg.ui.widgets import blank, frame
 
 
 class Quadrant(Protocol):

@@ -1,0 +1,132 @@
+"""Plain `vrg` and `vrg edit` without a display: questions in the terminal, and what is printed where nobody answers."""
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from vrg.cli import main
+from vrg.commands import welcome
+from vrg.config.loading import load_match
+from vrg.ui.welcome.draft import Draft
+
+Answer = Callable[..., tuple[int, str, list[list[str]]]]
+
+
+@pytest.fixture
+def answer(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Answer:
+    """Answer the questions in an empty folder: returns the status, what was printed, and what would go on."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(welcome, "has_display", lambda: False)
+    went_on: list[list[str]] = []
+    monkeypatch.setattr(welcome, "run", lambda words, runs: went_on.append(list(words)))
+
+    def give(*answers: str, file: Path | None = None) -> tuple[int, str, list[list[str]]]:
+        app = typer.Typer()
+
+        @app.command()
+        def begin() -> None:
+            from vrg.commands.drafts import open_draft  # noqa: PLC0415 - as the command does
+
+            welcome.begin(draft=None if file is None else open_draft(file))
+
+        done = CliRunner().invoke(app, input="\n".join(answers) + "\n")
+        assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
+        return done.exit_code, done.output, went_on
+
+    return give
+
+
+def test_enter_alone_saves_and_plays_the_default_match(answer: Answer, tmp_path: Path) -> None:
+    status, _, went_on = answer(*[""] * 8)
+    assert (status, went_on) == (0, [["play", str(tmp_path / "courtyard.toml")]])
+    assert len(load_match(tmp_path / "courtyard.toml").players) == 7
+
+
+def test_questions_change_the_match_and_refuse_nonsense(answer: Answer, tmp_path: Path) -> None:
+    status, told, went_on = answer(
+        "chess", "roboflag", "mars", "?", "open", "warp", "planar", "-1", "5", "many", "2",
+        "7", "1", "ann", "", "", "", "balanced", "near", "-2", "", "90", "", "a b", "final", "n",
+    )  # fmt: skip
+    assert (status, went_on) == (0, [])
+    for words in (
+        "expected one of hud, practice, pursuit-evasion, roboflag, sharks-and-minnows, got 'chess'",
+        "map: expected one of courtyard, marhes_lab, open, got 'mars'",
+        "engine: expected one of planar, pybullet, got 'warp'",
+        "seed: expected at least 0, got -1",
+        "expected a whole number from 1 to 64, got 'many'",
+        "expected a number from 1 to 2, got '7'",
+        "ann x: expected a number, got 'near'",
+        "got 'a b'",
+    ):
+        assert words in told
+    setup = load_match(tmp_path / "final.toml")
+    first = setup.players[0]
+    assert (setup.engine, setup.seed, [p.name for p in setup.players]) == ("planar", 5, ["ann", "blue1"])
+    assert (first.strategy, first.pose.x, round(first.pose.theta, 3)) == ("balanced", -2.0, 1.571)
+
+
+def test_a_match_that_cannot_be_played_is_asked_for_again(answer: Answer, tmp_path: Path) -> None:
+    status, told, _ = answer(
+        "", "", "", "", "", "1", "", "minnow", "", "", "", "", "", "", "",
+        "", "", "", "1", "", "shark", "", "", "", "99", "20.5", "", "", "", "final", "n",
+    )  # fmt: skip
+    assert status == 0
+    assert "expected at least one shark, got none" in told
+    assert "expected a pose inside map courtyard" in told
+    assert load_match(tmp_path / "final.toml").players[0].pose.x == 20.5
+
+
+def test_another_file_is_only_replaced_if_that_is_wanted(answer: Answer, tmp_path: Path) -> None:
+    (tmp_path / "courtyard.toml").write_text("mine", encoding="utf-8")
+    _, told, _ = answer(*[""] * 7, "n", "other", "n")
+    assert "courtyard.toml is already there. Replace it?" in told
+    assert (tmp_path / "courtyard.toml").read_text(encoding="utf-8") == "mine"
+    assert (tmp_path / "other.toml").exists()
+
+
+def test_a_match_file_is_changed_and_keeps_its_comments(answer: Answer, tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    text = Draft.of_game("hud", tmp_path).text.replace("[rules]", "# about the rules\n[rules]")
+    file.write_text(text, encoding="utf-8")
+    answer("", "planar", "", "", "", "", "n", file=file)
+    changed = file.read_text(encoding="utf-8")
+    assert changed == text.replace("pybullet", "planar")
+
+
+def test_a_file_that_is_no_toml_is_told(answer: Answer, tmp_path: Path) -> None:
+    file = tmp_path / "broken.toml"
+    file.write_text("a =\n", encoding="utf-8")
+    with pytest.raises(AssertionError, match=r"broken.toml:1: not TOML"):
+        answer(file=file)
+
+
+def test_the_end_of_the_input_ends_the_questions(answer: Answer, tmp_path: Path) -> None:
+    status, _, went_on = answer("roboflag")
+    assert (status, went_on) == (130, [])
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("file", ["none.toml", "."])
+def test_a_file_that_cannot_be_opened_is_told(
+    file: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["vrg", "edit", file])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 1
+    assert capsys.readouterr().err.startswith(f"{file}: ")
+
+
+def test_plain_vrg_prints_help_where_nobody_sits_at_a_terminal(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["vrg"])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 2
+    assert "COMMAND [ARGS]" in capsys.readouterr().out

@@ -1,0 +1,141 @@
+"""A match file as a value: its edits keep what they do not mean to change."""
+
+import math
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from vrg.commands.checking import DraftCheck
+from vrg.config.loading import check_match
+from vrg.games import GAMES
+from vrg.types import Pose
+from vrg.ui.welcome.draft import Draft
+from vrg.ui.welcome.placing import fewer, more, with_count
+
+CHECK = DraftCheck()
+
+
+def draft_of(game: str = "sharks-and-minnows") -> Draft:
+    return Draft.of_game(game, Path.cwd())
+
+
+@pytest.mark.parametrize("game", GAMES.names())
+def test_the_default_match_of_every_game_is_a_good_draft(game: str) -> None:
+    draft = draft_of(game)
+    verdict = CHECK(draft)
+    assert verdict.problems == ()
+    assert verdict.bounds is not None
+    assert len(draft.players) >= 1
+    assert draft.text.startswith(f"# A match of {GAMES.get(game).title}.")
+
+
+def test_a_typed_number_becomes_a_number_and_nonsense_is_told_by_the_check() -> None:
+    draft = draft_of().set("x", "17.5", 1)
+    assert tomllib.loads(draft.text)["players"][1]["x"] == 17.5
+    assert CHECK(draft).problems == ()
+    wrong = draft.set("x", "seventeen", 1)
+    assert wrong.shown("x", 1) == "seventeen"
+    assert wrong.players[1].pose is None
+    assert [p.text for p in CHECK(wrong).of(1, "x")] == ["expected a number, got 'seventeen'"]
+
+
+def test_the_same_value_typed_again_changes_nothing() -> None:
+    draft = draft_of()
+    assert draft.set("x", "21", 0) is draft
+    assert draft.set("role", "shark", 0) is draft
+
+
+def test_an_empty_field_falls_back_to_its_default_where_there_is_one() -> None:
+    draft = draft_of().set("model", "ATRV-Jr", 0)
+    assert draft.players[0].model == "ATRV-Jr"
+    draft = draft.set("model", "", 0).set("heading", "", 0)
+    assert draft.players[0].model == ""
+    assert draft.players[0].pose == Pose(21.0, -30.0, 0.0)
+    assert [p.path for p in CHECK(draft.set("name", "", 0)).problems] == [("players", 0, "name")]
+
+
+def test_a_position_outside_of_the_map_is_a_problem_of_its_fields_and_the_zones_stay() -> None:
+    draft = draft_of()
+    zones = DraftCheck()(draft).zones
+    verdict = DraftCheck()(draft.place(6, Pose(500.0, 0.0, 0.0)))
+    assert len(zones) == 3
+    assert verdict.zones == zones
+    assert [p.path for p in verdict.of(6, "x")] == [("players", 6)]
+    assert verdict.of(6, "x") == verdict.of(6, "y") == verdict.of_player(6)
+    assert verdict.of(6, "name") == verdict.of(5, "x") == ()
+
+
+def test_a_dragged_pose_is_kept_to_the_centimetre() -> None:
+    draft = draft_of().place(0, Pose(20.123456, -30.98765, math.radians(400.04)))
+    assert [draft.shown(name, 0) for name in ("x", "y", "heading")] == ["20.12", "-30.99", "40"]
+    assert draft.place(0, Pose(20.12, -30.99, math.radians(40.0))).text == draft.text
+
+
+def test_what_no_window_shows_is_kept() -> None:
+    text = draft_of().text.replace("[rules]", "# mine\nrate = 2.0   # twice\n\n[rules]\n# about the rules")
+    draft = Draft(text, Path.cwd()).set("seed", "7").set("x", "20", 0).set("strategy", "a.py:A", 3).remove(2)
+    assert "# mine\nrate = 2.0   # twice\n" in draft.text
+    assert "[rules]\n# about the rules" in draft.text
+    assert [p.name for p in draft.players] == ["player1", "player2", "player4", "player5", "player6", "player7"]
+
+
+def test_a_file_that_is_no_toml_is_one_problem_with_its_line() -> None:
+    verdict = CHECK(Draft("a = 1\nb =\n", Path.cwd()))
+    assert [(p.line, p.path) for p in verdict.problems] == [(2, ())]
+    assert Draft("b =\n", Path.cwd()).players == ()
+
+
+def test_players_in_one_line_are_left_to_a_text_editor() -> None:
+    draft = Draft('players = [{name = "a", x = 1.0}]', Path.cwd())
+    assert draft.players[0].name == "a"
+    with pytest.raises(ValueError, match="a header of its own"):
+        draft.set("x", "2", 0)
+
+
+@pytest.mark.parametrize(
+    ("game", "counts"),
+    [
+        ("sharks-and-minnows", {2: None, 7: {"shark": 1, "minnow": 6}, 16: {"shark": 2, "minnow": 14}}),
+        ("roboflag", {2: {"red": 1, "blue": 1}, 7: None, 16: {"red": 8, "blue": 8}}),
+        ("pursuit-evasion", {2: {"pursuer": 1, "intruder": 1}, 7: {"pursuer": 4, "intruder": 3}, 16: None}),
+        ("hud", {1: {"player": 1}, 7: {"player": 7}}),
+    ],
+)
+def test_new_players_stand_where_the_rules_allow_it_and_roles_are_balanced(
+    game: str, counts: dict[int, dict[str, int] | None]
+) -> None:
+    for count, roles in counts.items():
+        draft = with_count(draft_of(game), count, CHECK)
+        assert len({player.name for player in draft.players}) == count
+        found = {role: sum(p.role == role for p in draft.players) for role in {p.role for p in draft.players}}
+        if roles is not None:
+            assert found == roles
+        where = [p for p in CHECK(draft).problems if len(p.path) > 1]
+        assert where == []
+
+
+def test_one_more_and_one_fewer_are_each_others_opposite() -> None:
+    draft = draft_of("roboflag")
+    assert [p.name for p in fewer(more(draft, CHECK)).players] == [p.name for p in draft.players]
+    alone = with_count(draft, 0, CHECK)
+    assert len(alone.players) == 1
+    assert CHECK(alone).problems
+
+
+def test_a_saved_draft_has_the_name_of_its_file(tmp_path: Path) -> None:
+    draft = draft_of().named("final", tmp_path / "final.toml")
+    assert check_match(draft.text, tmp_path / "final.toml", tmp_path).name == "final"
+
+
+def test_a_strategy_that_cannot_be_imported_is_told_and_harms_nobody(tmp_path: Path) -> None:
+    (tmp_path / "deadly.py").write_text("import os\nos._exit(9)\n", encoding="utf-8")
+    (tmp_path / "wrong.py").write_text("class Other:\n    pass\n", encoding="utf-8")
+    draft = Draft(draft_of().text, tmp_path)
+    [deadly] = CHECK(draft.set("strategy", "deadly.py:A", 1)).problems
+    assert "ends the whole program" in deadly.text
+    [wrong] = CHECK(draft.set("strategy", "wrong.py:Mine", 1)).problems
+    assert wrong.path == ("players", 1, "strategy")
+    assert "expected the name of a class in wrong.py (Other), got 'Mine'" in wrong.text
+    [missing] = CHECK(draft.set("strategy", "none.py:Mine", 1)).problems
+    assert "no such file" in missing.text

@@ -1,0 +1,126 @@
+"""The check of a match that is being changed, by the rules of `vrg check`. As a program, it imports the strategies.
+
+The strategies are somebody's code, which may do anything when it is imported. So they are imported in a process of
+their own, and only those that are files or modules, once everything else is good.
+"""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any, Final
+
+from vrg.config.loading import check_match, check_strategies
+from vrg.config.rules import rulebook_of
+from vrg.config.setup import MatchSetup
+from vrg.errors import ConfigError, Problem
+from vrg.hal.sim.map import load_map
+from vrg.toml_text import without_item
+from vrg.ui.welcome.checking import Verdict
+from vrg.ui.welcome.draft import Draft
+
+PATIENCE: Final = 20.0
+"""The real time in s that the import of strategies may take."""
+UNSAVED: Final = "match.toml"
+"""What a file is called in messages that has no name yet."""
+
+
+class DraftCheck:
+    """Checks drafts. It remembers what it has imported, and where the zones were while all was good.
+
+    Args:
+        imports: False imports no strategies.
+    """
+
+    def __init__(self, *, imports: bool = True) -> None:
+        self._imports = imports
+        self._imported: tuple[object, tuple[Problem, ...]] = (None, ())
+        self._ground: tuple[object, Verdict] = (None, Verdict())
+
+    def __call__(self, draft: Draft) -> Verdict:
+        """What is wrong with a draft, and the ground that it is played on."""
+        path = draft.file or draft.base / UNSAVED
+        try:
+            setup = check_match(draft.text, path, draft.base)
+        except ConfigError as error:
+            return self._with_ground(draft, tuple(error.problems), None)
+        return self._with_ground(draft, self._import_problems(setup, draft), setup)
+
+    def _with_ground(self, draft: Draft, problems: tuple[Problem, ...], setup: MatchSetup | None) -> Verdict:
+        key = (draft.game, draft.shown("map"), draft.data.get("rules"))
+        if setup is None and self._ground[0] != key:
+            setup = _good_part(draft, problems)
+        if setup is not None or self._ground[0] != key:
+            self._ground = key, _ground(draft, setup)
+        ground = self._ground[1]
+        return Verdict(problems, ground.zones, ground.obstacles, ground.bounds)
+
+    def _import_problems(self, setup: MatchSetup, draft: Draft) -> tuple[Problem, ...]:
+        """What is wrong with the strategies that are files or modules."""
+        own = {(player.number, player.strategy) for player in setup.players if ":" in player.strategy}
+        files = {Path(setup.base) / strategy.rpartition(":")[0] for _, strategy in own}
+        key = (own, setup.base, {(file, file.stat().st_mtime_ns) for file in files if file.is_file()})
+        if not self._imports or all(strategy.startswith("vrg.") for _, strategy in own):
+            return ()
+        if self._imported[0] != key:
+            self._imported = key, _imported(draft)
+        return self._imported[1]
+
+
+def _imported(draft: Draft) -> tuple[Problem, ...]:
+    """Import the strategies of a draft in a process of its own, and return what is wrong with them."""
+    path = draft.file or draft.base / UNSAVED
+    command = [sys.executable, "-P", "-m", "vrg.commands.checking", str(path), str(draft.base)]
+    try:
+        done = subprocess.run(
+            command, input=draft.text.encode(), capture_output=True, timeout=PATIENCE, check=False, cwd=draft.base
+        )
+        told: list[dict[str, Any]] = json.loads(done.stdout.splitlines()[-1])
+        return tuple(Problem(t["text"], tuple(t["path"]), t["file"], t["line"]) for t in told)
+    except subprocess.TimeoutExpired:
+        text = f"the strategies are still being imported after {PATIENCE:g} s: look for a loop outside of their classes"
+        return (Problem(text, ("players",)),)
+    except (ValueError, IndexError):
+        return (Problem("a strategy ends the whole program while it is imported", ("players",)),)
+
+
+def _good_part(draft: Draft, problems: tuple[Problem, ...]) -> MatchSetup | None:
+    """The set-up of the match without the players that have problems, from which the zones can be told; or None."""
+    bad = sorted({p.path[1] for p in problems if p.path[:1] == ("players",) and len(p.path) > 1}, reverse=True)
+    try:
+        text = draft.text
+        for number in bad:
+            text = without_item(text, ("players", number))
+        return check_match(text, draft.base / UNSAVED, draft.base)
+    except ValueError:
+        return None
+
+
+def _ground(draft: Draft, setup: MatchSetup | None) -> Verdict:
+    """The zones, the obstacles and the bounds, as far as they are known."""
+    name = draft.shown("map")
+    try:
+        map_ = load_map(draft.base / name if "/" in name or name.endswith(".toml") else name)
+    except ConfigError:
+        return Verdict()
+    book = None if setup is None else rulebook_of(setup)
+    zones = () if book is None else tuple(book.zones(book.initial()))
+    return Verdict((), zones, map_.obstacles, map_.bounds)
+
+
+def main() -> None:
+    """Print what is wrong with the strategies of a match file on standard input: its path, and its base."""
+    path, base = Path(sys.argv[1]), Path(sys.argv[2])
+    problems: list[Problem] = []
+    try:
+        from vrg.launch.nodes import strategy_of
+
+        check_strategies(check_match(sys.stdin.read(), path, base), strategy_of)
+    except ConfigError as error:
+        problems = error.problems
+    # A strategy may have left a line of its own unfinished.
+    print("\n" + json.dumps([{"text": p.text, "path": p.path, "file": p.file, "line": p.line} for p in problems]))
+
+
+if __name__ == "__main__":
+    main()

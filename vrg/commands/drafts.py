@@ -1,0 +1,135 @@
+"""What the configurator needs of the folder that it works in: match files, maps, strategies, and recent matches."""
+
+import ast
+import json
+import tomllib
+from collections.abc import Iterator
+from datetime import datetime
+from pathlib import Path
+from typing import Any, Final
+
+from vrg.errors import ConfigError
+from vrg.launch.result import headline, summary
+from vrg.launch.run_folder import RunFolder, write_whole
+from vrg.ui.welcome.choices import Choices
+from vrg.ui.welcome.draft import Draft
+from vrg.ui.welcome.lobby import Recent
+
+MOST_RECENT: Final = 12
+"""How many recent matches are listed."""
+_LONGEST: Final = 200_000
+"""The size in bytes above which a file is taken for something else."""
+_MOST_FILES: Final = 300
+"""How many files of a folder are looked at."""
+
+
+def open_draft(file: Path) -> Draft:
+    """Read a match file to change it.
+
+    Raises:
+        ConfigError: there is no such file, or it cannot be read.
+    """
+    try:
+        return Draft(file.read_text(encoding="utf-8"), file.resolve().parent, file)
+    except FileNotFoundError:
+        raise ConfigError([f"{file}: no such file"]) from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError([f"{file}: cannot be read: {error}"]) from None
+
+
+def save_draft(draft: Draft, known: str | None) -> None:
+    """Write a match file; see `vrg.ui.welcome.editor.Save`."""
+    assert draft.file is not None
+    if known is not None and draft.file.exists() and draft.file.read_text(encoding="utf-8", errors="replace") != known:
+        raise FileExistsError(draft.file)
+    write_whole(draft.file, draft.text.encode())
+
+
+def choices_in(folder: Path) -> Choices:
+    """The maps and the strategies in the files of a folder."""
+    maps = tuple(path.name for path, table in _tables(folder) if "bounds" in table)
+    return Choices(maps, tuple(_strategies(folder)))
+
+
+def recent_matches(runs: Path, folder: Path) -> list[Recent]:
+    """The matches that were played lately, and the match files of a folder: the newest first."""
+    found = [(when, recent) for path in _newest(runs) if (recent := _run(path, when := _time(path))) is not None]
+    for path, table in _tables(folder):
+        if isinstance(table.get("players"), list) and "game" in table:
+            when = _time(path)
+            name = str(table.get("name", path.stem))
+            found.append((when, Recent(name, str(table["game"]), _told(when), "", path, folder)))
+    found.sort(key=lambda pair: pair[0], reverse=True)
+    return [recent for _, recent in found[:MOST_RECENT]]
+
+
+def _newest(runs: Path) -> list[Path]:
+    try:
+        folders = [path for path in runs.iterdir() if path.is_dir()]
+    except OSError:
+        return []
+    return sorted(folders, key=_time, reverse=True)[:MOST_RECENT]
+
+
+def _run(path: Path, when: float) -> Recent | None:
+    """The match of a run folder; None if it is no run folder."""
+    folder = RunFolder(path)
+    if not folder.match_file.is_file():
+        return None
+    name, game, told = path.name, "", "broken off"
+    try:
+        result: dict[str, Any] = json.loads(folder.result.read_text(encoding="utf-8"))
+        name, game = str(result["match"]), str(result["game"])
+        told = f"{headline(result)}{summary(result)}"
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        table = _table(folder.match_file) or {}
+        name, game = str(table.get("name", name)), str(table.get("game", game))
+    recorded = folder.setup.is_file() and bool(folder.recordings())
+    return Recent(name, game, _told(when), told, folder.match_file, path.resolve(), path, recorded)
+
+
+def _time(path: Path) -> float:
+    try:
+        return path.stat().st_mtime
+    except OSError:
+        return 0.0
+
+
+def _told(when: float) -> str:
+    return f"{datetime.fromtimestamp(when):%d %b %H:%M}"
+
+
+def _tables(folder: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
+    """The files of a folder that are TOML, with what they say."""
+    for path in sorted(folder.glob("*.toml"))[:_MOST_FILES]:
+        table = _table(path)
+        if table is not None:
+            yield path, table
+
+
+def _table(path: Path) -> dict[str, Any] | None:
+    """What a file says; None if it cannot be read as TOML."""
+    try:
+        if path.stat().st_size > _LONGEST:
+            return None
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+        return None
+
+
+def _strategies(folder: Path) -> Iterator[str]:
+    """The classes in the Python files of a folder that look like strategies. Nothing is imported."""
+    for path in sorted(folder.glob("*.py"))[:_MOST_FILES]:
+        try:
+            if path.stat().st_size > _LONGEST:
+                continue
+            tree = ast.parse(path.read_text(encoding="utf-8"))
+        except (OSError, UnicodeDecodeError, SyntaxError, ValueError, RecursionError):
+            continue
+        for node in tree.body:
+            if isinstance(node, ast.ClassDef) and any(_is_method(item, "act") for item in node.body):
+                yield f"{path.name}:{node.name}"
+
+
+def _is_method(node: ast.stmt, name: str) -> bool:
+    return isinstance(node, ast.FunctionDef) and node.name == name

@@ -1,0 +1,36 @@
+"""What keys and buttons of the welcome window and the configurator can ask for."""
+
+from enum import Enum
+
+
+class Act(Enum):
+    """What a key or a button asks for."""
+
+    UP = "up"
+    DOWN = "down"
+    LEFT = "left"
+    RIGHT = "right"
+    NEXT = "next"
+    PREVIOUS = "previous"
+    TAKE = "take"
+    LEAVE = "leave"
+    ERASE = "erase"
+    REMOVE = "remove"
+    MORE = "more"
+    FEWER = "fewer"
+    UNDO = "undo"
+    REDO = "redo"
+    SAVE = "save"
+    SAVE_AS = "save as"
+    PLAY = "play"
+    CHANGE = "change"
+    WATCH = "watch"
+    PROBLEM = "problem"
+    HELP = "help"
+    SCREEN = "screen"
+    MOVE_UP = "move up"
+    MOVE_DOWN = "move down"
+    MOVE_LEFT = "move left"
+    MOVE_RIGHT = "move right"
+    TURN_LEFT = "turn left"
+    TURN_RIGHT = "turn right"
