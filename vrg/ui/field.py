@@ -45,12 +45,14 @@ class FieldPainter:
         driving: str | None,
         whole: Area,
         below: Callable[[View], None] = lambda _view: None,
+        *,
+        names: bool = True,
     ) -> View:
         """Draw the scene and return where things are.
 
         Args:
             ui: scales letters. driving: the player with a ring. whole: the area while there is no banner.
-            below: draws what more there is below the robots and their names.
+            below: draws what more there is below the robots and their names. names: whether names are written.
         """
         self._game = game_of(scene.game)
         strip = strip_height(ui)
@@ -75,7 +77,8 @@ class FieldPainter:
                 shapes.ring(surface, centre, _radius(body, view) + 6 * ui, palette.CAUTION, 2.5 * ui)
         for thing in scene.objects:
             self._object(surface, thing, view)
-        self._names.draw(surface, rect, [self._named(body, view, driving) for body in scene.bodies], ui)
+        if names:
+            self._names.draw(surface, rect, [self._named(body, view, driving) for body in scene.bodies], ui)
         for flash in scene.flashes:
             self._flash(surface, rect, flash, view, ui)
         surface.set_clip(before)
