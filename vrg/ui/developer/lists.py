@@ -144,7 +144,8 @@ class ListPainter:
         found, share = [], 0.0
         for column in columns:
             begin, share = share, share + column.share
-            found.append((column, pygame.Rect(left + round(begin * width), top, round(column.share * width) - 4, row)))
+            room = round(column.share * width) - width // 50
+            found.append((column, pygame.Rect(left + round(begin * width), top, max(1, room), row)))
         return found
 
     def _write(

@@ -95,9 +95,9 @@ class Item:
 
 PLAYER_COLUMNS: Final = (
     Column("player", 0.23),
-    Column("mode", 0.30),
+    Column("mode", 0.29),
     Column("m/s", 0.09, right=True),
-    Column("battery", 0.12, right=True),
+    Column("battery", 0.13, right=True),
     Column("driven by", 0.17),
     Column("age", 0.09, right=True),
 )
@@ -109,15 +109,16 @@ STREAM_COLUMNS: Final = (
     Column("lost", 0.12, right=True),
 )
 PROCESS_COLUMNS: Final = (
-    Column("process", 0.19),
-    Column("machine", 0.11),
-    Column("state", 0.13),
-    Column("CPU", 0.08, right=True),
+    Column("process", 0.17),
+    Column("machine", 0.12),
+    Column("state", 0.11),
+    Column("CPU", 0.07, right=True),
     Column("MB", 0.07, right=True),
     Column("ticks/s", 0.10, right=True),
     Column("missed", 0.10, right=True),
-    Column("starts", 0.08, right=True),
-    Column("clock", 0.14, right=True),
+    Column("restarts", 0.11, right=True),
+    Column("ms", 0.06, right=True),
+    Column("ppm", 0.09, right=True),
 )
 
 
@@ -351,7 +352,7 @@ def summary(heard: Sequence[Stream]) -> str:
 
 
 def processes(insight: Insight) -> Grid:
-    """A row for each process."""
+    """A row for each process; `ms` and `ppm` are how late it hears the match clock, and how fast its own clock runs."""
     tones = {
         ProcessState.STARTING: Tone.CAUTION,
         ProcessState.RUNNING: Tone.GOOD,
@@ -362,7 +363,6 @@ def processes(insight: Insight) -> Grid:
     for row in insight.processes:
         status, pulse = row.status, row.pulse
         late = None if pulse is None else pulse.late
-        drift = "" if pulse is None or pulse.drift is None else f" {1e6 * pulse.drift:+.0f}ppm"
         lines.append(
             Line(
                 "",
@@ -377,11 +377,12 @@ def processes(insight: Insight) -> Grid:
                         "" if pulse is None else str(pulse.missed),
                         Tone.CAUTION if pulse is not None and pulse.missed else Tone.QUIET,
                     ),
-                    Cell(str(1 + status.restarts), Tone.CAUTION if status.restarts else Tone.QUIET),
+                    Cell(str(status.restarts), Tone.CAUTION if status.restarts else Tone.QUIET),
                     Cell(
-                        "" if late is None else f"{1e3 * late:.0f}ms{drift}",
+                        "" if late is None else f"{1e3 * late:.0f}",
                         Tone.ALARM if late is not None and late > LATE else Tone.QUIET,
                     ),
+                    Cell("" if pulse is None or pulse.drift is None else f"{1e6 * pulse.drift:+.0f}", Tone.QUIET),
                 ),
             )
         )
