@@ -1,23 +1,29 @@
 """What the benchmarks share: match set-ups in memory, a reference workload, medians, tables."""
 
 import argparse
+import contextlib
 import json
 import os
 import platform
+import re
+import signal
 import statistics
+import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import psutil
 from rich.console import Console
 from rich.table import Table
 
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
+from vrg.launch.running import running
 
 LENGTH = 19.0
 """m of field along which minnows cross, as in the courtyard."""
@@ -127,6 +133,53 @@ def write_match(
         f"[rules]\nx = [0.0, {width}]\ny = [0.0, {LENGTH}]\nzone_depth = 4.0\n\n" + _players_text(robots, width)
     )
     return load_match(folder / "match.toml")
+
+
+@contextlib.contextmanager
+def playing(
+    folder: Path, *options: str, until: str = "", patience: float = 60.0
+) -> Iterator["subprocess.Popen[bytes]"]:
+    """The match of `folder` over processes, with its run folders below: its launcher, once play may begin.
+
+    Args:
+        options: of `vrg play`. until: a regular expression that the output must match; else the match must be listed.
+        patience: the real time in s for it to start.
+
+    Raises:
+        SystemExit: it does not start.
+    """
+    output = folder / "output.txt"
+    command = [sys.executable, "-P", "-m", "vrg", "play", str(folder / "match.toml"), "--runs", str(folder / "runs")]
+    environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
+    with output.open("wb") as out:
+        launcher = subprocess.Popen([*command, *options], stdout=out, stderr=out, env=environment)
+    try:
+        deadline = time.monotonic() + patience
+        while not (re.search(until, output.read_text()) if until else _listed(launcher.pid)):
+            if launcher.poll() is not None or time.monotonic() > deadline:
+                raise SystemExit(f"the match does not start:\n{output.read_text()}")
+            time.sleep(0.1)
+        yield launcher
+    finally:
+        launcher.send_signal(signal.SIGINT)
+        launcher.wait(patience)
+
+
+def _listed(pid: int) -> str | None:
+    return next((match.router for match in running() if match.pid == pid), None)
+
+
+def endpoint_of(pid: int) -> str:
+    """The router of the match that a launcher plays."""
+    endpoint = _listed(pid)
+    if endpoint is None:
+        raise SystemExit(f"no match of the launcher {pid} is running")
+    return endpoint
+
+
+def cpu_times(processes: Iterable[psutil.Process]) -> float:
+    """The processor time of all these processes, s."""
+    return sum(sum(process.cpu_times()[:2]) for process in processes)
 
 
 def _players_text(robots: int, width: float) -> str:

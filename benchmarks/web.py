@@ -9,11 +9,8 @@ from the pulses of the nodes. CPU is the share of one core, from /proc.
 import asyncio
 import contextlib
 import multiprocessing
-import os
 import re
-import signal
 import subprocess
-import sys
 import tempfile
 import time
 from collections import defaultdict
@@ -23,7 +20,7 @@ from typing import Any
 
 import aiohttp
 import psutil
-from common import arguments, median, quantile, show, write_match
+from common import arguments, endpoint_of, median, playing, quantile, show, write_match
 
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.session import open_session
@@ -65,26 +62,13 @@ def _viewers(link: str, count: int, seconds: float, out: Any) -> None:
 
 
 @contextlib.contextmanager
-def _match(folder: Path, robots: int) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
+def _match(folder: Path, robots: int) -> Iterator[tuple["subprocess.Popen[bytes]", str]]:
     """A match with a page: its launcher, and the viewers' link."""
     write_match(folder, robots, engine="pybullet", lasers=True, name="web-benchmark")
-    output = folder / "output.txt"
-    environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
-    command = [sys.executable, "-P", "-m", "vrg", "play", str(folder / "match.toml"), "--headless", "--web"]
-    with output.open("wb") as out:
-        launcher = subprocess.Popen(
-            [*command, "--runs", str(folder / "runs"), "--no-record"], stdout=out, stderr=out, env=environment
-        )
-    try:
-        deadline = time.monotonic() + PATIENCE
-        while not (found := re.search(r"watch +(http://\S+)", output.read_text())):
-            if launcher.poll() is not None or time.monotonic() > deadline:
-                raise SystemExit(f"the match does not start:\n{output.read_text()}")
-            time.sleep(0.1)
-        yield launcher, found[1]
-    finally:
-        launcher.send_signal(signal.SIGINT)
-        launcher.wait(PATIENCE)
+    link = r"watch +(http://\S+)"
+    with playing(folder, "--headless", "--web", "--no-record", until=link, patience=PATIENCE) as launcher:
+        found = re.search(link, (folder / "output.txt").read_text())
+        yield launcher, found[1] if found else ""
 
 
 def _cpu(processes: dict[str, psutil.Process]) -> dict[str, float]:
@@ -105,7 +89,7 @@ def main() -> None:
     gaps: dict[int, list[float]] = defaultdict(list)
     sizes: dict[int, list[int]] = defaultdict(list)
     with tempfile.TemporaryDirectory() as made, _match(Path(made), options.robots) as (launcher, link):
-        endpoint = _endpoint(launcher.pid)
+        endpoint = endpoint_of(launcher.pid)
         keys, mailbox = Keys("web-benchmark"), Mailbox()
         pulses = mailbox.subscribe(keys.pulse())
         with open_session(endpoint) as session:
@@ -153,13 +137,6 @@ def main() -> None:
     ]
     note = f"{options.robots} robots, PyBullet with lasers, {rounds} times {seconds:g} s each"
     show("A match with a page", rows, [note], as_json=options.json)
-
-
-def _endpoint(pid: int) -> str:
-    """The router of the match that a launcher plays."""
-    from vrg.launch.running import running  # noqa: PLC0415 - after the match is registered
-
-    return next(match.router for match in running() if match.pid == pid)
 
 
 def _name(process: psutil.Process) -> str:

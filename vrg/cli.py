@@ -37,6 +37,7 @@ COMMANDS: dict[str, tuple[str, str | None]] = {
     "substitute": ("vrg.commands.substitute:substitute", None),
     "sensors": ("vrg.commands.sensors:sensors", None),
     "hud": ("vrg.commands.hud:hud", None),
+    "developer": ("vrg.commands.developer:developer", None),
     "commander": ("vrg.commands.commander:commander", None),
     "web": ("vrg.commands.web:web", None),
     "foxglove": ("vrg.commands.foxglove:foxglove", None),

@@ -130,7 +130,7 @@ def seats_of_node(kind: str, name: str) -> Sequence[Seat]:
             return (Seat(SeatKind(kind), name),)
         case "coordinator":
             return (Seat(SeatKind.REFEREE),)
-        case "spectator" | "web" | "foxglove":
+        case "spectator" | "developer" | "web" | "foxglove":
             return (Seat(SeatKind.OFFICIAL), Seat(SeatKind.WINDOW))
         case "router" | "world" | "recorder":
             return (Seat(SeatKind(kind)),)

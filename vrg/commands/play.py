@@ -51,6 +51,9 @@ WebAtOption = Annotated[
 FoxgloveOption = Annotated[
     bool, typer.Option("--foxglove", help="Let Foxglove on this machine connect, and show all that is recorded.")
 ]
+DeveloperOption = Annotated[
+    bool, typer.Option("--developer", help="Open the developers' view in place of the spectator's window.")
+]
 SeedOption = Annotated[int | None, typer.Option(min=0, help="Seed that replaces the match file's.")]
 
 
@@ -94,6 +97,7 @@ def play(
     sandbox: SandboxOption = None,
     web: WebOption = False,
     web_at: WebAtOption = None,
+    developer: DeveloperOption = False,
     foxglove: FoxgloveOption = False,
 ) -> None:
     """Play a match, show it, and say who won and where the run is recorded."""
@@ -108,6 +112,8 @@ def play(
             f"{'--foxglove' if foxglove else '--web'} needs processes: a match in one process serves nobody; leave "
             "--in-process out"
         )
+    if in_process and developer:
+        raise typer.BadParameter("--developer needs processes: `vrg play` without --in-process has them")
     address = web_address(web_at) if web or web_at else None
     # The fork server loads what the match's processes need while this process loads the code that checks match files.
     with fork_server(wanted=not (in_process or dry_run)) as server:
@@ -124,6 +130,7 @@ def play(
             keys=keys if seats is not False else None,
             sandbox=sandbox,
             web=address,
+            developer=developer,
             foxglove=foxglove,
         )
         play_match(match, runs, wish, server, engine=engine, seed=seed, rate=speed)

@@ -21,7 +21,7 @@ from vrg.commands.page import open_page
 from vrg.commands.plan import print_plan
 from vrg.config.loading import check_strategies, load_match, match_path
 from vrg.config.setup import MatchSetup, write_setup
-from vrg.errors import LaunchError
+from vrg.errors import ConfigError, LaunchError
 from vrg.launch import in_process, nodes
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.keeping import keep, keep_layout
@@ -44,6 +44,7 @@ class Wish:
         keys: the folder of the keys of the match's seats; None makes keys for this run alone.
         sandbox: True seals the processes of players, False does not; None as the match file says.
         web: the address and the port at which browsers see it; None serves no page.
+        developer: True opens the developers' view in place of another window.
         foxglove: True lets Foxglove connect.
     """
 
@@ -57,6 +58,7 @@ class Wish:
     keys: Path | None = None
     sandbox: bool | None = None
     web: tuple[str, int | None] | None = None
+    developer: bool = False
     foxglove: bool = False
 
 
@@ -88,6 +90,8 @@ def play_match(
     setup = load_match(match_path(match), base=base, engine=engine, seed=seed, rate=rate, sandbox=wish.sandbox)
     if wish.here:
         setup = setup.all_here()
+    if wish.developer:
+        setup = _for_developers(setup)
     console = Console(highlight=False)
     elsewhere = WINDOW in setup.place
     page = None
@@ -131,6 +135,19 @@ def play_match(
     _conclude(setup, folder, show, state, interrupted=stop.is_set(), failure=failure)
     if failure is not None:
         raise failure
+
+
+def _for_developers(setup: MatchSetup) -> MatchSetup:
+    """The same match with the developers' view as its window.
+
+    Raises:
+        ConfigError: its window is on another machine.
+    """
+    if WINDOW in setup.place:
+        raise ConfigError(
+            [f"--developer: the window of this match is on {setup.place[WINDOW]}: type `vrg developer` there instead"]
+        )
+    return setup.for_developers()
 
 
 def _play_in_process(

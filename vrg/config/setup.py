@@ -102,6 +102,7 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
         machines: the machines that the match uses, by name. place: the machine of each process, by the process' name;
             what is missing runs where the match is launched.
         idle: the further machines of the match file, on which nothing runs.
+        developer: its window is the developers' view.
     """
 
     text: str
@@ -130,6 +131,7 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
     machines: dict[str, Machine] = {}
     place: dict[str, str] = {}
     idle: list[str] = []
+    developer: bool = False
 
     @property
     def keys(self) -> Keys:
@@ -221,6 +223,10 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
     def all_here(self) -> "MatchSetup":
         """Return the same match on one machine."""
         return structs.replace(self, machines={}, place={})
+
+    def for_developers(self) -> "MatchSetup":
+        """Return the same match with the developers' view as its window."""
+        return structs.replace(self, developer=True)
 
     def at_rate(self, rate: float) -> "MatchSetup":
         """Return the same match at another rate; 0 means as fast as the processor allows."""

@@ -9,6 +9,7 @@ from vrg.bus.codec import decode, header
 from vrg.bus.messages import Call, Clock, Estop, EstopRelease, MeasuredPose, at_rest
 from vrg.bus.session import Session
 from vrg.bus.topics import Keys, Qos, name_in
+from vrg.bus.traffic import Heard
 from vrg.errors import MessageError
 from vrg.launch.events import Event, EventLog, Link, What
 from vrg.recording.stops import HOLD
@@ -27,27 +28,10 @@ SETTLED = HOLD + 0.001
 """The real time in s for which a robot is at rest in the log before it stands; the log rounds times."""
 
 
-@dataclass
-class _Heard:
-    """What has come over one link; `at` is monotonic time, and `time` the newest stamp, both in s."""
-
-    at: float
-    time: float = 0.0
-    sequence: int = -1
-    arrived: int = 0
-    lost: int = 0
-    longest: float = 0.0
-
-    def take(self, at: float, sequence: int, stamp: float) -> None:
-        if sequence > self.sequence >= 0:
-            self.lost += sequence - self.sequence - 1
-            self.longest = max(self.longest, at - self.at)
-        self.at, self.time, self.sequence = at, stamp, sequence
-        self.arrived += 1
-
-    def link(self, at: float) -> Link:
-        age = round(max(0.0, at - self.at), 4)
-        return Link(age, self.time, self.arrived, self.lost, round(self.longest, 4))
+def _link(heard: Heard, at: float) -> Link:
+    """What the log tells of a link at a monotonic time, s."""
+    age = round(max(0.0, at - heard.at), 4)
+    return Link(age, heard.time, heard.arrived, heard.lost, round(heard.longest, 4))
 
 
 @dataclass
@@ -97,7 +81,7 @@ class Listening:
         self._log = log
         self._arrivals: deque[tuple[str, str, bytes, float]] = deque()
         self._clock = _Clock()
-        self._links: dict[str, _Heard] = {}
+        self._links: dict[str, Heard] = {}
         self._rolling: dict[str, _Rolling] = {}
         self._waiting: list[tuple[What, str]] = []
         self._engaged = False
@@ -145,7 +129,7 @@ class Listening:
         status: int | None = None,
         number: int | None = None,
     ) -> None:
-        links = {name: heard.link(at) for name, heard in sorted(self._links.items())}
+        links = {name: _link(heard, at) for name, heard in sorted(self._links.items())}
         event = Event(
             what=what, process=process, monotonic=round(at, 4), time=self._clock.time, text=text, status=status,
             number=number, links=links,
@@ -175,7 +159,7 @@ class Listening:
         if kind not in ("clock", "state", "report"):
             return
         name = {"clock": WORLD, "state": REFEREE}.get(kind) or name_in(key)
-        self._links.setdefault(name, _Heard(at)).take(at, sequence, stamp)
+        self._links.setdefault(name, Heard(at)).take(at, sequence, stamp)
 
     def _ticked(self, stamp: float, clock: Clock, at: float) -> None:
         before, self._clock = self._clock, _Clock(stamp, at, clock.estop)

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from vrg.hal.sim.node import WorldNode
     from vrg.recording.live import LiveRecorder
     from vrg.recording.recorder import Recorder
+    from vrg.ui.developer.node import DeveloperWindow
     from vrg.ui.hud.node import Hud
     from vrg.ui.spectator import Spectator
     from vrg.ui.web.node import WebNode
@@ -210,6 +211,28 @@ def spectator_node(setup: MatchSetup, name: str, run: Path | None, *, official: 
         sizes={p.name: p.robot.size for p in setup.players},
         obstacles=setup.obstacles,
         pictures=run or Path(),
+        run=run,
+        official=official,
+    )
+
+
+def developer_node(setup: MatchSetup, name: str, run: Path | None, *, official: bool = True) -> "DeveloperWindow":
+    """Make the developers' view of a match.
+
+    Args:
+        name: the name of the node. run: the run folder, as for `spectator_node`.
+        official: whether it has an official's seat.
+    """
+    from vrg.bus.traffic import Traffic
+    from vrg.ui.developer.node import DeveloperWindow
+
+    return DeveloperWindow(
+        name,
+        Mailbox(),
+        setup.keys,
+        Traffic(setup.keys),
+        robots={player.name: player.robot for player in setup.players},
+        obstacles=setup.obstacles,
         run=run,
         official=official,
     )

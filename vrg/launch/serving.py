@@ -21,7 +21,7 @@ from vrg.bus.node import Node
 from vrg.bus.process import Statistics, run_node, run_world
 from vrg.bus.refusals import refusals_logged
 from vrg.bus.seats import Seat, SeatKind, seats_of_node
-from vrg.bus.session import open_router, open_session
+from vrg.bus.session import Session, open_router, open_session
 from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.config.setup import MatchSetup, write_setup
 from vrg.errors import LaunchError, SandboxError, StrategyError
@@ -41,7 +41,7 @@ LEASH_PATIENCE = 10.0
 STUCK = 30.0
 """The processor time in s that a node may use while no thread of Python comes to run, as in a loop in C code, before it
 is ended. This does not need a supervisor."""
-SHOWN = ("spectator", "hud", "web", "foxglove")
+SHOWN = ("spectator", "developer", "hud", "web", "foxglove")
 """The kinds of nodes that show the match to people."""
 KINDS = ("world", "coordinator", "recorder", *SHOWN, "player")
 """The kinds of nodes that `serve` can run."""
@@ -72,7 +72,7 @@ def serve(
         VrgError: the router or the robot cannot be reached, the set-up has problems, or a node of that name runs.
     """
     folder = RunFolder(run or Path("runs") / setup.name)
-    if run is not None or kind not in ("player", "spectator", "hud"):
+    if run is not None or kind not in ("player", "spectator", "developer", "hud"):
         folder.prepare()
     credentials = None if keys is None else find_credentials(keys, seats_of_node(kind, name))
     sealed = kind == "player" and setup.sandboxed(name, seats=keys is not None)
@@ -115,7 +115,7 @@ def serve(
             node = nodes.player_node(setup, name)
         elif kind in SHOWN:
             official = credentials is None or credentials.common_name == Seat(SeatKind.OFFICIAL).common_name
-            node, finished = _shown(kind, setup, name, run, secret, official=official)
+            node, finished = _shown(kind, setup, session, name, run, secret, official=official)
             idle = WINDOW_PERIOD
         else:
             raise LaunchError(f"expected one of {', '.join(KINDS)}, got {kind!r}")
@@ -126,7 +126,7 @@ def serve(
 
 
 def _shown(
-    kind: str, setup: MatchSetup, name: str, run: Path | None, secret: str, *, official: bool
+    kind: str, setup: MatchSetup, session: Session, name: str, run: Path | None, secret: str, *, official: bool
 ) -> tuple[Node, Callable[[], bool]]:
     """Make a node that shows the match to people, and what tells whether they have closed it."""
     if kind == "web":
@@ -136,6 +136,10 @@ def _shown(
     if kind == "hud":
         display = nodes.hud_node(setup, name)
         return display, lambda: display.closed
+    if kind == "developer":
+        view = nodes.developer_node(setup, name or f"developer-{os.getpid()}", run, official=official)
+        view.traffic.attach(session)
+        return view, lambda: view.closed
     window = nodes.spectator_node(setup, name or f"window-{os.getpid()}", run, official=official)
     return window, lambda: window.closed
 

@@ -52,7 +52,12 @@ def kind_of(setup: MatchSetup, process: str) -> str | None:
 
 
 def window_of(setup: MatchSetup) -> tuple[str, str]:
-    """The kind and the name of the node of the window that a match opens: the spectator, or a head-up display."""
+    """The kind and the name of the node of the window that a match opens.
+
+    It is the developers' view if that was asked for, a head-up display in a game that opens one, or the spectator.
+    """
+    if setup.developer:
+        return "developer", "window"
     return ("hud", setup.players[0].name) if game_of(setup.game).opens_hud else ("spectator", "window")
 
 
@@ -104,7 +109,9 @@ def specs(
 
     def node(name: str, kind: str, as_: str, *, group: int = 1, stop: int = 1, essential: bool = True) -> ProcessSpec:
         arguments = arguments_of(kind, router=endpoint, run=run, name=as_, keys=keys)
-        pulse, seat = setup.keys.pulse(kind, as_).key, kind == "player"
+        # The developers' view is a spectator on the bus.
+        pulse = setup.keys.pulse("spectator" if kind == "developer" else kind, as_).key
+        seat = kind == "player"
         return ProcessSpec(name, arguments, pulse, group, stop, essential, seat=seat)
 
     found = [

@@ -104,21 +104,22 @@ class Controls:
         self.give_back()
         self.quit = True
 
+    def decide(self, action: OfficialAction, subject: str | None = None) -> None:
+        """Publish an official's decision; `subject` is the player that it is about. A router refuses it to others."""
+        self.mailbox.publish(self.keys.official, Official(action=action, by=self.by, subject=subject))
+
     def _decide(self, key: int, players: Sequence[str], shift: bool) -> None:
         match key:
             case pygame.K_u:
                 self.mailbox.publish(self.keys.estop_release, EstopRelease(by=self.by))
             case pygame.K_h:
-                self._official(OfficialAction.HALT)
+                self.decide(OfficialAction.HALT)
             case pygame.K_c:
-                self._official(OfficialAction.RESUME)
+                self.decide(OfficialAction.RESUME)
             case pygame.K_r:
-                self._official(OfficialAction.RECOVER)
+                self.decide(OfficialAction.RECOVER)
             case pygame.K_TAB:
                 self._next(players, -1 if shift else 1)
-
-    def _official(self, action: OfficialAction) -> None:
-        self.mailbox.publish(self.keys.official, Official(action=action, by=self.by))
 
     def _next(self, players: Sequence[str], step: int) -> None:
         before = self.driving

@@ -1,5 +1,6 @@
 """Draws a scene upon a surface of any size: field, panel and banners. It can also leave a picture in a file."""
 
+import logging
 import math
 import os
 from pathlib import Path
@@ -18,6 +19,8 @@ from vrg.ui.panel import PanelPainter
 from vrg.ui.scene import Scene
 from vrg.ui.text import Face, Fonts
 from vrg.ui.view import View
+
+log = logging.getLogger(__name__)
 
 BANNER_LINES: Final = 5
 SMALLEST_UI: Final = 0.9
@@ -150,6 +153,19 @@ def save_png(surface: pygame.Surface, path: Path) -> None:
         pygame.image.save(surface, os.fspath(path))
     except pygame.error as error:
         raise OSError(f"{path}: cannot write the picture: {error}") from None
+
+
+def save_numbered(surface: pygame.Surface, folder: Path) -> None:
+    """Write a surface into the first free of the files picture-001.png and so on, and log where, or why not."""
+    number = 1
+    while (path := folder / f"picture-{number:03d}.png").exists():
+        number += 1
+    try:
+        save_png(surface, path)
+    except OSError as error:
+        log.error("%s", error)
+    else:
+        log.info("picture saved: %s", path)
 
 
 class BannerPainter:

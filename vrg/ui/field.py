@@ -46,6 +46,8 @@ class FieldPainter:
         whole: Area,
         below: Callable[[View], None] = lambda _view: None,
         around: float = 0.0,
+        *,
+        names: bool = True,
     ) -> View:
         """Draw the scene and return where things are.
 
@@ -53,6 +55,7 @@ class FieldPainter:
             ui: scales letters. driving: the player with a ring. whole: the area while there is no banner.
             below: draws what more there is below the robots and their names.
             around: the distance in pixels from the player with a ring that its name stays away, at least.
+            names: whether names are written.
         """
         self._game = game_of(scene.game)
         strip = strip_height(ui)
@@ -77,8 +80,9 @@ class FieldPainter:
                 shapes.ring(surface, centre, _radius(body, view) + 6 * ui, palette.CAUTION, 2.5 * ui)
         for thing in scene.objects:
             self._object(surface, thing, view)
-        named = [self._named(body, view, driving, around) for body in scene.bodies]
-        self._names.draw(surface, rect, named, ui)
+        if names:
+            named = [self._named(body, view, driving, around) for body in scene.bodies]
+            self._names.draw(surface, rect, named, ui)
         for flash in scene.flashes:
             self._flash(surface, rect, flash, view, ui)
         surface.set_clip(before)

@@ -20,7 +20,7 @@ _STYLES: Final = {
     ProcessState.ENDED: "bold red",
     ProcessState.AWAY: "bold red",
 }
-_LATE: Final = 0.05
+LATE: Final = 0.05
 """A process that hears the match clock later than this, s, is marked."""
 
 
@@ -89,7 +89,7 @@ def process_table(rows: Sequence[Row]) -> Table:
             Text(status.state.value, style=_STYLES[status.state]),
             "" if pulse is None else f"{pulse.frequency:.1f}",
             "" if pulse is None else str(pulse.missed),
-            "" if late is None else Text(f"{1000 * late:.0f} ms", style="bold red" if late > _LATE else ""),
+            "" if late is None else Text(f"{1000 * late:.0f} ms", style="bold red" if late > LATE else ""),
             "" if pulse is None or pulse.drift is None else f"{1e6 * pulse.drift:+.0f} ppm",
             "" if status.pid is None else f"{status.cpu:.0%}",
             "" if status.pid is None else f"{status.memory / 1e6:.0f} MB",

@@ -1,6 +1,5 @@
 """The spectator's window. It shows the match, and lets a human stop it, halt it, or drive a player."""
 
-import logging
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import ClassVar, Final
@@ -14,15 +13,13 @@ from vrg.bus.topics import Keys
 from vrg.regions import Region
 from vrg.ui.builder import SceneBuilder, SceneInlets
 from vrg.ui.controls import Controls
-from vrg.ui.draw import Painter, save_png
+from vrg.ui.draw import Painter, save_numbered
 from vrg.ui.explaining import Explainer
 from vrg.ui.pace import Pace
 from vrg.ui.panel import PanelPainter
 from vrg.ui.scene import Scene
 from vrg.ui.text import Fonts
 from vrg.ui.window import UNSEEN, open_window, toggle_whole_screen
-
-log = logging.getLogger(__name__)
 
 FRAME: Final = 1 / 30
 """s of real time between frames."""
@@ -186,15 +183,4 @@ class Spectator(Node):
         pygame.display.flip()
         if self._controls.picture:
             self._controls.picture = False
-            self._save(window)
-
-    def _save(self, window: pygame.Surface) -> None:
-        number = 1
-        while (path := self._pictures / f"picture-{number:03d}.png").exists():
-            number += 1
-        try:
-            save_png(window, path)
-        except OSError as error:
-            log.error("%s", error)
-        else:
-            log.info("picture saved: %s", path)
+            save_numbered(window, self._pictures)

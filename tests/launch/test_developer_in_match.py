@@ -1,0 +1,42 @@
+"""The developers' view as the window of a match."""
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from vrg.bus.seats import Seat, SeatKind
+from vrg.cli import make_app
+from vrg.config.loading import load_match, match_path
+from vrg.config.setup import HERE, read_setup, write_setup
+from vrg.launch import nodes
+from vrg.launch.specs import WINDOW, seats_at, specs, window_of
+
+
+def test_it_is_the_window_of_a_match_that_is_played_with_it(tmp_path: Path) -> None:
+    setup = load_match(match_path("hud")).for_developers()
+    write_setup(setup, tmp_path / "setup")
+    assert window_of(read_setup(tmp_path / "setup")) == ("developer", "window")
+    window = next(s for s in specs(setup, tmp_path, "tcp/h:1", window=True, record=False) if s.name == WINDOW)
+    assert window.arguments == ("developer", "tcp/h:1", str(tmp_path), "window")
+    assert window.pulse == "vrg/hud/pulse/spectator/window", "on the bus it is a spectator"
+    assert Seat(SeatKind.WINDOW) in seats_at(setup, HERE, window=True, record=False)
+
+
+def test_it_knows_the_robots_and_its_seat() -> None:
+    node = nodes.developer_node(load_match(match_path("hud")), "window", None, official=False)
+    assert (node.kind, node.name) == ("spectator", "window")
+    assert not node.insight.official
+
+
+@pytest.mark.parametrize(("command", "word"), [("play", "--developer"), ("developer", "developers' view")])
+def test_the_command_line_has_it(command: str, word: str) -> None:
+    told = CliRunner().invoke(make_app(command), [command, "--help"], terminal_width=200)
+    assert told.exit_code == 0
+    assert word in told.output
+
+
+def test_a_match_in_one_process_has_none() -> None:
+    told = CliRunner().invoke(make_app("play"), ["play", "hud", "--in-process", "--developer"])
+    assert told.exit_code == 2
+    assert "--developer needs processes" in told.output

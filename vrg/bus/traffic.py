@@ -1,0 +1,175 @@
+"""What is heard on the keys of a match: how often messages come, how many were lost, how old the newest is.
+
+The messages are counted by their headers; a body is decoded only if somebody asks for it.
+"""
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Final, TypeVar
+
+from vrg.bus.codec import Received, decode, header
+from vrg.bus.messages import Message
+from vrg.bus.session import Session
+from vrg.bus.topics import Keys, Topic, key_matches
+from vrg.errors import MessageError
+
+T = TypeVar("T", bound=Message)
+
+SPAN: Final = 2.0
+"""The real time in s over which rates are counted."""
+STEP: Final = 0.25
+"""The least real time in s between two counts."""
+
+
+@dataclass
+class Heard:
+    """What has come over one link, by the numbers of its messages.
+
+    Args:
+        at: when the newest came, monotonic time, s. time: its stamp, match time, s. sequence: its number.
+        arrived, lost: how many. longest: the longest time between two, real time, s.
+    """
+
+    at: float
+    time: float = 0.0
+    sequence: int = -1
+    arrived: int = 0
+    lost: int = 0
+    longest: float = 0.0
+
+    def take(self, at: float, sequence: int, stamp: float) -> None:
+        """Take in a message. One with a lower number than the last is from a sender that has begun anew."""
+        if sequence > self.sequence >= 0:
+            self.lost += sequence - self.sequence - 1
+            self.longest = max(self.longest, at - self.at)
+        self.at, self.time, self.sequence = at, stamp, sequence
+        self.arrived += 1
+
+
+@dataclass(frozen=True)
+class Stream:
+    """What is known of the messages on one key.
+
+    Args:
+        key: without the root of the match.
+        rate: messages a second, and bandwidth: bytes a second, both of real time and over the last SPAN.
+        age: the real time since the newest message came, s.
+        lost: how many never came. lately: how many of them over the last SPAN. bad: how many were no messages.
+        longest: the longest real time between two messages, s.
+    """
+
+    key: str
+    rate: float
+    bandwidth: float
+    age: float
+    lost: int = 0
+    lately: int = 0
+    bad: int = 0
+    longest: float = 0.0
+
+
+@dataclass
+class _Channel:
+    """One key: its counts, the newest payload, and what was decoded of it."""
+
+    heard: Heard
+    size: int = 0
+    bad: int = 0
+    payload: bytes = b""
+    decoded: tuple[bytes, Received[Any] | None] | None = None
+    counts: deque[tuple[float, int, int, int]] = field(default_factory=deque)
+    """Monotonic time, s, and what had come, in messages, bytes and losses."""
+
+
+class Traffic:
+    """Counts the messages of a match, and keeps the newest of each key.
+
+    Args:
+        keys: of the match. now: returns monotonic time, s.
+    """
+
+    def __init__(self, keys: Keys, now: Callable[[], float] = time.monotonic) -> None:
+        self._root = f"{keys.root}/"
+        self._now = now
+        self._lock = threading.Lock()
+        self._channels: dict[str, _Channel] = {}
+        self._streams: list[Stream] = []
+        self._looked = -STEP
+
+    def attach(self, session: Session) -> None:
+        """Listen to everything that this seat may hear, from now on."""
+        session.watch_raw(f"{self._root}**", self.arrived, history=False)
+
+    def arrived(self, key: str, payload: bytes) -> None:
+        """Take in a message. It is called on a thread of zenoh's."""
+        now = self._now()
+        try:
+            found: tuple[int, float] | None = header(payload, key)
+        except MessageError:
+            found = None
+        with self._lock:
+            channel = self._channels.get(key)
+            if channel is None:
+                channel = self._channels[key] = _Channel(Heard(now))
+                channel.counts.append((now, 0, 0, 0))
+            channel.size += len(payload)
+            if found is None:
+                channel.bad += 1
+                return
+            channel.heard.take(now, *found)
+            channel.payload = payload
+
+    def look(self) -> list[Stream]:
+        """The streams heard so far, in the order of their keys."""
+        now = self._now()
+        if now - self._looked < STEP:
+            return self._streams
+        self._looked = now
+        with self._lock:
+            self._streams = [
+                self._count(key.removeprefix(self._root), channel, now)
+                for key, channel in sorted(self._channels.items())
+            ]
+        return self._streams
+
+    def newest(self, topic: Topic[T]) -> list[Received[T]]:
+        """The newest message on each key of a topic, in the order of the keys. A bad one is left out, and counted."""
+        with self._lock:
+            found = [(key, c) for key, c in sorted(self._channels.items()) if key_matches(topic.key, key)]
+        messages = (self._decoded(topic, key, channel) for key, channel in found)
+        return [message for message in messages if message is not None]
+
+    def _decoded(self, topic: Topic[T], key: str, channel: _Channel) -> Received[T] | None:
+        payload = channel.payload
+        if not payload:
+            return None
+        if channel.decoded is None or channel.decoded[0] is not payload:
+            try:
+                channel.decoded = payload, decode(payload, topic.type, key)
+            except MessageError:
+                with self._lock:
+                    channel.bad += 1
+                channel.decoded = payload, None
+        return channel.decoded[1]
+
+    @staticmethod
+    def _count(key: str, channel: _Channel, now: float) -> Stream:
+        heard, counts = channel.heard, channel.counts
+        counts.append((now, heard.arrived, channel.size, heard.lost))
+        while len(counts) > 2 and now - counts[1][0] >= SPAN:
+            counts.popleft()
+        began, arrived, size, lost = counts[0]
+        span = max(now - began, STEP)
+        return Stream(
+            key=key,
+            rate=(heard.arrived - arrived) / span,
+            bandwidth=(channel.size - size) / span,
+            age=max(0.0, now - heard.at),
+            lost=heard.lost,
+            lately=heard.lost - lost,
+            bad=channel.bad,
+            longest=heard.longest,
+        )

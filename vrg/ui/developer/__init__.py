@@ -1,0 +1,1 @@
+"""The developers' view: all players and the coordinator at once, and what every stream and process is like."""

@@ -1,0 +1,89 @@
+"""What the user of the developers' view has chosen to see. This needs no window, only the numbers of keys."""
+
+import enum
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+import pygame
+
+
+class Overlay(enum.Enum):
+    """What the field can show besides the robots."""
+
+    SCANS = "scans"
+    SONARS = "sonars"
+    SIGHTINGS = "sightings"
+    SKETCHES = "sketches"
+    MEASURED = "measured"
+    TRAILS = "trails"
+    NAMES = "names"
+
+
+class Tab(enum.Enum):
+    """What the lower part of the panel can show."""
+
+    REFEREE = "referee"
+    PLAYER = "player"
+    STREAMS = "streams"
+    PROCESSES = "processes"
+
+
+_OVERLAYS: Final = dict(zip(range(pygame.K_1, pygame.K_8), Overlay, strict=True))
+_TABS: Final = dict(zip((pygame.K_F2, pygame.K_F3, pygame.K_F4, pygame.K_F5), Tab, strict=True))
+
+
+@dataclass
+class Choices:
+    """What is shown.
+
+    Attributes:
+        tab: what the lower part of the panel shows. selected: the player whose details are shown, or None.
+        shown: the overlays that are on.
+        sort: the heading by which the streams are sorted, and whether downwards; None puts the bad ones first.
+        scrolled: by how many rows each tab is scrolled, and, under None, the list of players.
+    """
+
+    tab: Tab = Tab.REFEREE
+    selected: str | None = None
+    shown: set[Overlay] = field(default_factory=lambda: set(Overlay) - {Overlay.SONARS})
+    sort: tuple[str, bool] | None = None
+    scrolled: dict[Tab | None, int] = field(default_factory=dict)
+
+    def press(self, key: int, players: Sequence[str], *, shift: bool = False) -> bool:
+        """Take in that a key went down; whether it meant something here.
+
+        Args:
+            players: those that can be selected, in the order in which N goes through them. shift: backwards.
+        """
+        if key in _OVERLAYS:
+            self.toggle(_OVERLAYS[key])
+        elif key in _TABS:
+            self.tab = _TABS[key]
+        elif key == pygame.K_n and players:
+            step = -1 if shift else 1
+            at = players.index(self.selected) + step if self.selected in players else (0 if step > 0 else -1)
+            self.selected = players[at % len(players)]
+        else:
+            return False
+        return True
+
+    def toggle(self, overlay: Overlay) -> None:
+        """Switch an overlay on or off."""
+        self.shown ^= {overlay}
+
+    def select(self, player: str | None) -> None:
+        """Show the details of a player; a click on the one that is selected selects nobody."""
+        self.selected = None if player == self.selected else player
+
+    def sort_by(self, heading: str) -> None:
+        """Sort the streams by a heading: downwards at first, then upwards, then the bad ones first again."""
+        if self.sort is None or self.sort[0] != heading:
+            self.sort = heading, True
+        else:
+            self.sort = (heading, False) if self.sort[1] else None
+        self.scrolled[Tab.STREAMS] = 0
+
+    def scroll(self, part: Tab | None, steps: int, last: int) -> None:
+        """Move a list by so many rows, at most to `last`."""
+        self.scrolled[part] = min(max(0, self.scrolled.get(part, 0) + steps), max(0, last))

@@ -1,0 +1,294 @@
+"""Draws the developers' view upon a surface of any size."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+import pygame
+
+from vrg.bus.messages import Call, Stage
+from vrg.colours import Rgb
+from vrg.games import game_of
+from vrg.games.game import Game, title
+from vrg.hal.models import RobotModel
+from vrg.ui import palette, shapes
+from vrg.ui.card import CardPainter
+from vrg.ui.developer import tables, words
+from vrg.ui.developer.choices import Choices, Overlay, Tab
+from vrg.ui.developer.deciding import Button, hindrance, useful
+from vrg.ui.developer.insight import Insight
+from vrg.ui.developer.layout import Layout, layout
+from vrg.ui.developer.lists import ListPainter, Place
+from vrg.ui.developer.sensing import SensingPainter
+from vrg.ui.draw import BannerPainter
+from vrg.ui.explaining import Card
+from vrg.ui.field import FieldPainter
+from vrg.ui.palette import ink_on
+from vrg.ui.panel import PanelPainter
+from vrg.ui.scene import Scene, clock_text
+from vrg.ui.text import Face, Fonts
+from vrg.ui.view import View
+
+_COLOURS: Final = {Button.STOP: palette.ALARM, Button.RESUME: palette.GOOD, Button.HALT: palette.CAUTION}
+_HIT: Final = 24.0
+"""Pixels from the middle of a robot within which a click on the field means it."""
+
+
+@dataclass(frozen=True)
+class Shown:
+    """Where everything was when it was drawn.
+
+    Args:
+        layout: the places. view: how the field's coordinates became pixels. scene: what the field showed.
+        players, page: the places in the list of players, and in the tab.
+        lengths: how many rows each list has, and how many of them have room: the list of players is under None.
+    """
+
+    layout: Layout
+    view: View
+    scene: Scene
+    players: tuple[Place, ...]
+    page: tuple[Place, ...]
+    lengths: Mapping[Tab | None, tuple[int, int]]
+
+    def name_at(self, place: tuple[int, int]) -> str | None:
+        """The player in whose row, or on whose robot, a pixel is; None if it is on none."""
+        row = next((found.name for found in self.players if found.name and found.area.collidepoint(place)), None)
+        if row is not None or not self.layout.field.collidepoint(place):
+            return row
+        near = []
+        for body in self.scene.bodies:
+            x, y = self.view.point(body.pose.x, body.pose.y)
+            distance = ((x - place[0]) ** 2 + (y - place[1]) ** 2) ** 0.5
+            if distance <= max(_HIT, self.view.scale * body.length / 2):
+                near.append((distance, body.name))
+        return min(near)[1] if near else None
+
+    def call_at(self, place: tuple[int, int]) -> Call | None:
+        """The call that is written at a pixel; None if there is none."""
+        return next((found.call for found in self.page if found.call and found.area.collidepoint(place)), None)
+
+    def heading_at(self, place: tuple[int, int]) -> str | None:
+        """The heading of the tab's table at a pixel; None if there is none."""
+        return next((found.heading for found in self.page if found.heading and found.area.collidepoint(place)), None)
+
+
+class DeveloperPainter:
+    """Draws what is known. The panel is drawn anew only when it is asked for, so that numbers can be read.
+
+    Args:
+        robots: the models of the players' robots, by name.
+    """
+
+    def __init__(self, robots: Mapping[str, RobotModel]) -> None:
+        self._fonts = Fonts()
+        self._field = FieldPainter(self._fonts)
+        self._sensing = SensingPainter(robots)
+        self._banners = BannerPainter(self._fonts)
+        self._card = CardPainter(self._fonts)
+        self._keys = PanelPainter(self._fonts, words.KEYS)
+        self._lists = ListPainter(self._fonts)
+        self._panel: tuple[Layout, pygame.Surface, Shown] | None = None
+
+    def draw(
+        self,
+        surface: pygame.Surface,
+        insight: Insight,
+        choices: Choices,
+        *,
+        driving: str | None = None,
+        notice: str = "",
+        card: Card | None = None,
+        keys: bool = False,
+        panel: bool = True,
+    ) -> Shown:
+        """Draw everything.
+
+        Args:
+            driving: the player that the user drives by hand. notice: what the user is told.
+            card: why a call was made. keys: list the keys. panel: draw the panel anew; else it is copied.
+        """
+        places = layout(*surface.get_size(), len(insight.scene.players))
+        surface.fill(palette.BACKGROUND)
+        view = self._draw_field(surface, places, insight, choices, driving)
+        self._switches(surface, places, choices)
+        self._buttons(surface, places, insight, choices)
+        said, urgent = notice or insight.refusal, bool(notice or insight.refusal)
+        if driving is not None:
+            said = words.HAND.format(driving)
+        line = places.notice
+        self._lists.line(
+            surface, line, said, max(11, round(13 * places.ui)), tables.Tone.ALARM if urgent else tables.Tone.CAUTION
+        )
+        shown = self._draw_panel(surface, places, insight, choices, view, panel=panel)
+        if card is not None:
+            self._card.draw(surface, places.field, card, places.ui)
+        if keys:
+            self._keys.help(surface, places.field, places.ui)
+        return replace(shown, view=view, scene=insight.scene)
+
+    def _draw_field(
+        self, surface: pygame.Surface, places: Layout, insight: Insight, choices: Choices, driving: str | None
+    ) -> View:
+        ui, area, scene = places.ui, places.field, insight.scene
+        top = min(self._banners.height(area, scene, ui), area.height // 2)
+        calm = self._banners.calm_height(ui)
+        wanted = scene
+        if Overlay.SKETCHES not in choices.shown:
+            wanted = replace(wanted, strokes=())
+        if Overlay.TRAILS not in choices.shown:
+            wanted = replace(wanted, bodies=tuple(replace(body, trail=()) for body in wanted.bodies))
+        view = self._field.draw(
+            surface,
+            (area.left, area.top + top, area.width, area.height - top),
+            wanted,
+            ui,
+            driving or choices.selected,
+            whole=(area.left, area.top + calm, area.width, area.height - calm),
+            below=lambda view: self._sensing.draw(surface, view, insight, choices.shown, choices.selected, ui),
+            names=Overlay.NAMES in choices.shown,
+        )
+        self._banners.draw(surface, area, scene, ui)
+        return view
+
+    def _switches(self, surface: pygame.Surface, places: Layout, choices: Choices) -> None:
+        for overlay, place in places.overlays.items():
+            on = overlay in choices.shown
+            self._button(surface, place, *words.OVERLAYS[overlay], palette.CALM if on else palette.PANEL, places.ui, on)
+
+    def _buttons(self, surface: pygame.Surface, places: Layout, insight: Insight, choices: Choices) -> None:
+        for button, place in places.buttons.items():
+            name, key = button.value
+            allowed = not hindrance(button, insight, choices.selected)
+            lit = button is Button.STOP or useful(button, insight, choices.selected)
+            colour = _COLOURS.get(button, palette.CALM) if lit else palette.RAISED if allowed else palette.PANEL
+            self._button(surface, place, name, key, colour, places.ui, allowed)
+
+    def _button(
+        self,
+        surface: pygame.Surface,
+        place: pygame.Rect,
+        name: str,
+        key: str,
+        colour: Rgb,
+        ui: float,
+        allowed: bool,
+    ) -> None:
+        shapes.pill(surface, place, colour, radius=round(6 * ui))
+        if not allowed:
+            pygame.draw.rect(surface, palette.LINE, place, 1, border_radius=round(6 * ui))
+        ink = ink_on(colour) if allowed else palette.MUTED
+        size, small = max(10, round(12.5 * ui)), max(9, round(10 * ui))
+        gap = round(7 * ui)
+        both = self._fonts.width(name, size, Face.BOLD) + self._fonts.width(key, small) + gap
+        if not key or both > place.width - gap:
+            text = self._fonts.render(self._fonts.shorten(name, place.width - 4, size, Face.BOLD), size, ink, Face.BOLD)
+            surface.blit(text, text.get_rect(center=place.center))
+            return
+        text, sign = self._fonts.render(name, size, ink, Face.BOLD), self._fonts.render(key, small, ink)
+        left = place.centerx - both // 2
+        surface.blit(text, text.get_rect(midleft=(left, place.centery)))
+        surface.blit(sign, sign.get_rect(midright=(left + both, place.centery)))
+
+    def _draw_panel(
+        self, surface: pygame.Surface, places: Layout, insight: Insight, choices: Choices, view: View, *, panel: bool
+    ) -> Shown:
+        if not panel and self._panel is not None and self._panel[0] == places:
+            surface.blit(self._panel[1], places.panel)
+            return self._panel[2]
+        pygame.draw.rect(surface, palette.PANEL, places.panel)
+        edge = places.panel
+        if edge.top:
+            pygame.draw.line(surface, palette.LINE, edge.topleft, edge.topright)
+        else:
+            pygame.draw.line(surface, palette.LINE, edge.topleft, edge.bottomleft)
+        before = surface.get_clip()
+        surface.set_clip(edge.clip(before))
+        scene = insight.scene
+        game = game_of(scene.game)
+        self._head(surface, places, insight, game)
+        listed = tables.players(insight)
+        lengths: dict[Tab | None, tuple[int, int]] = {
+            None: (len(listed.lines), self._lists.rows(places.players, places.row))
+        }
+        players = self._lists.grid(
+            surface, places.players, listed, places.row, places.ui,
+            first=choices.scrolled.get(None, 0), marked=choices.selected,
+            styles={player.name: game.style(player.role, player.state) for player in scene.players},
+        )  # fmt: skip
+        for tab, place in places.tabs.items():
+            chosen = tab is choices.tab
+            colour = palette.CALM if chosen else palette.PANEL
+            self._button(surface, place, *words.TABS[tab], colour, places.ui, chosen)
+        page = self._page(surface, places, insight, choices, lengths)
+        surface.set_clip(before)
+        shown = Shown(places, view, scene, tuple(players), tuple(page), lengths)
+        self._panel = places, surface.subsurface(edge.clip(surface.get_rect())).copy(), shown
+        return shown
+
+    def _head(self, surface: pygame.Surface, places: Layout, insight: Insight, game: Game) -> None:
+        area, ui, scene = places.head, places.ui, insight.scene
+        size = round(19 * ui)
+        clock = self._fonts.render(clock_text(scene.clock), round(30 * ui), palette.TEXT, Face.MONO)
+        surface.blit(clock, clock.get_rect(topright=area.topright))
+        room = area.width - clock.get_width() - round(12 * ui)
+        name = self._fonts.shorten(game.title or title(scene.game) or words.WAITING, room, size, Face.BOLD)
+        surface.blit(self._fonts.render(name, size, palette.TEXT, Face.BOLD), area.topleft)
+        y = area.top + round(32 * ui)
+        x = area.left
+        if scene.stage is not None:
+            x = self._chip(surface, (x, y), title(scene.stage.value), palette.STAGE_COLOURS[scene.stage], ui)
+            if scene.halted is not None and scene.stage is not Stage.GAME_OVER:
+                x = self._chip(surface, (x, y), "Halt", palette.CAUTION, ui)
+            score = "  ".join(f"{title(team)} {points}" for team, points in scene.score)
+            told = f"{game.round_word} {scene.round} of {scene.rounds}   {score}"
+            rest = pygame.Rect(x + round(4 * ui), y, max(1, area.right - x - round(130 * ui)), round(22 * ui))
+            self._lists.line(surface, rest, told, round(13 * ui), tables.Tone.PLAIN)
+        rate = "" if scene.rate == 1.0 else f" ×{scene.rate:g}" if scene.rate else " full speed"
+        note = self._fonts.render(f"match {clock_text(scene.time)}{rate}", round(12 * ui), palette.MUTED)
+        surface.blit(note, note.get_rect(topright=(area.right, y + round(4 * ui))))
+        seat = words.OFFICIAL_SEAT if insight.official else words.WINDOW_SEAT
+        below = pygame.Rect(area.left, y + round(27 * ui), area.width, round(18 * ui))
+        self._lists.line(surface, below, seat, max(10, round(11.5 * ui)))
+
+    def _chip(self, surface: pygame.Surface, at: tuple[int, int], text: str, colour: Rgb, ui: float) -> int:
+        shown = self._fonts.render(text, round(12.5 * ui), ink_on(colour), Face.BOLD)
+        chip = pygame.Rect(*at, shown.get_width() + round(16 * ui), round(22 * ui))
+        shapes.pill(surface, chip, colour, radius=chip.height // 2)
+        surface.blit(shown, shown.get_rect(center=chip.center))
+        return chip.right + round(6 * ui)
+
+    def _page(
+        self,
+        surface: pygame.Surface,
+        places: Layout,
+        insight: Insight,
+        choices: Choices,
+        lengths: dict[Tab | None, tuple[int, int]],
+    ) -> list[Place]:
+        area, ui, tab = places.page, places.ui, choices.tab
+        first = choices.scrolled.get(tab, 0)
+        if tab in (Tab.REFEREE, Tab.PLAYER):
+            items = tables.referee(insight) if tab is Tab.REFEREE else tables.details(insight, choices.selected)
+            # The last item may be long: it can be scrolled to the top.
+            lengths[tab] = len(items), 1
+            return self._lists.items(surface, area, items, ui, first=min(first, len(items) - 1))
+        row, line = round(17 * ui), round(17 * ui)
+        top = pygame.Rect(area.left, area.top, area.width, line)
+        if tab is Tab.STREAMS:
+            self._lists.line(surface, top, tables.summary(insight.streams), max(10, round(11.5 * ui)))
+            if insight.unheard:
+                top = top.move(0, line)
+                unheard = words.NOT_HEARD.format(", ".join(insight.unheard))
+                self._lists.line(surface, top, unheard, max(10, round(11.5 * ui)), tables.Tone.CAUTION)
+            grid, empty = tables.streams(insight.streams, choices.sort), words.NOTHING_HEARD
+        else:
+            grid, empty = tables.processes(insight), words.NO_PROCESSES
+            top.height = 0
+        below = pygame.Rect(area.left, top.bottom, area.width, max(1, area.bottom - top.bottom))
+        if not grid.lines:
+            self._lists.line(surface, pygame.Rect(below.topleft, (below.width, line)), empty, round(12.5 * ui))
+            return []
+        lengths[tab] = len(grid.lines), self._lists.rows(below, row)
+        sort = choices.sort if tab is Tab.STREAMS else None
+        return self._lists.grid(surface, below, grid, row, ui, first=first, sort=sort)

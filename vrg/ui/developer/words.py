@@ -1,0 +1,74 @@
+"""The words of the developers' view."""
+
+from typing import Final
+
+from vrg.ui.developer.choices import Overlay, Tab
+
+OVERLAYS: Final = {
+    Overlay.SCANS: ("Scans", "1"),
+    Overlay.SONARS: ("Sonars", "2"),
+    Overlay.SIGHTINGS: ("Sightings", "3"),
+    Overlay.SKETCHES: ("Sketches", "4"),
+    Overlay.MEASURED: ("Measured", "5"),
+    Overlay.TRAILS: ("Trails", "6"),
+    Overlay.NAMES: ("Names", "7"),
+}
+"""What is written on the switch of each overlay, and its key."""
+TABS: Final = {
+    Tab.REFEREE: ("Referee", "F2"),
+    Tab.PLAYER: ("Player", "F3"),
+    Tab.STREAMS: ("Streams", "F4"),
+    Tab.PROCESSES: ("Processes", "F5"),
+}
+"""What is written on each tab, and its key."""
+KEYS: Final = (
+    ("SPACE", "emergency stop"),
+    ("U", "release the stop"),
+    ("H", "halt"),
+    ("C", "start, continue"),
+    ("R", "recover robots"),
+    ("TAB", "drive a player"),
+    ("ARROWS", "steer"),
+    ("ESC", "give it back"),
+    ("1 to 7", "what the field shows"),
+    ("F2 to F5", "the tabs"),
+    ("N", "select the next player"),
+    ("W", "why that call"),
+    ("P", "picture"),
+    ("F11", "whole screen"),
+    ("?", "these keys"),
+    ("Q", "close window"),
+)
+
+WAITING: Final = "Waiting for the referee"
+OFFICIAL_SEAT: Final = "An official's seat: it hears everything"
+WINDOW_SEAT: Final = "A window's seat: it may stop everything, but not decide"
+NOT_HEARD: Final = "This seat may not hear: {}"
+SUMMARY: Final = "{count} streams, {rate:.0f} messages/s, {bandwidth:.0f} kB/s, {lost} lost"
+SORT: Final = "click a heading to sort"
+
+CONDITIONS: Final = "START CONDITIONS"
+NOTHING_WAITS: Final = "Nothing is missing."
+HALTED: Final = "HALTED"
+WAY_OUT: Final = "Way out: {}"
+AUCTIONS: Final = "AUCTIONS"
+NO_AUCTION: Final = "No auction is open."
+AUCTION_OPEN: Final = "{lot}: open since {opened}, for {lasts:.1f} s at least"
+AUCTION_WON: Final = "{lot}: won by {winner}, open since {opened}"
+BID: Final = "{player} bids {cost:.1f}"
+NO_BID: Final = "{player} has not bid"
+LEASES: Final = "LEASES"
+NO_LEASE: Final = "Every player drives itself."
+LEASE_OF_REFEREE: Final = "{player}: the referee drives it, {v:.1f} m/s and {w:.0f} °/s, as long as it says so"
+LEASE_OF_PERSON: Final = "{player}: a person drives it"
+LEASE_UNTIL: Final = "{player}: a person drives it for another {rest:.1f} s"
+CALLS: Final = "CALLS: CLICK ONE TO SEE WHY"
+NO_CALL: Final = "Nothing has been called yet."
+
+NOBODY_SELECTED: Final = "Click a player in the list or on the field."
+NO_PROCESSES: Final = "No launcher tells of processes."
+NOTHING_HEARD: Final = "Nothing has been heard yet."
+UNKNOWN: Final = "–"
+HAND: Final = "You drive {}: arrows steer, ESC gives it back"
+REFUSED: Final = "Only an official's seat may do that."
+SELECT_FIRST: Final = "Select a player first."
