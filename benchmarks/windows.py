@@ -129,7 +129,7 @@ def main() -> None:
     parser = arguments(__doc__)
     parser.add_argument("--robots", type=int, default=16, help="robots in the match")
     options = parser.parse_args()
-    rounds, seconds = (1, 3.0) if options.quick else (4, 8.0)
+    rounds, seconds = (1, 3.0) if options.quick else (3, 6.0)
     shown: dict[str, list[float]] = defaultdict(list)
     window: dict[str, list[float]] = defaultdict(list)
     rest: dict[str, list[float]] = defaultdict(list)

@@ -32,7 +32,7 @@ def test_it_hears_streams_and_processes_and_its_buttons_halt_and_continue(match:
         print("tell", file=view.stdin, flush=True)
         told = json.loads(view.stdout.readline())
         assert {"world", "referee", *PLAYERS} <= set(told["processes"])
-        assert all(told["processes"][name][2] == "running" for name in PLAYERS)
+        assert all(told["processes"][name][1] == "running" for name in PLAYERS)
         assert all(told["streams"][f"player/{name}/report"] > 1.0 for name in PLAYERS)
         assert told["streams"]["clock"] > 10.0
         print("HALT", file=view.stdin, flush=True)

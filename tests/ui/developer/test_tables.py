@@ -7,7 +7,7 @@ from vrg.bus import messages as m
 from vrg.bus.messages.process import ProcessState
 from vrg.bus.traffic import Stream
 from vrg.types import Pose, Twist
-from vrg.ui.developer import tables
+from vrg.ui.developer import details, referee, streams, tables
 from vrg.ui.developer.choices import Choices
 from vrg.ui.developer.tables import Tone
 
@@ -41,12 +41,12 @@ def test_a_row_for_each_player_tells_mode_fault_driver_and_age(bench):
 def test_start_conditions_halts_and_ways_out_are_listed(bench):
     bench.changes = {"waiting": ["robot1 does not report", "robot2 is not on its mark"]}
     bench.ticks(2)
-    assert told(tables.referee(bench.node.insight))[:3] == [
+    assert told(referee.referee(bench.node.insight))[:3] == [
         "START CONDITIONS", "robot1 does not report", "robot2 is not on its mark",
     ]  # fmt: skip
     bench.changes = {"halted": "the emergency stop", "way_out": "release it"}
     bench.ticks(2)
-    assert told(tables.referee(bench.node.insight))[:3] == ["HALTED", "the emergency stop", "Way out: release it"]
+    assert told(referee.referee(bench.node.insight))[:3] == ["HALTED", "the emergency stop", "Way out: release it"]
 
 
 def test_auctions_tell_who_bid_how_much_who_has_not_and_who_won(bench):
@@ -55,7 +55,7 @@ def test_auctions_tell_who_bid_how_much_who_has_not_and_who_won(bench):
     won = m.Auction(lot="i2", bidders=["robot3"], opened=3.0, lasts=1.5, bids={"robot3": 1.0}, winner="robot3")
     bench.changes = {"auctions": [auction, won]}
     bench.ticks(2)
-    items = told(tables.referee(bench.node.insight))
+    items = told(referee.referee(bench.node.insight))
     at = items.index("AUCTIONS")
     assert items[at + 1 : at + 5] == [
         "i1: open since 0:02.0, for 1.5 s at least",
@@ -70,7 +70,7 @@ def test_leases_tell_who_drives_whom_and_until_when(bench):
     bench.reports["robot2"] = {"manual": True}
     bench.tell(KEYS.manual("robot2"), m.Manual(forward=1.0, turn=0.0, lease=0.5))
     bench.ticks(2)
-    items = told(tables.referee(bench.node.insight))
+    items = told(referee.referee(bench.node.insight))
     at = items.index("LEASES")
     assert items[at + 1 : at + 3] == [
         "robot1: the referee drives it, 0.5 m/s and 0 °/s, as long as it says so",
@@ -82,7 +82,7 @@ def test_calls_stand_with_their_rule_the_newest_first_with_its_text(bench):
     bench.call(1, "capture", "robot1 captured robot2.")
     bench.call(2, "halt", "halt: asked for by test")
     bench.ticks(2)
-    items = tables.referee(bench.node.insight)
+    items = referee.referee(bench.node.insight)
     calls = [item for item in items if item.call is not None]
     assert [item.text[:9] for item in calls] == ["[halt] ha", "Rule (the", "[capture]"]
     assert [item.call.number for item in calls] == [2, 2, 1]
@@ -97,13 +97,13 @@ def test_the_details_of_a_player_tell_poses_streams_process_and_radio(bench):
     for _ in range(10):
         bench.scan("robot1")
         bench.tick()
-    found = {item.label: item.text for item in tables.details(bench.node.insight, "robot1")}
+    found = {item.label: item.text for item in details.details(bench.node.insight, "robot1")}
     assert found["mode"] == "Search/Turn"
     assert "1.00 m off" in found["measured"]
     assert found["hears robot2"] == "9 arrived, 2 lost, 0.25 s late"
     assert found["process"] == "running, 50% of a core, 10 ticks/s, 3 missed"
     assert "Hz" in found["laser/front"]
-    assert "Click a player" in told(tables.details(bench.node.insight, None))[0]
+    assert "Click a player" in told(details.details(bench.node.insight, None))[0]
 
 
 def test_bad_streams_stand_first_until_a_heading_sorts_them():
@@ -111,33 +111,35 @@ def test_bad_streams_stand_first_until_a_heading_sorts_them():
     losing = Stream("poses", 40.0, 9000.0, 0.0, lost=3, lately=2, longest=0.1)
     silent = Stream("player/ann/report", 0.0, 0.0, 4.0, longest=0.1)
     orders = Stream("estop", 0.0, 0.0, 40.0, lost=7, longest=20.0)
+    bids = Stream("player/ann/bid", 0.0, 0.0, 4.0, longest=0.1)
+    assert streams.health(bids) is Tone.PLAIN, "nobody must bid"
     heard = [good, losing, silent, orders]
-    assert [tables.health(stream) for stream in heard] == [Tone.PLAIN, Tone.ALARM, Tone.CAUTION, Tone.PLAIN]
+    assert [streams.health(stream) for stream in heard] == [Tone.PLAIN, Tone.ALARM, Tone.CAUTION, Tone.PLAIN]
 
     def shown(sort):
-        return [line.cells[0].text for line in tables.streams(heard, sort).lines]
+        return [line.cells[0].text for line in streams.streams(heard, sort).lines]
 
     assert shown(None) == ["poses", "player/ann/report", "clock", "estop"]
     assert shown(("Hz", True))[:2] == ["clock", "poses"]
     assert shown(("kB/s", False))[-1] == "poses"
     assert shown(("key", True)) == ["clock", "estop", "player/ann/report", "poses"]
-    assert "4 streams, 90 messages/s, 10 kB/s, 3 lost" in tables.summary(heard)
-    assert [cell.text for cell in tables.streams([orders], None).lines[0].cells][-1] == "–", "several speak there"
+    assert "4 streams, 90 messages/s, 10 kB/s, 3 lost" in streams.summary(heard)
+    assert [cell.text for cell in streams.streams([orders], None).lines[0].cells][-1] == "–", "several speak there"
 
 
 def test_processes_tell_load_missed_ticks_restarts_and_clock(bench):
     bench.processes(cpu=0.93, restarts=2)
     bench.ticks(2)
     grid = tables.processes(bench.node.insight)
-    assert row(grid, "robot1") == ["robot1", "here", "running", "93%", "48", "10.0", "3", "2", "2", "+10"]
-    assert [cell.tone for cell in grid.lines[0].cells][6:8] == [Tone.CAUTION, Tone.CAUTION]
+    assert row(grid, "robot1") == ["robot1", "running", "93%", "48", "10.0", "3", "2", "2", "+10"]
+    assert [cell.tone for cell in grid.lines[0].cells][5:7] == [Tone.CAUTION, Tone.CAUTION]
     bench.processes(state=ProcessState.ENDED, pid=None)
     bench.ticks(2)
     grid = tables.processes(bench.node.insight)
-    assert row(grid, "robot1") == ["robot1", "here", "ended", "", "", "", "", "0", "", ""]
+    assert row(grid, "robot1") == ["robot1", "ended", "", "", "", "", "0", "", ""]
 
 
-@pytest.mark.parametrize("grid", [tables.PLAYER_COLUMNS, tables.STREAM_COLUMNS, tables.PROCESS_COLUMNS])
+@pytest.mark.parametrize("grid", [tables.PLAYER_COLUMNS, streams.STREAM_COLUMNS, tables.PROCESS_COLUMNS])
 def test_columns_fill_the_width(grid):
     assert sum(column.share for column in grid) == pytest.approx(1.0, abs=0.011)
 

@@ -21,7 +21,7 @@ TONES: Final = {
     Tone.ALARM: palette.WARNING,
 }
 """The colour of what is written, by how urgent it is."""
-_LABEL: Final = 0.2
+_LABEL: Final = 0.25
 """The part of the width of a list that its labels have."""
 
 

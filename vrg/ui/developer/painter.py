@@ -13,7 +13,7 @@ from vrg.games.game import Game, title
 from vrg.hal.models import RobotModel
 from vrg.ui import palette, shapes
 from vrg.ui.card import CardPainter
-from vrg.ui.developer import tables, words
+from vrg.ui.developer import details, referee, streams, tables, words
 from vrg.ui.developer.choices import Choices, Overlay, Tab
 from vrg.ui.developer.deciding import Button, hindrance, useful
 from vrg.ui.developer.insight import Insight
@@ -269,19 +269,19 @@ class DeveloperPainter:
         area, ui, tab = places.page, places.ui, choices.tab
         first = choices.scrolled.get(tab, 0)
         if tab in (Tab.REFEREE, Tab.PLAYER):
-            items = tables.referee(insight) if tab is Tab.REFEREE else tables.details(insight, choices.selected)
+            items = referee.referee(insight) if tab is Tab.REFEREE else details.details(insight, choices.selected)
             # The last item may be long: it can be scrolled to the top.
             lengths[tab] = len(items), 1
             return self._lists.items(surface, area, items, ui, first=min(first, len(items) - 1))
         row, line = round(17 * ui), round(17 * ui)
         top = pygame.Rect(area.left, area.top, area.width, line)
         if tab is Tab.STREAMS:
-            self._lists.line(surface, top, tables.summary(insight.streams), max(10, round(11.5 * ui)))
+            self._lists.line(surface, top, streams.summary(insight.streams), max(10, round(11.5 * ui)))
             if insight.unheard:
                 top = top.move(0, line)
                 unheard = words.NOT_HEARD.format(", ".join(insight.unheard))
                 self._lists.line(surface, top, unheard, max(10, round(11.5 * ui)), tables.Tone.CAUTION)
-            grid, empty = tables.streams(insight.streams, choices.sort), words.NOTHING_HEARD
+            grid, empty = streams.streams(insight.streams, choices.sort), words.NOTHING_HEARD
         else:
             grid, empty = tables.processes(insight), words.NO_PROCESSES
             top.height = 0

@@ -45,7 +45,6 @@ OFFICIAL_SEAT: Final = "An official's seat: it hears everything"
 WINDOW_SEAT: Final = "A window's seat: it may stop everything, but not decide"
 NOT_HEARD: Final = "This seat may not hear: {}"
 SUMMARY: Final = "{count} streams, {rate:.0f} messages/s, {bandwidth:.0f} kB/s, {lost} lost"
-SORT: Final = "click a heading to sort"
 
 CONDITIONS: Final = "START CONDITIONS"
 NOTHING_WAITS: Final = "Nothing is missing."

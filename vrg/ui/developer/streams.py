@@ -1,0 +1,89 @@
+"""What the developers' view tells of the streams of messages, and which of them are bad."""
+
+from collections.abc import Sequence
+from typing import Final
+
+from vrg.bus.topics import Keys, Qos, key_matches
+from vrg.bus.traffic import Stream
+from vrg.ui.developer import words
+from vrg.ui.developer.tables import Cell, Column, Grid, Line, Tone
+
+SILENT: Final = 1.0
+"""The real time in s after which a stream that was regular counts as silent."""
+FADING: Final = 5.0
+"""A stream counts as silent after so many times the longest time that there was between two of its messages."""
+SHARED: Final = tuple(
+    line.path for line in (Keys.official, Keys.estop, Keys.estop_release, Keys.seat_request, Keys.seat_answer)
+)
+"""The keys on which several may speak, so that the numbers of their messages do not tell what was lost."""
+SHARED_BY_NAME: Final = tuple(Keys.expression(line.path) for line in (Keys.camera_request, Keys.manual))
+"""The same, of keys with names in them."""
+EVENTS: Final = tuple(Keys.expression(line.path) for line in Keys.lines() if line.qos is Qos.EVENT)
+"""The keys whose messages come when something happens, so that silence there is nothing bad."""
+STREAM_COLUMNS: Final = (
+    Column("key", 0.52),
+    Column("Hz", 0.12, right=True),
+    Column("kB/s", 0.12, right=True),
+    Column("age", 0.12, right=True),
+    Column("lost", 0.12, right=True),
+)
+
+
+def health(stream: Stream) -> Tone:
+    """Whether a stream has lost messages lately (alarm), or has lost some or fallen silent (caution)."""
+    if stream.bad or (stream.lately and not shared(stream.key)):
+        return Tone.ALARM
+    events = any(key_matches(expression, stream.key) for expression in EVENTS)
+    regular = 0.0 < stream.longest < SILENT and not events
+    if (stream.lost and not shared(stream.key)) or (regular and stream.age > max(SILENT, FADING * stream.longest)):
+        return Tone.CAUTION
+    return Tone.PLAIN
+
+
+def shared(key: str) -> bool:
+    """Whether several may speak on a key, so that the numbers of its messages do not tell what was lost."""
+    return key in SHARED or any(key_matches(expression, key) for expression in SHARED_BY_NAME)
+
+
+def streams(heard: Sequence[Stream], sort: tuple[str, bool] | None) -> Grid:
+    """A row for each stream.
+
+    Args:
+        sort: a heading, and whether downwards; None puts the bad ones first.
+    """
+    grave = {Tone.ALARM: 0, Tone.CAUTION: 1}
+    ordered = sorted(heard, key=lambda stream: (grave.get(health(stream), 2), stream.key))
+    if sort is not None:
+        values = {
+            "Hz": lambda s: s.rate, "kB/s": lambda s: s.bandwidth, "age": lambda s: s.age,
+            "lost": lambda s: -1 if shared(s.key) else s.lost,
+        }  # fmt: skip
+        by = values.get(sort[0], lambda s: s.key)
+        # A key is read from A to Z, a number from the highest.
+        ordered = sorted(ordered, key=by, reverse=sort[1] == (sort[0] in values))
+    return Grid(STREAM_COLUMNS, tuple(_stream(stream) for stream in ordered))
+
+
+def _stream(stream: Stream) -> Line:
+    tone = health(stream)
+    lost = words.UNKNOWN if shared(stream.key) else str(stream.lost)
+    return Line(
+        "",
+        (
+            Cell(stream.key, tone),
+            Cell(f"{stream.rate:.1f}", tone),
+            Cell(f"{stream.bandwidth / 1e3:.1f}", tone),
+            Cell(f"{stream.age:.1f}", tone),
+            Cell(f"{lost} +{stream.bad} bad" if stream.bad else lost, tone),
+        ),
+    )
+
+
+def summary(heard: Sequence[Stream]) -> str:
+    """All streams together, in words."""
+    return words.SUMMARY.format(
+        count=len(heard),
+        rate=sum(stream.rate for stream in heard),
+        bandwidth=sum(stream.bandwidth for stream in heard) / 1e3,
+        lost=sum(stream.lost for stream in heard if not shared(stream.key)),
+    )
