@@ -243,7 +243,7 @@ class TestDriving:
 
     def wait_command(self, driver: Visitor, server: WebServer, condition: Callable[[float, float], bool]) -> None:
         """Wait for a command that is as wanted."""
-        for _ in range(200):
+        for _ in range(1000):
             if any(c.player == "player2" and condition(c.forward, c.turn) for c in server.wishes().commands):
                 return
             driver.page.wait_for_timeout(20)
@@ -310,7 +310,12 @@ class TestDriving:
             }"""
         )
         driver.wait_text("#notice", "You left this page")
-        assert "player2" in server.wishes().given_back
+        for _ in range(1000):
+            if "player2" in server.wishes().given_back:
+                break
+            driver.page.wait_for_timeout(20)
+        else:
+            raise AssertionError("the player was not given back")
         driver.page.wait_for_timeout(150)
         assert server.wishes().commands == ()
 
@@ -326,7 +331,7 @@ class TestDriving:
 
     def test_space_is_the_emergency_stop(self, driver, server):
         driver.page.keyboard.press("Space")
-        for _ in range(200):
+        for _ in range(1000):
             if decisions := server.wishes().decisions:
                 break
             driver.page.wait_for_timeout(20)
@@ -344,7 +349,7 @@ def test_the_officials_buttons_ask_for_what_they_say_and_the_end_is_confirmed(vi
         page.page.keyboard.press(key)
     for _ in range(2):
         page.page.click("#end")
-    for _ in range(200):
+    for _ in range(1000):
         asked += [decision.what for decision in server.wishes().decisions]
         if "end" in asked:
             break
