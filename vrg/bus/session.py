@@ -45,8 +45,8 @@ _RECOVER_EVENTS = zenoh.ext.RecoveryConfig(periodic_queries=RECOVERY_PERIOD, hea
 _RECOVER_STATE = zenoh.ext.RecoveryConfig(periodic_queries=None, heartbeat=True)
 
 _Publisher = zenoh.Publisher | zenoh.ext.AdvancedPublisher
-# The stub knows handlers only in annotations: they cannot be subscripted when this runs.
-_Subscriber: TypeAlias = "zenoh.Subscriber[None] | zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]] | zenoh.ext.AdvancedSubscriber[None]"
+_Ring: TypeAlias = "zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]"
+_Subscriber: TypeAlias = "zenoh.Subscriber[None] | zenoh.ext.AdvancedSubscriber[None] | _Ring"
 
 
 def configuration(settings: dict[str, Any]) -> zenoh.Config:
