@@ -146,14 +146,14 @@ def main() -> None:
             run = next((folder / "runs").glob("*/"))
             with open_session(endpoint) as session:
                 session.attach(mailbox)
-                processes = psutil.Process(launcher.pid).children(recursive=True)
 
                 def heard() -> dict[str, tuple[int, int]]:
                     session.receive()
                     mailbox.handover(0.0)
                     return {key: (p.body.ticks, p.body.missed) for key, p in pulses.by_key.items()}
 
-                time.sleep(5.0)
+                time.sleep(10.0)
+                processes = psutil.Process(launcher.pid).children(recursive=True)
                 for turn in range(rounds * len(WINDOWS)):
                     kind = list(WINDOWS)[turn % len(WINDOWS)]
                     opened = _Shown(kind, endpoint, run, display)
@@ -162,9 +162,15 @@ def main() -> None:
                     frames, used = opened.frames(), opened.cpu()
                     time.sleep(seconds)
                     lasted = time.monotonic() - began
+                    try:
+                        used_up = cpu_times(processes) - before
+                    except psutil.NoSuchProcess:
+                        opened.close()
+                        print("the game is over: what follows was measured until then", file=sys.stderr)
+                        break
                     shown[kind].append((opened.frames() - frames) / lasted)
                     window[kind].append((opened.cpu() - used) / lasted)
-                    rest[kind].append((cpu_times(processes) - before) / lasted)
+                    rest[kind].append(used_up / lasted)
                     for key, (done, lost) in heard().items():
                         if key in told and key.split("/")[-1] not in WINDOWS.values():
                             ticks[kind] += done - told[key][0]

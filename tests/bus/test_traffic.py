@@ -83,3 +83,28 @@ def test_what_is_no_message_is_counted_and_loses_nothing(link):
     assert link.traffic.newest(KEYS.report()) == []
     assert [stream.bad for stream in link.traffic.look()] == [1, 1]
     assert link.traffic.newest(KEYS.manual())[0].body.forward == 0.1
+
+
+def test_after_more_than_can_wait_nothing_is_counted_as_lost(monkeypatch):
+    monkeypatch.setattr("vrg.bus.traffic.LIMIT", 3)
+    waiting = []
+
+    class Bus:
+        def collect_raw(self, expression, limit):
+            assert (expression, limit) == ("vrg/test/**", 3)
+            return lambda: [waiting.pop(0) for _ in range(min(limit, len(waiting)))]
+
+    traffic = Traffic(KEYS, lambda: 0.0)
+    traffic.attach(Bus())
+
+    def say(*numbers):
+        manual = m.Manual(forward=0.5, turn=0.0, lease=0.5)
+        waiting.extend((KEYS.manual("ann").key, encode(manual, 1.0, number)) for number in numbers)
+        traffic.take()
+
+    say(0, 1)
+    say(2, 4)
+    say(9, 10, 11)
+    say(12)
+    traffic._looked = -1.0
+    assert traffic.look()[0].lost == 1

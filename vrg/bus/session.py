@@ -15,7 +15,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import timedelta
-from typing import Any
+from typing import Any, TypeAlias
 
 import zenoh
 import zenoh.ext
@@ -45,7 +45,8 @@ _RECOVER_EVENTS = zenoh.ext.RecoveryConfig(periodic_queries=RECOVERY_PERIOD, hea
 _RECOVER_STATE = zenoh.ext.RecoveryConfig(periodic_queries=None, heartbeat=True)
 
 _Publisher = zenoh.Publisher | zenoh.ext.AdvancedPublisher
-_Subscriber = zenoh.Subscriber[None] | zenoh.ext.AdvancedSubscriber[None]
+_Ring: TypeAlias = "zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]"
+_Subscriber: TypeAlias = "zenoh.Subscriber[None] | zenoh.ext.AdvancedSubscriber[None] | _Ring"
 
 
 def configuration(settings: dict[str, Any]) -> zenoh.Config:
@@ -213,6 +214,25 @@ class Session:
                 history=zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=1),
             )
         )
+
+    def collect_raw(self, expression: str, limit: int) -> Callable[[], list[tuple[str, bytes]]]:
+        """Keep what arrives from now on until it is taken, at most `limit` messages; beyond it the oldest are dropped.
+
+        No Python runs when a message arrives. So who listens to everything never holds up the bus, however busy it is.
+
+        Returns:
+            a function that takes the messages: key and payload, in the order of arrival.
+        """
+        subscriber = self._raw.declare_subscriber(expression, zenoh.handlers.RingChannel(limit))
+        self._subscribers.append(subscriber)
+
+        def take() -> list[tuple[str, bytes]]:
+            found: list[tuple[str, bytes]] = []
+            while len(found) < limit and (sample := subscriber.try_recv()) is not None:
+                found.append((str(sample.key_expr), sample.payload.to_bytes()))
+            return found
+
+        return take
 
     def close(self) -> None:
         """Undeclare everything and close the connection. Idempotent."""

@@ -3,7 +3,6 @@
 The messages are counted by their headers; a body is decoded only if somebody asks for it.
 """
 
-import threading
 import time
 from collections import deque
 from collections.abc import Callable
@@ -22,6 +21,8 @@ SPAN: Final = 2.0
 """The real time in s over which rates are counted."""
 STEP: Final = 0.25
 """The least real time in s between two counts."""
+LIMIT: Final = 20_000
+"""The number of messages that wait for `take`. If there were more, nobody knows what was lost on the way."""
 
 
 @dataclass
@@ -94,33 +95,39 @@ class Traffic:
     def __init__(self, keys: Keys, now: Callable[[], float] = time.monotonic) -> None:
         self._root = f"{keys.root}/"
         self._now = now
-        self._lock = threading.Lock()
+        self._waiting: Callable[[], list[tuple[str, bytes]]] = list
         self._channels: dict[str, _Channel] = {}
         self._streams: list[Stream] = []
         self._looked = -STEP
 
     def attach(self, session: Session) -> None:
         """Listen to everything that this seat may hear, from now on."""
-        session.watch_raw(f"{self._root}**", self.arrived, history=False)
+        self._waiting = session.collect_raw(f"{self._root}**", LIMIT)
+
+    def take(self) -> None:
+        """Take in what has arrived since this was last called. The age of a message begins here."""
+        found = self._waiting()
+        if len(found) >= LIMIT:
+            for channel in self._channels.values():
+                channel.heard.sequence = -1
+        for key, payload in found:
+            self.arrived(key, payload)
 
     def arrived(self, key: str, payload: bytes) -> None:
-        """Take in a message. It is called on a thread of zenoh's."""
+        """Take in one message."""
         now = self._now()
+        channel = self._channels.get(key)
+        if channel is None:
+            channel = self._channels[key] = _Channel(Heard(now))
+            channel.counts.append((now, 0, 0, 0))
+        channel.size += len(payload)
         try:
-            found: tuple[int, float] | None = header(payload, key)
+            sequence, stamp = header(payload, key)
         except MessageError:
-            found = None
-        with self._lock:
-            channel = self._channels.get(key)
-            if channel is None:
-                channel = self._channels[key] = _Channel(Heard(now))
-                channel.counts.append((now, 0, 0, 0))
-            channel.size += len(payload)
-            if found is None:
-                channel.bad += 1
-                return
-            channel.heard.take(now, *found)
-            channel.payload = payload
+            channel.bad += 1
+            return
+        channel.heard.take(now, sequence, stamp)
+        channel.payload = payload
 
     def look(self) -> list[Stream]:
         """The streams heard so far, in the order of their keys."""
@@ -128,17 +135,14 @@ class Traffic:
         if now - self._looked < STEP:
             return self._streams
         self._looked = now
-        with self._lock:
-            self._streams = [
-                self._count(key.removeprefix(self._root), channel, now)
-                for key, channel in sorted(self._channels.items())
-            ]
+        self._streams = [
+            self._count(key.removeprefix(self._root), channel, now) for key, channel in sorted(self._channels.items())
+        ]
         return self._streams
 
     def newest(self, topic: Topic[T]) -> list[Received[T]]:
         """The newest message on each key of a topic, in the order of the keys. A bad one is left out, and counted."""
-        with self._lock:
-            found = [(key, c) for key, c in sorted(self._channels.items()) if key_matches(topic.key, key)]
+        found = [(key, c) for key, c in sorted(self._channels.items()) if key_matches(topic.key, key)]
         messages = (self._decoded(topic, key, channel) for key, channel in found)
         return [message for message in messages if message is not None]
 
@@ -150,8 +154,7 @@ class Traffic:
             try:
                 channel.decoded = payload, decode(payload, topic.type, key)
             except MessageError:
-                with self._lock:
-                    channel.bad += 1
+                channel.bad += 1
                 channel.decoded = payload, None
         return channel.decoded[1]
 

@@ -124,6 +124,7 @@ class Hearing:
 
     def take(self, now: float) -> None:
         """Take in what has arrived by match time `now`, s."""
+        self._traffic.take()
         for call in self._inlets.feed(self._builder):
             if call.rule == "refused":
                 self._refusal = call.text
