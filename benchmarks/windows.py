@@ -123,9 +123,6 @@ class _Shown:
 
 def main() -> None:
     """Measure and print."""
-    if "--window" in sys.argv:
-        _window(*sys.argv[2:])
-        return
     parser = arguments(__doc__)
     parser.add_argument("--robots", type=int, default=16, help="robots in the match")
     options = parser.parse_args()
@@ -193,4 +190,7 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    if sys.argv[1:2] == ["--window"]:
+        _window(*sys.argv[2:])
+    else:
+        main()
