@@ -193,3 +193,34 @@ def test_a_call_whose_number_is_wrong_is_told() -> None:
     (found,) = unproved(lambda _book, _case: [wrong], None, [case])  # type: ignore[arg-type]
     assert found.time == 7.0
     assert "0.35 m (at most 0.30 m)" in found.what
+
+
+@pytest.mark.parametrize("share", [0.2, 0.5, 0.8])
+def test_calls_behind_the_end_of_cut_evidence_cannot_be_judged_and_are_not_blamed(
+    runs: Mapping[str, tuple[MatchSetup, RunFolder]], share: float
+) -> None:
+    setup, run = runs["sharks-and-minnows"]
+    book, exhibits, records = rulebook_of(setup), read_evidence(run.evidence), read_journal(run.journal)[1]
+    cut = exhibits[: round(share * len(exhibits))]
+    judgement = judge_again(book, cut, records)
+    assert judgement.disagreements == []
+    later = [call for record in records for call in record.calls if record.time > cut[-1].tick.time]
+    assert later
+    assert judgement.unjudged == len(later)
+    assert unproved(game_of(setup.game).load_prover(), book, cases_of(book, cut, records)) == []
+
+
+def test_a_recording_that_ends_in_the_middle_is_told_when_it_is_judged(
+    runs: Mapping[str, tuple[MatchSetup, RunFolder]], tmp_path: Path
+) -> None:
+    setup, run = runs["sharks-and-minnows"]
+    torn = RunFolder(tmp_path / "torn")
+    torn.prepare()
+    for source, target in ((run.journal, torn.journal), (run.evidence, torn.evidence)):
+        target.write_bytes(source.read_bytes())
+    content = run.recording.read_bytes()
+    torn.recording.write_bytes(content[: len(content) // 2])
+    write_setup(setup, torn.setup)
+    said = CliRunner().invoke(make_app("judge"), ["judge", str(torn.path)])
+    assert said.exit_code == 0, said.output
+    assert "recording.mcap ends in the middle: what it lacks was not compared." in said.output

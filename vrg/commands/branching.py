@@ -26,7 +26,8 @@ Opened = Callable[[RunFolder], "Taken"]
 def compared(recorded: RunFolder, folder: RunFolder) -> str:
     """How the recorded match and the one that was taken up ended, in sentences."""
     changed = str(branch_of(folder) or "played again")
-    return f"{changed[0].upper()}{changed[1:]}: {ending_of(folder)}. Recorded: {ending_of(recorded)}."
+    told = f"{changed[0].upper()}{changed[1:]}: {ending_of(folder)}. Recorded: {ending_of(recorded)}."
+    return f"{told} It is in {folder.path}."
 
 
 def ending_of(folder: RunFolder) -> str:

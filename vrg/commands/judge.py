@@ -1,6 +1,7 @@
 """The command `vrg judge`, which lets the rule book judge a run again."""
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
@@ -51,10 +52,14 @@ def _recorded(folder: "RunFolder", exhibits: "Sequence[Exhibit]") -> "tuple[list
     parts = folder.recordings()
     if not parts:
         return [], 0
+    torn: list[Path] = []
     try:
-        return cross_check(list(read_tracks(parts).values()), exhibits)
+        found = cross_check(list(read_tracks(parts, torn).values()), exhibits)
     except OSError as error:
         raise LaunchError(f"{folder.path}: its recording cannot be read: {error}") from None
+    for part in torn:
+        typer.echo(f"{part.name} ends in the middle: what it lacks was not compared.")
+    return found
 
 
 def _sentence(judgement: "Judgement", wrong: int, compared: int) -> str:

@@ -114,7 +114,7 @@ def play(
         )
     if in_process and developer:
         raise typer.BadParameter("--developer needs processes: `vrg play` without --in-process has them")
-    address = web_address(web_at) if web or web_at else None
+    address = web_address(web_at, "--web-at") if web or web_at else None
     # The fork server loads what the match's processes need while this process loads the code that checks match files.
     with fork_server(wanted=not (in_process or dry_run)) as server:
         from vrg.commands.playing import Wish, play_match
@@ -157,11 +157,12 @@ def rate_of(rate: str | None, one_process: bool) -> float | None:
     return value
 
 
-def web_address(typed: str | None) -> tuple[str, int | None]:
-    """The address and the port at which the page is served; None for a port that was not typed.
+def web_address(typed: str | None, option: str = "--at") -> tuple[str, int | None]:
+    """The address and the port at which something is served; None for a port that was not typed.
 
     Args:
         typed: such as `0.0.0.0:8080`, `192.168.1.5` or `[::1]:8080`; None for this machine only.
+        option: the option with which it was typed.
 
     Raises:
         typer.BadParameter: it is none of these.
@@ -172,5 +173,5 @@ def web_address(typed: str | None) -> tuple[str, int | None]:
         return DEFAULT_HOST, None
     host, colon, port = typed.rpartition(":") if typed.count(":") == 1 or "]:" in typed else (typed, "", "")
     if not host.strip("[]") or (colon and not (port.isdecimal() and 0 < int(port) < 65536)):
-        raise typer.BadParameter(f"expected an address such as 0.0.0.0:8080, got {typed!r}", param_hint="--web-at")
+        raise typer.BadParameter(f"expected an address such as 0.0.0.0:8080, got {typed!r}", param_hint=option)
     return host.strip("[]"), int(port) if colon else None

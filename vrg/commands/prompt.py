@@ -67,7 +67,8 @@ def _one_of(what: str, names: Sequence[str], default: str) -> str:
         typed: str = typer.prompt(what, default=default)
         if typed in names:
             return typed
-        typer.echo(f"  expected one of {', '.join(names)}, got {typed!r}")
+        listed = ", ".join(names)
+        typer.echo(f"  {listed}" if typed.strip() == "?" else f"  expected one of {listed}, got {typed!r}")
 
 
 def _field(

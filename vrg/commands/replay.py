@@ -96,7 +96,6 @@ def _take_up(folder: "RunFolder", since: float, play: str, runs: Path, *, as_jso
         typer.echo(json.dumps({"run": str(new.path), "told": compared(folder, new)}))
     else:
         typer.echo(compared(folder, new))
-        typer.echo(f"Recorded in {new.path}.")
     return new
 
 

@@ -79,6 +79,10 @@ def judge_again(book: RuleBook[Any], exhibits: Sequence[Exhibit], records: Seque
                 found.append(Disagreement(tick.time, f"the journal lacks: {'; '.join(further)}"))
             continue
         record = records[after]
+        if record.evidence not in ("", exhibit.digest) and exhibit is exhibits[-1] and exhibit.tick.time < record.time:
+            # The evidence ends before the tick in which this was decided.
+            reached = after
+            continue
         compared += len(record.calls)
         if chained and record.evidence not in ("", exhibit.digest):
             chained = False  # what follows has other digests, too

@@ -35,7 +35,10 @@ def free_port(host: str, wanted: int, tries: int = 20) -> int:
                     return port
                 except OSError as error:
                     problem = error
-    raise OSError(f"no free port at {host} from {wanted} on: {problem}")
+    reason = problem.strerror if problem is not None else "no such port"
+    if tries == 1:
+        raise OSError(f"port {wanted} of {host} cannot be used: {reason}: choose another one, or name none")
+    raise OSError(f"no free port at {host} from {wanted} on: {reason}")
 
 
 def free_endpoint(host: str | None = None, *, secure: bool = False) -> str:

@@ -44,6 +44,7 @@ class LiveServer:
         self._newest: dict[str, tuple[bytes, int]] = {}
         self._encode = msgspec.json.Encoder().encode
         self._listener = _Listener()
+        foxglove.set_log_level("WARN")
         try:
             self._server: WebSocketServer = foxglove.start_server(
                 name=f"VRG: {name}", host=host, port=port, capabilities=[Capability.Time],

@@ -77,11 +77,12 @@ class _Samples:
         self.referee.append(said)
 
 
-def read_tracks(path: Path | Sequence[Path]) -> dict[str, Track]:
+def read_tracks(path: Path | Sequence[Path], torn: list[Path] | None = None) -> dict[str, Track]:
     """Read each robot's track, by name.
 
     Args:
         path: a recording, or its parts in their order where the recorder was started again.
+        torn: where to note the files that end in the middle.
 
     Raises:
         OSError: the file cannot be read.
@@ -90,7 +91,7 @@ def read_tracks(path: Path | Sequence[Path]) -> dict[str, Track]:
     samples: dict[str, _Samples] = {}
     roles: dict[str, tuple[str, str]] = {}
     match = (0, False)
-    for topic, metadata, stamp, data in records_in(path):
+    for topic, metadata, stamp, data in records_in(path, torn):
         if topic == "/referee/state":
             state = decode(data, StateRecord, topic)
             roles = {p.name: (p.role, p.state) for p in state.players}

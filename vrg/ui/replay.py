@@ -94,7 +94,7 @@ class ReplayWindow:
         *,
         title: str,
         note: str = "",
-        size: tuple[int, int] = (1280, 800),
+        size: tuple[int, int] = (1280, 720),
         run: Path | None = None,
         brancher: Brancher | None = None,
     ) -> None:

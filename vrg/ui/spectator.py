@@ -61,7 +61,7 @@ class Spectator(Node):
         *,
         sizes: Mapping[str, tuple[float, float]] | None = None,
         obstacles: Sequence[Region] = (),
-        size: tuple[int, int] = (1280, 800),
+        size: tuple[int, int] = (1280, 720),
         pictures: Path = Path(),
         run: Path | None = None,
         period: float = FRAME,

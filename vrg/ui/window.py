@@ -33,6 +33,8 @@ def open_window(title: str, size: tuple[int, int], gone: Callable[[], str] = lam
     """
     # This process makes no sound; SDL would otherwise open the sound card, or complain that there is none.
     os.environ.setdefault("SDL_AUDIODRIVER", "dummy")
+    # What a task bar calls the program; SDL would take the name of the file that Python runs.
+    os.environ.setdefault("SDL_VIDEO_X11_WMCLASS", "vrg")
     try:
         pygame.display.init()
         if pygame.display.get_driver() == "x11":

@@ -63,7 +63,7 @@ class Commander(Node):
         *,
         sizes: Mapping[str, tuple[float, float]] | None = None,
         obstacles: Sequence[Region] = (),
-        size: tuple[int, int] = (1280, 800),
+        size: tuple[int, int] = (1280, 720),
         period: float = PERIOD,
         seated: Sequence[str] | None = None,
     ) -> None:

@@ -62,7 +62,7 @@ LEASE_OF_REFEREE: Final = "{player}: the referee drives it, {v:.1f} m/s and {w:.
 LEASE_OF_PERSON: Final = "{player}: a person drives it"
 LEASE_UNTIL: Final = "{player}: a person drives it for another {rest:.1f} s"
 CALLS: Final = "CALLS: CLICK ONE TO SEE WHY"
-NO_CALL: Final = "Nothing has been called yet."
+NO_CALL: Final = "Nothing has been called since this window was opened."
 
 NOBODY_SELECTED: Final = "Click a player in the list or on the field."
 NO_PROCESSES: Final = "No launcher tells of processes."
