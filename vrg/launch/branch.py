@@ -20,7 +20,7 @@ from vrg.coordinator.evidence import Exhibit, read_evidence
 from vrg.errors import ConfigError, LaunchError
 from vrg.launch import in_process, nodes
 from vrg.launch.in_process import Change
-from vrg.launch.keeping import files_of_strategy, keep, keep_layout
+from vrg.launch.keeping import copy_into, files_of_strategy, keep, keep_layout
 from vrg.launch.result import ended_of, plot, write_result
 from vrg.launch.run_folder import RunFolder, write_whole
 
@@ -178,13 +178,7 @@ def _digest_before(exhibits: list[Exhibit], time: float) -> str:
 def _kept(change: Change, folder: RunFolder) -> Change:
     """The change, with a strategy that is a file as a copy of it in the run folder."""
     target, copies = files_of_strategy(change.strategy, Path("substitute"))
-    for place, source in copies.items():
-        copy = folder.path / place
-        copy.parent.mkdir(parents=True, exist_ok=True)
-        if source.is_dir():
-            shutil.copytree(source, copy, dirs_exist_ok=True)
-        else:
-            shutil.copyfile(source, copy)
+    copy_into(folder, copies)
     path, colon, kind = target.rpartition(":")
     if copies:
         target = f"{(folder.path / path).resolve()}{colon}{kind}"

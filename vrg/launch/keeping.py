@@ -7,6 +7,7 @@ the folder `files`, and the copy of the match file names them there.
 import json
 import os
 import shutil
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -77,6 +78,24 @@ def files_of_strategy(strategy: str, place: Path) -> tuple[str, dict[Path, Path]
     return f"{(place / source.name).as_posix()}:{name}", copies
 
 
+def copy_into(folder: RunFolder, copies: Mapping[Path, Path]) -> None:
+    """Copy files and packages into a run folder.
+
+    Args:
+        copies: the source of each copy, by its path in the run folder.
+
+    Raises:
+        OSError: one cannot be copied.
+    """
+    for place, source in copies.items():
+        target = folder.path / place
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if source.is_dir():
+            shutil.copytree(source, target, dirs_exist_ok=True, ignore=lambda at, names: _left_out(folder, at, names))
+        else:
+            shutil.copy2(source, target)
+
+
 def keep(setup: MatchSetup, folder: RunFolder) -> None:
     """Copy the files that a match names into its run folder.
 
@@ -84,13 +103,7 @@ def keep(setup: MatchSetup, folder: RunFolder) -> None:
         OSError: one cannot be copied.
     """
     kept = files_of(setup)
-    for place, source in kept.copies.items():
-        target = folder.path / place
-        target.parent.mkdir(parents=True, exist_ok=True)
-        if source.is_dir():
-            shutil.copytree(source, target, dirs_exist_ok=True, ignore=lambda at, names: _left_out(folder, at, names))
-        else:
-            shutil.copy2(source, target)
+    copy_into(folder, kept.copies)
     folder.match_file.write_text(kept.text, encoding="utf-8")
 
 

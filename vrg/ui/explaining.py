@@ -41,13 +41,16 @@ class Explainer:
         self._run = run
         self._process: subprocess.Popen[str] | None = None
 
-    def ask(self, call: Call, game: str) -> None:
+    def ask(self, call: Call | None, game: str) -> None:
         """Begin to explain a call; `look` takes in what comes of it.
 
         Args:
+            call: the call; None shows nothing any more.
             game: the name of the game, for the text of the rule.
         """
         self.close()
+        if call is None:
+            return
         text = game_of(game).rule_text(call.rule)
         lines = () if text is None else (f"Rule{f' ({text.source})' if text.source else ''}: {text.words}",)
         heading = f"Call {call.number}, {clock_text(call.clock)}: {call.text}"

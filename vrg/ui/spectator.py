@@ -164,10 +164,7 @@ class Spectator(Node):
 
     def _explain(self, call: Call | None) -> None:
         """Show why a call was made; None shows the field again."""
-        if call is None:
-            self._explainer.close()
-        else:
-            self._explainer.ask(call, self._scene.game)
+        self._explainer.ask(call, self._scene.game)
 
     def _draw(self, tick: Tick) -> None:
         self._scene = self._builder.build(tick.live)

@@ -211,10 +211,7 @@ class DeveloperWindow(Node):
 
     def _explain(self, call: Call | None) -> None:
         """Show why a call was made; None shows the field again."""
-        if call is None:
-            self._explainer.close()
-        else:
-            self._explainer.ask(call, self._insight.scene.game)
+        self._explainer.ask(call, self._insight.scene.game)
 
     def _draw(self, tick: Tick, *, asked: bool) -> None:
         on, controls = self.choices.shown, self._controls
