@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 import zenoh
 
-from vrg.bus.codec import encode
+from vrg.bus.codec import Received, encode
 from vrg.bus.configuration import client_settings
 from vrg.bus.mailbox import Inlet, Mailbox
 from vrg.bus.messages import Message, Report
@@ -42,7 +42,10 @@ _LASER: Final = Laser(
 )
 _REPORT: Final = Report(mode="Minnows/Cross-the-fie", armed=True)
 BODIES: Final[dict[str, Message]] = {SMALL: _REPORT, LARGE: _LASER}
-PAYLOADS: Final = {size: encode(body, 1.0, 1000) for size, body in BODIES.items()}
+PAYLOADS: Final = {
+    size: encode(Received("vrg/ping/robot/robot1/sensor/laser/front", 1.0, 1000, body, "player/robot1/3f60c1d2"))
+    for size, body in BODIES.items()
+}
 """What bare systems send: as many bytes as ours."""
 
 

@@ -52,6 +52,23 @@ class MessageError(VrgError, ValueError):
     """Bytes on the bus are not the message that belongs to their key. The message names the key and the field."""
 
 
+class MisroutedError(MessageError):
+    """A message came under another key than the one it was published on, or from a sender that may not publish there.
+
+    Attributes:
+        key: the key that it came on. meant: the key that it was published on. sender: the node that published it.
+    """
+
+    def __init__(self, key: str, meant: str, sender: str) -> None:
+        self.key, self.meant, self.sender = key, meant, sender
+        who = sender or "an unknown sender"
+        wrong = f"one of {who} for {meant}" if meant != key else f"one of {who}, which may not publish on it"
+        super().__init__(f"{key}: expected a message for this key, got {wrong}")
+
+    def __reduce__(self) -> tuple[type["MisroutedError"], tuple[str, str, str]]:
+        return type(self), (self.key, self.meant, self.sender)
+
+
 class BusError(VrgError, ConnectionError):
     """The router cannot be reached or cannot serve, or a process that is asked does not answer."""
 

@@ -1,6 +1,7 @@
 """The rules of the router: for each line of the key map, what each kind of seat may do."""
 
 import itertools
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -8,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrg.bus.access import hears, in_words, lines, rules, speaks
+from vrg.bus.access import NODES, hears, in_words, lines, may_publish, rules, speaks
 from vrg.bus.names import chunk_of, is_name
 from vrg.bus.seats import NAMED, Roster, Seat, SeatKind, seats_of_node
 from vrg.bus.topics import Keys, Line, Qos, key_matches, router_alive
@@ -112,6 +113,12 @@ def line_of(key: str) -> Line[Any]:
     return found[0]
 
 
+def check(expected: Iterable[tuple[str, str, str, str, bool]]) -> None:
+    """That a router decides as expected: by seat, flow, message and key, whether it lets the message pass."""
+    wrong = [f"{' '.join(asked)}: expected {may}" for *asked, may in expected if allowed(*asked) is not may]
+    assert not wrong, "\n".join(wrong)
+
+
 CASES = [(key, seat) for key in WHO for seat in SEATS]
 
 
@@ -119,51 +126,53 @@ def test_every_line_of_the_key_map_is_in_the_table_above() -> None:
     assert {line_of(key).path for key in WHO} == {line.path for line in lines()}
 
 
-@pytest.mark.parametrize(("key", "seat"), CASES)
-def test_a_seat_publishes_what_it_may_and_nothing_else(key: str, seat: str) -> None:
-    assert allowed(seat, "ingress", "put", f"{ROOT}/{key}") is (seat in WHO[key][0])
+def test_a_seat_publishes_what_it_may_and_nothing_else() -> None:
+    check((seat, "ingress", "put", f"{ROOT}/{key}", seat in WHO[key][0]) for key, seat in CASES)
 
 
-@pytest.mark.parametrize(("key", "seat"), CASES)
-def test_a_seat_is_given_what_it_may_hear_and_nothing_else(key: str, seat: str) -> None:
-    assert allowed(seat, "egress", "put", f"{ROOT}/{key}") is (seat in WHO[key][1])
+def test_a_seat_is_given_what_it_may_hear_and_nothing_else() -> None:
+    check((seat, "egress", "put", f"{ROOT}/{key}", seat in WHO[key][1]) for key, seat in CASES)
 
 
-@pytest.mark.parametrize(("key", "seat"), CASES)
-def test_a_seat_that_may_hear_may_listen_and_learns_of_the_past(key: str, seat: str) -> None:
-    may = seat in WHO[key][1]
-    if not (seat == WIN or seat in (RED, BLUE)):  # these may ask for more than they are given
-        assert allowed(seat, "ingress", "declare_subscriber", f"{ROOT}/{key}") is may
-    elif may:
-        assert allowed(seat, "ingress", "declare_subscriber", f"{ROOT}/{key}")
-    past = f"{ROOT}/{key}/@adv/pub/1f/2/_"
-    if line_of(key).qos is not Qos.LATEST:
-        assert allowed(seat, "egress", "reply", f"{ROOT}/{key}") is may
-        assert allowed(seat, "egress", "put", past) is may, "heartbeats"
-        assert allowed(seat, "egress", "liveliness_token", past) is may, "who publishes"
-        if may:
-            assert allowed(seat, "ingress", "query", past)
-            assert allowed(seat, "ingress", "declare_liveliness_subscriber", past)
+def test_a_seat_that_may_hear_may_listen_and_learns_of_the_past() -> None:
+    expected = []
+    for key, seat in CASES:
+        may = seat in WHO[key][1]
+        now, past = f"{ROOT}/{key}", f"{ROOT}/{key}/@adv/pub/1f/2/_"
+        if may or seat not in (WIN, RED, BLUE):  # these may ask for more than they are given
+            expected.append((seat, "ingress", "declare_subscriber", now, may))
+        if line_of(key).qos is not Qos.LATEST:
+            expected.append((seat, "egress", "reply", now, may))
+            expected.append((seat, "egress", "put", past, may))  # heartbeats
+            expected.append((seat, "egress", "liveliness_token", past, may))  # who publishes
+            if may:
+                expected.append((seat, "ingress", "query", past, True))
+                expected.append((seat, "ingress", "declare_liveliness_subscriber", past, True))
+    check(expected)
 
 
-@pytest.mark.parametrize(("key", "seat"), CASES)
-def test_only_a_speaker_answers_for_its_past(key: str, seat: str) -> None:
-    may = seat in WHO[key][0] and line_of(key).qos is not Qos.LATEST
-    past = f"{ROOT}/{key}/@adv/pub/1f/2/_"
-    for message in ("declare_queryable", "liveliness_token", "put"):
-        assert allowed(seat, "ingress", message, past) is may, message
-    assert allowed(seat, "ingress", "reply", f"{ROOT}/{key}") is may
-    assert allowed(seat, "egress", "query", past) is may
+def test_only_a_speaker_answers_for_its_past() -> None:
+    expected = []
+    for key, seat in CASES:
+        line = line_of(key)
+        kept = line.qos is not Qos.LATEST
+        may = kept and seat in WHO[key][0]
+        past = f"{ROOT}/{key}/@adv/pub/1f/2/_"
+        expected += [(seat, "ingress", said, past, may) for said in ("declare_queryable", "liveliness_token", "put")]
+        expected.append((seat, "ingress", "reply", f"{ROOT}/{key}", may))
+        # Who speaks on a line is asked by a query for all of its keys.
+        asked = kept and bool(speaks(SEATS[seat], line, ROSTER))
+        queries = (past, f"{ROOT}/{Keys.expression(line.path)}/@adv/**")
+        expected += [(seat, "egress", "query", query, asked) for query in queries]
+    check(expected)
 
 
-@pytest.mark.parametrize("seat", SEATS)
-def test_a_speaker_learns_who_listens_or_it_would_send_nothing(seat: str) -> None:
-    for expression in ("robot/*/drive", "**", "player/*/bid", "estop/@adv/**"):
-        assert allowed(seat, "egress", "declare_subscriber", f"{ROOT}/{expression}")
+def test_a_speaker_learns_who_listens_or_it_would_send_nothing() -> None:
+    asked = itertools.product(SEATS, ("robot/*/drive", "**", "player/*/bid", "estop/@adv/**"))
+    check((seat, "egress", "declare_subscriber", f"{ROOT}/{expression}", True) for seat, expression in asked)
 
 
-@pytest.mark.parametrize("seat", SEATS)
-def test_a_seat_is_present_only_as_what_it_is(seat: str) -> None:
+def test_a_seat_is_present_only_as_what_it_is() -> None:
     own = {
         W: "world/world", R: "coordinator/referee", REC: "recorder/recorder", L: "launcher/me", H: "host/pi",
         OFF: "spectator/window-3", WIN: "spectator/window-3", T: "tracker/x", ANN: "player/ann", BOB: "player/bob",
@@ -171,17 +180,17 @@ def test_a_seat_is_present_only_as_what_it_is(seat: str) -> None:
         BLUE: "commander/blue",
         **{f"hud.{name}": f"hud/{chunk_of(name)}" for name in ("ann", "bob", "cid", "Łukasz")},
     }  # fmt: skip
-    for node in set(own.values()):
-        key = f"{ROOT}/alive/{node}/1f"
-        assert allowed(seat, "ingress", "liveliness_token", key) is (node == own[seat]), node
-        assert allowed(seat, "ingress", "liveliness_query", f"{ROOT}/alive/{node}/*"), "a node looks for its double"
+    expected = []
+    for seat, node in itertools.product(SEATS, sorted(set(own.values()))):
+        expected.append((seat, "ingress", "liveliness_token", f"{ROOT}/alive/{node}/1f", node == own[seat]))
+        expected.append((seat, "ingress", "liveliness_query", f"{ROOT}/alive/{node}/*", True))  # for its double
+    check(expected)
 
 
-@pytest.mark.parametrize("seat", SEATS)
-def test_nobody_speaks_outside_of_the_match(seat: str) -> None:
-    for key in ("clock", "vrg/other/clock", "vrg/other/estop", "@/router/config", "vrg/finals/estop", "estop"):
-        for flow, message in itertools.product(("ingress", "egress"), ("put", "query", "declare_subscriber", "reply")):
-            assert not allowed(seat, flow, message, key)
+def test_nobody_speaks_outside_of_the_match() -> None:
+    keys = ("clock", "vrg/other/clock", "vrg/other/estop", "@/router/config", "vrg/finals/estop", "estop")
+    messages = ("put", "query", "declare_subscriber", "reply")
+    check((*asked, False) for asked in itertools.product(SEATS, ("ingress", "egress"), messages, keys))
 
 
 def test_only_supervisors_see_the_routers_token() -> None:
@@ -297,3 +306,42 @@ def test_a_seat_has_a_name_only_if_its_kind_has_several() -> None:
         Seat(SeatKind.PLAYER)
     with pytest.raises(ValueError, match="expected no name"):
         Seat(SeatKind.WORLD, "x")
+
+
+def sender(seat: Seat) -> str:
+    """What stands in the messages of a node of this seat."""
+    kind, name = NODES.get(seat.kind, (seat.kind.value, chunk_of(seat.name)))
+    return f"{kind}/{name.replace('*', WINDOW if kind == 'spectator' else kind)}/1"
+
+
+WINDOW = "window-17"
+# What depends on the roster, which is not known where a message is taken in.
+UNKNOWN = {("robot/ann/pose", T), ("robot/bob/pose", BOB), *itertools.product(["player/ann/manual"], [RED, BLUE])}
+
+
+def test_a_sender_is_believed_on_the_keys_of_its_seat_only() -> None:
+    seats = [seat for seat in ROSTER.seats if seat.kind is not SeatKind.ROUTER]
+    wrong = []
+    for path, (speakers, _) in WHO.items():
+        # A window and an official run nodes of one kind.
+        believed = {sender(seat) for seat in seats if str(seat) in speakers or (path, str(seat)) in UNKNOWN}
+        for who in map(sender, seats):
+            if may_publish(who, f"{ROOT}/{path}") != (who in believed):
+                wrong.append(f"{who} on {path}: expected {who in believed}")
+    assert not wrong, "\n".join(wrong)
+
+
+def test_a_sender_that_is_none_is_not_believed() -> None:
+    expected = {
+        ("official/ann/1", "official"): True,
+        ("official/ann/1", "estop"): True,
+        ("official/ann/1", "clock"): False,
+        ("player/ann/1", "pulse/player/ann"): True,
+        ("player/ann/1", "pulse/player/bob"): False,
+        ("player/bob/1", "team/red/say/ann"): False,
+        ("player", "robot/ann/drive"): False,
+        ("", "robot/ann/drive"): False,
+        ("player/ann/1", "no/such/key"): False,
+    }
+    wrong = [f"{who} on {key}" for (who, key), may in expected.items() if may_publish(who, f"{ROOT}/{key}") != may]
+    assert not wrong, "\n".join(wrong)

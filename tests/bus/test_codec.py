@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 
 from vrg.bus import codec
 from vrg.bus import messages as m
-from vrg.bus.codec import decode, encode
+from vrg.bus.codec import Received, decode, encode, header
 from vrg.bus.topics import Keys
-from vrg.errors import MessageError
+from vrg.errors import MessageError, MisroutedError
 from vrg.hal.sensors import SENSORS, png
 from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.camera import Camera
@@ -193,9 +193,8 @@ def test_every_message_type_is_tried() -> None:
 def test_a_message_comes_back_as_it_was_sent(kind: type[m.Message]) -> None:
     @given(body=MESSAGES[kind], stamp=seconds, sequence=counts)
     def check(body: m.Message, stamp: float, sequence: int) -> None:
-        received = decode(encode(body, stamp, sequence), kind, "k")
-        assert received.body == body
-        assert (received.key, received.stamp, received.sequence) == ("k", stamp, sequence)
+        received = decode(encode(Received("k", stamp, sequence, body, "player/ann")), kind, "k")
+        assert received == Received("k", stamp, sequence, body, "player/ann")
 
     check()
 
@@ -204,7 +203,7 @@ def test_a_message_comes_back_as_it_was_sent(kind: type[m.Message]) -> None:
 def test_a_cut_message_is_refused(kind: type[m.Message]) -> None:
     @given(body=MESSAGES[kind], data=st.data())
     def check(body: m.Message, data: st.DataObject) -> None:
-        payload = encode(body, 1.0, 2)
+        payload = encode(Received("some/key", 1.0, 2, body))
         cut = data.draw(st.integers(0, len(payload) - 1))
         with pytest.raises(MessageError, match="some/key"):
             decode(payload[:cut], kind, "some/key")
@@ -222,18 +221,28 @@ def test_junk_is_refused_or_valid_but_never_anything_else(junk: bytes) -> None:
 
 
 def test_any_reader_of_messagepack_understands_the_wire() -> None:
-    payload = encode(m.Drive(twist=Twist(1.5, -2.0)), 3.25, 7)
-    assert msgpack.unpackb(payload) == [2, 7, 3.25, {"twist": {"v": 1.5, "w": -2.0}, "armed": True}]
+    payload = encode(Received("k", 3.25, 7, m.Drive(twist=Twist(1.5, -2.0)), "player/ann"), "player/ann/1f")
+    assert msgpack.unpackb(payload) == [
+        2,
+        2,
+        "player/ann/1f",
+        "k",
+        7,
+        3.25,
+        {"twist": {"v": 1.5, "w": -2.0}, "armed": True},
+    ]
 
 
 def test_any_writer_of_messagepack_is_understood() -> None:
-    payload = msgpack.packb([2, 7, 3.25, {"twist": {"v": 1.5, "w": -2}, "armed": True}])
+    payload = msgpack.packb([2, 2, "x", "k", 7, 3.25, {"twist": {"v": 1.5, "w": -2}, "armed": True}])
     assert decode(payload, m.Drive, "k").body == m.Drive(twist=Twist(1.5, -2.0))
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1001.0, "fast", None])
 def test_a_speed_that_is_no_speed_is_refused_by_its_field(value: object) -> None:
-    payload = msgpack.packb([2, 0, 0.0, {"twist": {"v": value, "w": 0.0}, "armed": True}])
+    payload = msgpack.packb(
+        [2, 2, "x", "vrg/m/robot/a/drive", 0, 0.0, {"twist": {"v": value, "w": 0.0}, "armed": True}]
+    )
     with pytest.raises(MessageError, match=r"vrg/m/robot/a/drive: .*twist"):
         decode(payload, m.Drive, "vrg/m/robot/a/drive")
 
@@ -241,13 +250,15 @@ def test_a_speed_that_is_no_speed_is_refused_by_its_field(value: object) -> None
 @pytest.mark.parametrize(
     ("wire", "told"),
     [
-        ([1, 0, 0.0, {"twist": {"v": 0.0, "w": 0.0}}], "version 2 of Drive, got 1"),
-        ([2, 0, math.nan, {"twist": {"v": 0.0, "w": 0.0}}], "Drive"),
-        ([2, -1, 0.0, {"twist": {"v": 0.0, "w": 0.0}}], "Drive"),
-        ([2, 0, 0.0, {"twist": {"v": 0.0}}], "w"),
-        ([2, 0, 0.0, {"twist": {"v": 0.0, "w": 0.0}, "speed": 1}], "speed"),
-        ([1, 0, 0.0], "Drive"),
-        ({"twist": 0.0}, "Drive"),
+        ([1, 2, "x", "k", 0, 0.0, {"twist": {"v": 0.0, "w": 0.0}}], "format 2, got 1: run the same release"),
+        ([2, 1, "x", "k", 0, 0.0, {"twist": {"v": 0.0, "w": 0.0}}], "version 2 of Drive, got 1"),
+        ([2, 2, "x", "k", 0, math.nan, {"twist": {"v": 0.0, "w": 0.0}}], "expected a message"),
+        ([2, 2, "x", "k", -1, 0.0, {"twist": {"v": 0.0, "w": 0.0}}], "expected a message"),
+        ([2, 2, "x" * 401, "k", 0, 0.0, {"twist": {"v": 0.0, "w": 0.0}}], "expected a message"),
+        ([2, 2, "x", "k", 0, 0.0, {"twist": {"v": 0.0}}], "w"),
+        ([2, 2, "x", "k", 0, 0.0, {"twist": {"v": 0.0, "w": 0.0}, "speed": 1}], "speed"),
+        ([2, 0, 0.0, {"twist": {"v": 0.0, "w": 0.0}}], "of format 2"),
+        ({"twist": 0.0}, "of format 2"),
     ],
 )
 def test_what_is_wrong_is_told(wire: object, told: str) -> None:
@@ -255,11 +266,22 @@ def test_what_is_wrong_is_told(wire: object, told: str) -> None:
         decode(msgpack.packb(wire), m.Drive, "k")
 
 
+@given(key=st.text(max_size=20), other=st.text(max_size=20), body=MESSAGES[m.Drive])
+def test_a_message_is_believed_under_its_own_key_only(key: str, other: str, body: m.Drive) -> None:
+    payload = encode(Received(key, 1.0, 2, body, "player/ann"))
+    assert header(payload, key).sequence == 2
+    if other != key:
+        for read in (lambda: header(payload, other), lambda: decode(payload, m.Drive, other)):
+            with pytest.raises(MisroutedError) as refused:
+                read()
+            assert (refused.value.key, refused.value.meant, refused.value.sender) == (other, key, "player/ann")
+
+
 def test_a_scan_with_nan_or_half_a_number_is_refused() -> None:
     good = {"angle_min": 0.0, "angle_step": 0.1, "range_max": 8.0}
     for data in (b"\x00\x00\xc0\x7f", b"\x00\x00\x00"):
         with pytest.raises(MessageError, match="data"):
-            decode(msgpack.packb([1, 0, 0.0, {**good, "data": data}]), Laser, "k")
+            decode(msgpack.packb([2, 1, "x", "k", 0, 0.0, {**good, "data": data}]), Laser, "k")
 
 
 def test_one_thread_at_a_time_makes_decoders(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -282,7 +304,7 @@ def test_one_thread_at_a_time_makes_decoders(monkeypatch: pytest.MonkeyPatch) ->
     start = threading.Barrier(2 * len(messages))
 
     def work(message: m.Message) -> m.Message:
-        data = encode(message, 0.0, 0)
+        data = encode(Received("key", 0.0, 0, message))
         start.wait()
         return decode(data, type(message), "key").body
 

@@ -5,8 +5,8 @@ import logging
 import pytest
 
 from vrg.bus import messages as m
-from vrg.bus.codec import Received, encode
-from vrg.bus.mailbox import QUEUE_LIMIT, Inlet, Mailbox
+from vrg.bus.codec import Received, encode, header
+from vrg.bus.mailbox import QUEUE_LIMIT, Inlet, Mailbox, Numbers, Origin
 from vrg.bus.topics import Keys
 from vrg.types import Twist
 
@@ -81,10 +81,11 @@ def test_a_queue_of_events_is_bounded_and_says_what_it_lost() -> None:
 def test_a_bad_message_is_counted_and_dropped_and_the_next_good_one_arrives(caplog: pytest.LogCaptureFixture) -> None:
     inlet = Inlet(KEYS.drive())
     key = KEYS.drive("a").key
+    junk = header(encode(Received(key, 0.5, 2, m.Estop(by="a"))), key)
     with caplog.at_level(logging.WARNING):
         for _ in range(2000):
-            inlet.offer_bytes(key, b"\xc1junk")
-    inlet.offer_bytes(key, encode(m.Drive(twist=Twist(1.0, 1.0)), 0.5, 3))
+            inlet.offer_header(junk)
+    inlet.offer_header(header(encode(Received(key, 0.5, 3, m.Drive(twist=Twist(1.0, 1.0)))), key))
     inlet.handover()
     assert inlet.dropped == 2000
     assert inlet.latest is not None
@@ -135,3 +136,61 @@ def test_an_alarm_that_nobody_sounded_is_raised_by_the_handover() -> None:
     inlet.offer(Received(KEYS.estop.key, 4.0, 1, m.Estop(by="t")))
     inlet.sound()
     assert heard == [3.0, 4.0]
+
+
+def _heard(inlet: Inlet[m.Call], *steps: tuple[int, Origin, str]) -> list[int]:
+    for number, origin, sender in steps:
+        key = inlet.topic.key
+        inlet.offer_header(header(encode(Received(key, 1.0, number, _call(number).body, sender)), key), origin)
+    inlet.handover()
+    return [message.body.number for message in inlet.take()]
+
+
+def test_an_event_that_comes_twice_is_handed_over_once() -> None:
+    """However it came first, and also if the process that repeats it is asked for it besides."""
+    inlet = Inlet(KEYS.referee_event)
+    live, repeated, asked = ((origin, "coordinator/referee/1") for origin in Origin)
+    assert _heard(inlet, (0, *live), (1, *live), (1, *asked), (1, *live), (1, *repeated), (2, *asked)) == [0, 1, 2]
+    assert _heard(inlet, (2, *live), (3, *repeated), (3, *asked), (4, *live)) == [3, 4]
+
+
+def test_a_sender_that_begins_anew_is_heard_and_old_events_of_a_stranger_are_not() -> None:
+    inlet = Inlet(KEYS.referee_event)
+    old, new = "coordinator/referee/1", "coordinator/referee/2"
+    assert _heard(inlet, (7, Origin.LIVE, old), (0, Origin.LIVE, new), (1, Origin.REPEATED, new)) == [7, 0, 1]
+    assert _heard(inlet, (5, Origin.ASKED, "coordinator/other/1")) == []
+    assert _heard(inlet, (6, Origin.REPEATED, "coordinator/other/1")) == [6], "it may have been published just now"
+
+
+def test_an_alarm_sounds_whatever_the_number_of_its_message() -> None:
+    """A simple program that engages the emergency stop may number all of its messages alike."""
+    sounded: list[int] = []
+    inlet = Inlet(KEYS.estop, lambda message: sounded.append(message.sequence))
+    key = KEYS.estop.key
+    for origin in (Origin.LIVE, Origin.LIVE, Origin.REPEATED, Origin.ASKED):
+        inlet.offer_header(
+            header(encode(Received(key, 0.0, 3, m.Estop(by="button"), "official/button/1")), key), origin
+        )
+    inlet.sound()
+    assert sounded == [3, 3]
+
+
+def test_the_numbers_of_invented_senders_fill_no_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vrg.bus.mailbox.SENDERS_LIMIT", 3)
+    numbers, key = Numbers(), KEYS.referee_event.key
+    for sender in range(100):
+        head = header(encode(Received(key, 1.0, 1, _call(1).body, f"coordinator/{sender}/1")), key)
+        assert numbers.is_new(head, Origin.LIVE)
+    assert len(numbers._newest) <= 3
+
+
+def test_messages_of_one_instant_are_in_the_order_of_key_sender_and_number() -> None:
+    key = KEYS.referee_event.key
+    senders = ["player/ann", "player/ann-b", "player/bob"]
+    for end in ("", "/3f60c1d2"):
+        inlet = Inlet(KEYS.referee_event)
+        wanted = [(sender + end, number) for sender in senders for number in (0, 1)]
+        for sender, number in reversed(wanted):
+            inlet.offer(Received(key, 1.0, number, _call(number).body, sender))
+        inlet.handover()
+        assert [(message.sender, message.sequence) for message in inlet.take()] == wanted

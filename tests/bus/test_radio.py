@@ -32,10 +32,7 @@ class Station:
     def say(self, words: object, now: float) -> list[Received[Say]]:
         self.mailbox.handover(now)
         self.radio.say(words, (0.0, 0.0))
-        return [
-            decode(encode(out.message.body, out.message.stamp, out.message.sequence), Say, out.message.key)
-            for out in self.mailbox.collect()
-        ]
+        return [decode(encode(out.message), Say, out.message.key) for out in self.mailbox.collect()]
 
     def hear(self, messages: list[Received[Say]], now: float) -> list[Heard]:
         for message in messages:

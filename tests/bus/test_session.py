@@ -8,18 +8,22 @@ from collections.abc import Callable, Iterator
 from itertools import pairwise
 
 import pytest
+import zenoh
 
 from vrg.bus import messages as m
+from vrg.bus.codec import Received, decode, encode
+from vrg.bus.configuration import client_settings
+from vrg.bus.link import EVENTS_KEPT
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Node, Tick, due_index
 from vrg.bus.process import claim, run_node, run_world
-from vrg.bus.session import Session, open_router, open_session
-from vrg.bus.topics import Keys, Qos
+from vrg.bus.session import Session, configuration, open_router, open_session
+from vrg.bus.topics import Keys, Qos, Topic
 from vrg.errors import BusError, DuplicateNodeError
 from vrg.types import STILL, Twist
 
 KEYS = Keys("m")
-PATIENCE = 10.0
+PATIENCE = 60.0
 
 
 @pytest.fixture
@@ -45,6 +49,25 @@ def receive(session: Session, mailbox: Mailbox) -> None:
 
 def call(number: int) -> m.Call:
     return m.Call(number=number, rule="r", text="", players=[], poses=[], clock=0.0)
+
+
+class Calls:
+    """Calls that one session publishes and another one hears. The mailboxes must be attached to `other`."""
+
+    def __init__(self, one: Session, other: Session) -> None:
+        self._one, self._other = one, other
+        self.sender, self.receiver = Mailbox("coordinator/referee"), Mailbox()
+        self._inlet = self.receiver.subscribe(KEYS.referee_event)
+        self.numbers: list[int] = []
+
+    def send(self, number: int) -> None:
+        self.sender.publish(KEYS.referee_event, call(number))
+        self._one.send(self.sender.collect())
+
+    def heard(self, number: int) -> bool:
+        receive(self._other, self.receiver)
+        self.numbers.extend(c.body.number for c in self._inlet.take())
+        return number in self.numbers
 
 
 def test_a_message_goes_from_one_session_to_another(endpoint: str) -> None:
@@ -111,30 +134,362 @@ def test_events_that_were_missed_while_the_router_was_away_come_later() -> None:
         router = contextlib.ExitStack()
         router.enter_context(open_router(endpoint))
         one, other = (stack.enter_context(open_session(endpoint)) for _ in range(2))
-        sender, receiver = Mailbox(), Mailbox()
-        inlet = receiver.subscribe(KEYS.referee_event)
-        other.attach(receiver)
+        calls = Calls(one, other)
+        other.attach(calls.receiver)
         assert one.wait_for_listener(KEYS.referee_event.key, KEYS.referee_event.qos, PATIENCE)
-        numbers: list[int] = []
-
-        def send(number: int) -> None:
-            sender.publish(KEYS.referee_event, call(number))
-            one.send(sender.collect())
-
-        def heard(number: int) -> bool:
-            receive(other, receiver)
-            numbers.extend(c.body.number for c in inlet.take())
-            return number in numbers
-
-        send(1)
-        wait(lambda: heard(1), "the first")
+        calls.send(1)
+        wait(lambda: calls.heard(1), "the first")
         router.close()
         wait(lambda: not one.connected and not other.connected, "the router to be missed")
-        send(2)
-        send(3)
+        calls.send(2)
+        calls.send(3)
         stack.enter_context(open_router(endpoint))
-        wait(lambda: heard(3), "what was missed")
-        assert numbers == [1, 2, 3]
+        wait(lambda: calls.heard(3), "what was missed")
+        assert calls.numbers == [1, 2, 3]
+
+
+@pytest.fixture
+def put(endpoint: str) -> Iterator[Callable[[str, bytes], None]]:
+    """Publishes bytes on a key, as zenoh does that has mixed up the keys."""
+    raw = zenoh.open(configuration(client_settings(endpoint)))
+    yield raw.put
+    raw.close()  # type: ignore[no-untyped-call]
+
+
+def drive(robot: str, v: float, sequence: int = 0, sender: str = "player/x/1") -> bytes:
+    return encode(Received(KEYS.drive(robot).key, 1.0, sequence, m.Drive(twist=Twist(v, 0.0)), sender))
+
+
+def test_a_message_under_the_key_of_another_robot_is_refused_and_counted(
+    endpoint: str, put: Callable[[str, bytes], None], caplog: pytest.LogCaptureFixture
+) -> None:
+    ann, bob = KEYS.drive("ann").key, KEYS.drive("bob").key
+    with open_session(endpoint) as session:
+        receiver, raw = Mailbox(), []
+        exact, wide = receiver.subscribe(KEYS.drive("bob")), receiver.subscribe(KEYS.drive())
+        session.attach(receiver)
+        session.watch_raw(KEYS.drive().key, lambda key, payload: raw.append((key, payload)))
+
+        def heard(v: float) -> bool:
+            receive(session, receiver)
+            return ann in wide.by_key and wide.by_key[ann].body.twist.v == v
+
+        wait(lambda: (put(ann, drive("ann", 0.5)), heard(0.5))[1], "the first")
+        put(bob, drive("bob", 0.1))
+        put(bob, drive("ann", 0.9, 1))
+        put(bob, drive("ann", 0.8, 2))
+        put(ann, drive("ann", 0.6, 3))
+        wait(lambda: heard(0.6), "the last")
+        wait(lambda: session.refused == {bob: 2 * 3}, "each of the three that listen to refuse both")
+        wait(lambda: (receive(session, receiver), bool(exact.by_key))[1], "what was meant for the robot")
+        assert [r.body.twist.v for r in exact.by_key.values()] == [0.1]
+        assert {key: r.body.twist.v for key, r in wide.by_key.items()} == {ann: 0.6, bob: 0.1}
+
+        def drives() -> set[tuple[str, float]]:
+            return {(key, decode(payload, m.Drive, key).body.twist.v) for key, payload in raw}
+
+        wait(lambda: drives() == {(ann, 0.5), (bob, 0.1), (ann, 0.6)}, "the same, undecoded")
+    told = [record.message for record in caplog.records if "refused" in record.message]
+    assert told == [f"refused a message: {bob}: expected a message for this key, got one of player/x/1 for {ann}"]
+
+
+def test_with_seats_a_sender_is_heard_on_its_own_keys_only(endpoint: str, put: Callable[[str, bytes], None]) -> None:
+    raw = zenoh.open(configuration(client_settings(endpoint)))
+    session = Session(raw, lambda: raw, seats=True)
+    with contextlib.closing(session):
+        receiver = Mailbox()
+        inlet = receiver.subscribe(KEYS.drive())
+        session.attach(receiver)
+        key = KEYS.drive("ann").key
+
+        def heard() -> bool:
+            put(key, drive("ann", 0.5, sender="player/ann/1"))
+            put(key, drive("ann", 0.9, sender="player/bob/1"))
+            receive(session, receiver)
+            senders.update(r.sender for r in inlet.take())
+            return session.refused[key] > 3 and bool(senders)
+
+        senders: set[str] = set()
+        wait(heard, "the player's own, and some of the other's")
+        assert senders == {"player/ann/1"}
+
+
+class Cuttable:
+    """A way to a router that can be cut while both ends go on: it passes bytes between two ports."""
+
+    def __init__(self, endpoint: str) -> None:
+        self._to = ("127.0.0.1", int(endpoint.rpartition(":")[2]))
+        self._server = socket.create_server(("127.0.0.1", 0))
+        self.endpoint = f"tcp/127.0.0.1:{self._server.getsockname()[1]}"
+        self._ends: list[socket.socket] = []
+        self.open = True
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def _accept(self) -> None:
+        with contextlib.suppress(OSError):
+            while True:
+                end, _ = self._server.accept()
+                if not self.open:
+                    end.close()
+                    continue
+                other = socket.create_connection(self._to)
+                self._ends += [end, other]
+                for pair in ((end, other), (other, end)):
+                    threading.Thread(target=self._pass, args=pair, daemon=True).start()
+
+    @staticmethod
+    def _pass(source: socket.socket, target: socket.socket) -> None:
+        with contextlib.suppress(OSError):
+            while data := source.recv(1 << 16):
+                target.sendall(data)
+        for end in (source, target):
+            with contextlib.suppress(OSError):
+                end.shutdown(socket.SHUT_RDWR)
+
+    def cut(self) -> None:
+        self.open = False
+        for end in self._ends:
+            with contextlib.suppress(OSError):
+                end.shutdown(socket.SHUT_RDWR)
+
+    def mend(self) -> None:
+        self.open = True
+
+    def close(self) -> None:
+        self._server.close()
+        self.cut()
+
+
+@pytest.fixture
+def way(endpoint: str) -> Iterator[Cuttable]:
+    with contextlib.closing(Cuttable(endpoint)) as found:
+        yield found
+
+
+@pytest.fixture
+def opened(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The ids of the sessions of zenoh's that are opened from now on."""
+    found: list[str] = []
+    real = zenoh.open
+
+    def opens(settings: zenoh.Config) -> zenoh.Session:
+        raw = real(settings)
+        found.append(str(raw.zid()))
+        return raw
+
+    monkeypatch.setattr(zenoh, "open", opens)
+    return found
+
+
+def test_after_a_lost_link_there_is_a_new_session_that_has_everything_of_the_old_one(
+    endpoint: str, way: Cuttable, opened: list[str]
+) -> None:
+    """The receiver's link is cut: what it has missed comes later, once; what is from before it was there does not."""
+    topic = KEYS.referee_event
+    with open_session(endpoint) as one, open_session(endpoint) as stranger, open_session(way.endpoint) as other:
+        calls, unheard = Calls(one, other), Mailbox("coordinator/other")
+        sender, receiver = calls.sender, calls.receiver
+        limits = receiver.subscribe(KEYS.speed_limit())
+        unheard.publish(topic, call(99))
+        stranger.send(unheard.collect())
+        other.attach(receiver)
+        other.declare_alive(KEYS.alive("player", "ann", "1"))
+        raw: list[str] = []
+        other.watch_raw(KEYS.drive().key, lambda key, _payload: raw.append(key))
+        take = other.collect_raw(KEYS.drive().key, 100)
+        assert one.wait_for_listener(topic.key, topic.qos, PATIENCE)
+        calls.send(1)
+        wait(lambda: calls.heard(1), "the first")
+        calls.send(2)
+        way.cut()
+        wait(lambda: not other.connected, "the link to be missed")
+        calls.send(3)
+        sender.publish(KEYS.speed_limit("ann"), m.SpeedLimit(v_max=0.5))
+        calls.send(4)
+        way.mend()
+        wait(lambda: other.connected, "the link to be back")
+        calls.send(5)
+        wait(lambda: calls.heard(5), "what was missed, and what came then")
+        assert len(opened) == len(set(opened)) == 4, "each with an id of its own"
+        assert KEYS.alive("player", "ann", "1") in one.alive(KEYS.alive())
+        wait(lambda: (receive(other, receiver), limits.latest is not None)[1], "the state")
+
+        def drives() -> bool:
+            sender.publish(KEYS.drive("ann"), m.Drive(twist=STILL))
+            one.send(sender.collect())
+            return bool(raw) and bool(take())
+
+        wait(drives, "what is only looked at")
+        calls.send(6)
+        wait(lambda: calls.heard(6), "the next")
+        assert calls.numbers == [1, 2, 3, 4, 5, 6]
+
+
+def test_what_was_published_while_the_link_was_lost_arrives_once(endpoint: str, way: Cuttable) -> None:
+    """The sender's link is cut."""
+    topic = KEYS.referee_event
+    with open_session(way.endpoint) as one, open_session(endpoint) as other:
+        calls = Calls(one, other)
+        sender, receiver = calls.sender, calls.receiver
+        limits = receiver.subscribe(KEYS.speed_limit())
+        other.attach(receiver)
+
+        def send(number: int) -> None:
+            sender.publish(KEYS.speed_limit("ann"), m.SpeedLimit(v_max=0.1 * number))
+            calls.send(number)
+
+        assert one.wait_for_listener(topic.key, topic.qos, PATIENCE)
+        send(1)
+        send(2)
+        wait(lambda: calls.heard(2), "what was sent before")
+        way.cut()
+        wait(lambda: not one.connected, "the link to be missed")
+        send(3)
+        send(4)
+        way.mend()
+        wait(lambda: calls.heard(4), "what was sent meanwhile")
+        send(5)
+        wait(lambda: calls.heard(5), "the next")
+        assert calls.numbers == [1, 2, 3, 4, 5]
+
+        def limited() -> bool:
+            receive(other, receiver)
+            return limits.latest is not None and limits.latest.body.v_max == 0.5
+
+        wait(limited, "the newest state")
+        with open_session(endpoint) as late:
+            joined = Mailbox()
+            inlet = joined.subscribe(KEYS.speed_limit())
+            late.attach(joined)
+            wait(lambda: (receive(late, joined), inlet.latest is not None)[1], "the state, for a late joiner")
+
+
+def test_events_come_once_and_in_order_however_often_both_links_are_lost(endpoint: str) -> None:
+    """The node takes in what has come at once, late, and while it is being asked what was missed."""
+    topic = KEYS.referee_event
+    with (
+        contextlib.closing(Cuttable(endpoint)) as out,
+        contextlib.closing(Cuttable(endpoint)) as back,
+        open_session(out.endpoint) as one,
+        open_session(back.endpoint) as other,
+    ):
+        sender, receiver = Mailbox("coordinator/referee"), Mailbox()
+        calls = receiver.subscribe(topic)
+        other.attach(receiver)
+        assert one.wait_for_listener(topic.key, topic.qos, PATIENCE)
+        numbers: list[int] = []
+        sent = turns = 0
+        most = 1000
+
+        def go_on() -> bool:
+            nonlocal sent, turns
+            turns += 1
+            if sent < most:
+                sent += 1
+                sender.publish(topic, call(sent))
+                one.send(sender.collect())
+            if turns % 3 == 0:
+                receive(other, receiver)
+                numbers.extend(c.body.number for c in calls.take())
+            return bool(numbers)
+
+        wait(go_on, "the first")
+        for ways in ([back], [out], [out, back], [back], [out, back]):
+            most = sent + EVENTS_KEPT // 2  # however long it takes, not more than is kept
+            for way in ways:
+                way.cut()
+            wait(lambda: go_on() and not (one.connected and other.connected), "the links to be missed")
+            for way in ways:
+                way.mend()
+            wait(lambda: go_on() and one.connected and other.connected, "the links")
+            most, until = 10_000, sent + 60
+            wait(lambda until=until: go_on() and sent >= until, "more")  # type: ignore[misc]
+        last = sent
+
+        def all_here() -> bool:
+            receive(other, receiver)
+            numbers.extend(c.body.number for c in calls.take())
+            return numbers[-1] == last
+
+        wait(all_here, "the last")
+        assert numbers == list(range(numbers[0], last + 1))
+
+
+def test_a_release_that_could_not_be_given_at_once_is_never_given(endpoint: str, way: Cuttable) -> None:
+    """Somebody may have engaged the emergency stop again meanwhile."""
+    with open_session(way.endpoint) as one, open_session(endpoint) as other:
+        sender, receiver = Mailbox("official/ann"), Mailbox()
+        releases, stops = receiver.subscribe(KEYS.estop_release), receiver.subscribe(KEYS.estop)
+        other.attach(receiver)
+
+        def give(topic: Topic[m.Message], order: m.Message) -> None:
+            sender.publish(topic, order)
+            one.send(sender.collect())
+
+        def given() -> tuple[int, int]:
+            receive(other, receiver)
+            counts[0] += len(releases.take())
+            counts[1] += len(stops.take())
+            return counts[0], counts[1]
+
+        counts = [0, 0]
+        assert one.wait_for_listener(KEYS.estop_release.key, Qos.EVENT, PATIENCE)
+        give(KEYS.estop_release, m.EstopRelease(by="ann"))  # type: ignore[arg-type]
+        wait(lambda: given() == (1, 0), "the first")
+        way.cut()
+        wait(lambda: not one.connected, "the link to be missed")
+        give(KEYS.estop_release, m.EstopRelease(by="ann"))  # type: ignore[arg-type]
+        give(KEYS.estop, m.Estop(by="ann"))  # type: ignore[arg-type]
+        way.mend()
+        wait(lambda: given()[1] == 1, "the emergency stop, which counts whenever it comes")
+        assert counts == [1, 1]
+        give(KEYS.estop_release, m.EstopRelease(by="ann"))  # type: ignore[arg-type]
+        wait(lambda: given() == (2, 1), "the next")
+
+
+def test_a_mailbox_can_be_attached_while_a_link_is_lost(endpoint: str, way: Cuttable) -> None:
+    with open_session(way.endpoint) as session, open_session(endpoint) as other:
+        way.cut()
+        wait(lambda: not session.connected, "the link to be missed")
+        mailbox, sender = Mailbox(), Mailbox("coordinator/referee")
+        calls = mailbox.subscribe(KEYS.referee_event)
+        session.attach(mailbox)
+        way.mend()
+        assert other.wait_for_listener(KEYS.referee_event.key, Qos.EVENT, PATIENCE)
+        sender.publish(KEYS.referee_event, call(1))
+        other.send(sender.collect())
+        wait(lambda: (receive(session, mailbox), bool(calls.take()))[1], "a call")
+
+
+def test_a_listener_is_waited_for_while_the_link_is_lost(endpoint: str, way: Cuttable) -> None:
+    with open_session(way.endpoint) as session, open_session(endpoint) as other:
+        mailbox = Mailbox()
+        mailbox.subscribe(KEYS.estop)
+        other.attach(mailbox)
+        way.cut()
+        wait(lambda: not session.connected, "the link to be missed")
+        threading.Timer(0.3, way.mend).start()
+        assert session.wait_for_listener(KEYS.estop.key, Qos.EVENT, PATIENCE)
+
+
+def test_what_goes_wrong_with_a_link_is_raised_where_messages_are_received(
+    endpoint: str, way: Cuttable, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(_settings: object) -> None:
+        raise OSError("the keys are gone")
+
+    with open_session(way.endpoint) as session:
+        monkeypatch.setattr(zenoh, "open", fails)
+        way.cut()
+
+        def raised() -> bool:
+            try:
+                session.receive()
+            except OSError:
+                return True
+            return False
+
+        wait(raised, "the error")
 
 
 def test_nobody_at_the_endpoint_is_told_with_what_to_do() -> None:

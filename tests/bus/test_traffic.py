@@ -3,7 +3,7 @@
 import pytest
 
 from vrg.bus import messages as m
-from vrg.bus.codec import encode
+from vrg.bus.codec import Received, encode
 from vrg.bus.topics import Keys
 from vrg.bus.traffic import SPAN, Traffic
 
@@ -19,8 +19,9 @@ class Link:
 
     def say(self, sequence: int, forward: float = 0.5, key: str = "") -> int:
         """Let a message come; its size in bytes."""
-        payload = encode(m.Manual(forward=forward, turn=0.0, lease=0.5), self.now - 90.0, sequence)
-        self.traffic.arrived(key or KEYS.manual("ann").key, payload)
+        key = key or KEYS.manual("ann").key
+        payload = encode(Received(key, self.now - 90.0, sequence, m.Manual(forward=forward, turn=0.0, lease=0.5)))
+        self.traffic.arrived(key, payload)
         return len(payload)
 
 
@@ -79,7 +80,8 @@ def test_the_newest_message_of_each_key_is_decoded_on_demand(link):
 def test_what_is_no_message_is_counted_and_loses_nothing(link):
     link.say(0, 0.1)
     link.traffic.arrived(KEYS.manual("ann").key, b"\xc1")
-    link.traffic.arrived(KEYS.report("ann").key, encode(m.Estop(by="x"), 1.0, 0))
+    key = KEYS.report("ann").key
+    link.traffic.arrived(key, encode(Received(key, 1.0, 0, m.Estop(by="x"))))
     assert link.traffic.newest(KEYS.report()) == []
     assert [stream.bad for stream in link.traffic.look()] == [1, 1]
     assert link.traffic.newest(KEYS.manual())[0].body.forward == 0.1
@@ -99,7 +101,8 @@ def test_after_more_than_can_wait_nothing_is_counted_as_lost(monkeypatch):
 
     def say(*numbers):
         manual = m.Manual(forward=0.5, turn=0.0, lease=0.5)
-        waiting.extend((KEYS.manual("ann").key, encode(manual, 1.0, number)) for number in numbers)
+        key = KEYS.manual("ann").key
+        waiting.extend((key, encode(Received(key, 1.0, number, manual))) for number in numbers)
         traffic.take()
 
     say(0, 1)
@@ -108,3 +111,14 @@ def test_after_more_than_can_wait_nothing_is_counted_as_lost(monkeypatch):
     say(12)
     traffic._looked = -1.0
     assert traffic.look()[0].lost == 1
+
+
+def test_what_was_published_on_another_key_is_counted_and_nothing_else(link):
+    key, other = KEYS.manual("ann").key, KEYS.manual("bob").key
+    link.say(0)
+    link.traffic.arrived(key, encode(Received(other, 10.0, 7, m.Manual(forward=0.9, turn=0.0, lease=0.5))))
+    link.now += 1.0
+    [stream] = link.traffic.look()
+    assert (stream.misrouted, stream.bad, stream.lost) == (1, 0, 0)
+    [newest] = link.traffic.newest(KEYS.manual("ann"))
+    assert newest.body.forward == 0.5

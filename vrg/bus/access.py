@@ -12,6 +12,7 @@ expression contains the message's whole expression, so who listens with a wildca
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from itertools import product
 from typing import Any
 
@@ -30,6 +31,8 @@ NODES: dict[SeatKind, tuple[str, str]] = {
     SeatKind.TRACKER: ("tracker", "*"),
 }
 """The kind and the name of the node that a seat runs. A seat with a name runs a node of its own kind and name."""
+DECIDING = "official"
+"""The kind of sender of a command such as `vrg official`, which runs no node."""
 _BROAD = (SeatKind.OFFICIAL, SeatKind.WINDOW)
 """The seats that may ask for everything at once, as `vrg topic list` does. They are given what they may hear."""
 
@@ -49,6 +52,44 @@ def hears(seat: Seat, line: Line[Any], roster: Roster) -> list[str]:
     if seat.kind is SeatKind.OFFICIAL:
         return [Keys.expression(line.path)]
     return _expressions(seat, line, line.listeners, roster)
+
+
+@lru_cache(maxsize=4096)
+def may_publish(sender: str, key: str) -> bool:
+    """Whether a sender, as it stands in a message, may be one of the speakers of a key.
+
+    The router decides by the seat, which cannot be forged. This finds messages that the bus has mixed up. Who is in
+    which team, and which robots are located by a tracker, is not known here.
+
+    Args:
+        sender: such as `player/ann/3f60c1d2`. key: such as `vrg/courtyard/robot/ann/drive`.
+    """
+    kind, name, *_ = *sender.split("/"), ""
+    for line in lines():
+        pattern = re.sub(r"\\{(\w+)\\}", r"(?P<\1>[^/]+)", re.escape(line.path))
+        found = re.fullmatch(rf"vrg/[^/]+/{pattern}", key)
+        if found is not None:
+            holes = found.groupdict()
+            if "kind" in holes and (holes["kind"], holes["name"]) != (kind, name):
+                return False
+            return any(kind in _senders(party) and _own(party, name, holes) for party in line.speakers)
+    return False
+
+
+def _senders(party: Party) -> tuple[str, ...]:
+    """The kinds of senders that speak from a seat."""
+    node = NODES.get(party.kind, (party.kind.value, ""))[0]
+    return (node, DECIDING) if party.kind in _BROAD else (node,)
+
+
+def _own(party: Party, name: str, holes: dict[str, str]) -> bool:
+    """Whether the names in a key are the sender's own, where they must be."""
+    own: tuple[str, ...] = ()
+    if party.kind in (SeatKind.PLAYER, SeatKind.HUD):
+        own = ("robot", "player")
+    elif party.kind is SeatKind.COMMANDER and "player" not in holes:
+        own = ("team",)
+    return all(holes.get(hole, name) == name for hole in own)
 
 
 def in_words(line: Line[Any], parties: Sequence[Party]) -> str:
@@ -142,7 +183,7 @@ def _rule_of_routers(seat: Seat) -> dict[str, Any]:
 
 def _rules_of(seat: Seat, roster: Roster) -> list[dict[str, Any]]:
     root = Keys(roster.match).root
-    said, answered, said_lasting, heard, heard_lasting, asked = [], [], [], [], [], []
+    said, answered, said_lasting, heard, heard_lasting, asked, asked_of = [], [], [], [], [], [], []
     for line in lines():
         spoken, listened = speaks(seat, line, roster), hears(seat, line, roster)
         said += spoken
@@ -152,6 +193,8 @@ def _rules_of(seat: Seat, roster: Roster) -> list[dict[str, Any]]:
         if line.qos is not Qos.LATEST:
             answered += spoken
             said_lasting += [f"{key}/@adv/**" for key in spoken]
+            # A listener asks all speakers of the line at once.
+            asked_of += [f"{Keys.expression(line.path)}/@adv/**"] if spoken else []
             heard_lasting += [f"{key}/@adv/**" for key in listened]
     everything = ["**", "**/@adv/**"]
     asked += everything if seat.kind in _BROAD else [*heard, *heard_lasting]
@@ -163,7 +206,7 @@ def _rules_of(seat: Seat, roster: Roster) -> list[dict[str, Any]]:
     wanted = [
         ("speak", ["ingress"], ["put"], [*said, *said_lasting]),
         ("answer", ["ingress"], ["reply", "declare_queryable"], [*answered, *said_lasting]),
-        ("be-asked", ["egress"], ["query"], said_lasting),
+        ("be-asked", ["egress"], ["query"], [*said_lasting, *asked_of]),
         ("be", ["ingress"], ["liveliness_token"], [*alive, *said_lasting]),
         ("hear", ["egress"], ["put", "reply"], [*heard, *heard_lasting]),
         ("listen", ["ingress"], ["declare_subscriber"], asked),

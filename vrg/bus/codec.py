@@ -1,45 +1,85 @@
 """The codec that turns messages into MessagePack and back.
 
-On the wire a message is a MessagePack array `[version, sequence, stamp, body]`; body is a map by field name.
+On the wire a message is a MessagePack array `[format, version, sender, key, sequence, stamp, body]`; body is a map by
+field name. The key is the one that the sender has published on: zenoh may deliver a message under another key after a
+link was lost, so a receiver believes only what names the key that it came on.
 """
 
 import threading
-from typing import Annotated, Generic, TypeVar
+from typing import Annotated, Final, Generic, TypeVar
 
 import msgspec
 from msgspec import Meta, Raw, Struct
 
 from vrg.bus.messages import Message
-from vrg.errors import MessageError
+from vrg.errors import MessageError, MisroutedError
+
+WIRE: Final = 2
+"""The version of the array that every message is. A receiver refuses every other one."""
+SENDER_LENGTH: Final = 400
+"""The length of the longest sender, in characters. A name of 64 characters may have four times as many in a key."""
 
 T = TypeVar("T", bound=Message)
 T_co = TypeVar("T_co", bound=Message, covariant=True)
 
 _encoder = msgspec.msgpack.Encoder()
-_header = msgspec.msgpack.Decoder(tuple[int, Annotated[int, Meta(ge=0)], Annotated[float, Meta(ge=0.0, le=1e8)], Raw])
+_LAYOUT: Final = "[format, version, sender, key, sequence, stamp, body]"
 _bodies: dict[type[Message], msgspec.msgpack.Decoder[Message]] = {}
 _making = threading.Lock()
 
 
 class Received(Struct, Generic[T_co], frozen=True, gc=False):
-    """A message that has arrived, with its key, its stamp and its number.
+    """A message that has arrived, with its key, its stamp, its number and its sender.
 
     Args:
         key: the key that it came on.
         stamp: the match time of the measurement, or of the sender's tick, s.
         sequence: counts the sender's messages on this key from 0.
         body: the message itself.
+        sender: the kind and the name of the node that has published it, such as `player/ann`. What came over the bus
+            has the instance of the sender's process behind them, such as `player/ann/3f60c1d2`.
     """
 
     key: str
     stamp: float
     sequence: int
     body: T_co
+    sender: str = ""
 
 
-def encode(body: Message, stamp: float, sequence: int) -> bytes:
-    """Encode a message for the wire."""
-    return _encoder.encode((body.version, sequence, stamp, body))
+class Header(Struct, frozen=True, array_like=True, forbid_unknown_fields=True, gc=False):
+    """What stands before the body of a message, and the encoded body."""
+
+    format: int
+    version: int
+    sender: Annotated[str, Meta(max_length=SENDER_LENGTH)]
+    key: str
+    sequence: Annotated[int, Meta(ge=0)]
+    stamp: Annotated[float, Meta(ge=0.0, le=1e8)]
+    body: Raw
+
+
+_header = msgspec.msgpack.Decoder(Header)
+
+
+def encode(message: Received[Message], sender: str | None = None) -> bytes:
+    """Encode a message for the wire.
+
+    Args:
+        sender: stands on the wire in place of the message's own.
+    """
+    body = message.body
+    return _encoder.encode(
+        (
+            WIRE,
+            body.version,
+            message.sender if sender is None else sender,
+            message.key,
+            message.sequence,
+            message.stamp,
+            body,
+        )
+    )
 
 
 def checked(body: T) -> T:
@@ -66,17 +106,24 @@ def plain(value: object) -> object:
     raise TypeError(f"expected numbers, texts, lists and tables, got {type(value).__name__}")
 
 
-def header(payload: bytes, key: str) -> tuple[int, float]:
-    """The number and the stamp of a message, without its body: (sequence, match time in s).
+def header(payload: bytes, key: str) -> Header:
+    """The header of a message that came on a key. The body is not looked at.
 
     Raises:
-        MessageError: the payload is no message.
+        MisroutedError: it was published on another key.
+        MessageError: the payload is no message, or of another format.
     """
     try:
-        _, sequence, stamp, _ = _header.decode(payload)
+        found = _header.decode(payload)
     except (msgspec.DecodeError, msgspec.ValidationError, UnicodeDecodeError, RecursionError) as error:
-        raise MessageError(f"{key}: expected a message: {error}") from None
-    return sequence, stamp
+        raise MessageError(f"{key}: expected a message {_LAYOUT} of format {WIRE}: {error}") from None
+    if found.format != WIRE:
+        raise MessageError(
+            f"{key}: expected a message of format {WIRE}, got {found.format}: run the same release of vrg everywhere"
+        )
+    if found.key != key:
+        raise MisroutedError(key, found.key, found.sender)
+    return found
 
 
 def _new_decoder(message_type: type[Message]) -> msgspec.msgpack.Decoder[Message]:
@@ -90,21 +137,30 @@ def _new_decoder(message_type: type[Message]) -> msgspec.msgpack.Decoder[Message
 
 
 def decode(payload: bytes, message_type: type[T], key: str) -> Received[T]:
-    """Decode and validate a message.
+    """Decode and validate a message that came on a key.
 
     Raises:
+        MisroutedError: it was published on another key.
         MessageError: the payload is truncated, nested too deep or of another version, a field is unknown or missing, or
             a value is out of range or NaN.
     """
+    return decode_body(header(payload, key), message_type)
+
+
+def decode_body(head: Header, message_type: type[T]) -> Received[T]:
+    """Decode and validate the body behind a header.
+
+    Raises:
+        MessageError: see `decode`.
+    """
     decoder = _bodies.get(message_type) or _new_decoder(message_type)
+    if head.version != message_type.version:
+        raise MessageError(
+            f"{head.key}: expected version {message_type.version} of {message_type.__name__}, got {head.version}: "
+            "run the same release of vrg everywhere"
+        )
     try:
-        version, sequence, stamp, raw = _header.decode(payload)
-        if version != message_type.version:
-            raise MessageError(
-                f"{key}: expected version {message_type.version} of {message_type.__name__}, got {version}: "
-                "run the same release of vrg everywhere"
-            )
-        body = decoder.decode(raw)
+        body = decoder.decode(head.body)
     except (msgspec.DecodeError, msgspec.ValidationError, UnicodeDecodeError, RecursionError) as error:
-        raise MessageError(f"{key}: expected {message_type.__name__}: {error}") from None
-    return Received(key, stamp, sequence, body)  # type: ignore[arg-type]
+        raise MessageError(f"{head.key}: expected {message_type.__name__}: {error}") from None
+    return Received(head.key, head.stamp, head.sequence, body, head.sender)  # type: ignore[arg-type]

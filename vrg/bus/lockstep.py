@@ -113,6 +113,4 @@ class Lockstep:
 
 def _over_the_wire(out: Outgoing) -> Received[Message]:
     """The message as its receivers would get it from the bus."""
-    message = out.message
-    payload = encode(message.body, message.stamp, message.sequence)
-    return decode(payload, out.topic.type, message.key)
+    return decode(encode(out.message), out.topic.type, out.message.key)

@@ -1,12 +1,14 @@
 """The mailbox of one node. Executors fill and empty it between ticks; nodes only read from it and publish to it."""
 
+import enum
 import logging
+import sys
 from collections.abc import Callable
-from typing import Generic, TypeVar
+from typing import Final, Generic, TypeVar
 
 from msgspec import Struct
 
-from vrg.bus.codec import Received, decode
+from vrg.bus.codec import Header, Received, decode_body
 from vrg.bus.messages import Message
 from vrg.bus.topics import Qos, Topic
 from vrg.errors import MessageError
@@ -19,6 +21,40 @@ QUEUE_LIMIT = 10_000
 """The number of events that are kept for a node that does not tick. Beyond it the oldest are dropped and counted."""
 LOUD_DROPS = 5
 """The number of bad messages of a subscription that are logged one by one; then only the 10th, the 100th and so on."""
+SENDERS_LIMIT: Final = 10_000
+"""The number of senders of events whose newest numbers are remembered."""
+
+
+class Origin(enum.Enum):
+    """The way in which an event has come over the bus.
+
+    LIVE was just published. REPEATED was published once more, because its sender's link was lost. ASKED was asked for,
+    because the receiver's own link was lost.
+    """
+
+    LIVE = "live"
+    REPEATED = "repeated"
+    ASKED = "asked"
+
+
+class Numbers:
+    """The newest numbers of the messages of each sender on each key."""
+
+    def __init__(self) -> None:
+        self._newest: dict[tuple[str, str], int] = {}
+
+    def is_new(self, head: Header, origin: Origin) -> bool:
+        """Return whether a message has a higher number than all of its sender before it, and remember it.
+
+        What was asked for is no news if its sender was never heard: it may be from before this process was there.
+        """
+        link = (head.key, head.sender)
+        if head.sequence <= self._newest.get(link, sys.maxsize if origin is Origin.ASKED else -1):
+            return False
+        if len(self._newest) >= SENDERS_LIMIT:
+            self._newest.clear()
+        self._newest[link] = head.sequence
+        return True
 
 
 class Inlet(Generic[T]):
@@ -47,6 +83,7 @@ class Inlet(Generic[T]):
         self._events: list[Received[T]] = []
         self._news: dict[str, Received[T]] = {}
         self._queued = topic.qos is Qos.EVENT
+        self._numbers = Numbers()
 
     @property
     def latest(self) -> Received[T] | None:
@@ -62,7 +99,7 @@ class Inlet(Generic[T]):
         """Return the messages handed over since the last call.
 
         For an EVENT topic these are all messages; for the others only the newest of each key. The messages of one
-        handover are in the order of (stamp, key, sequence).
+        handover are in the order of (stamp, key, sender, sequence).
         """
         if self._queued:
             events, self._events = self._events, []
@@ -74,14 +111,29 @@ class Inlet(Generic[T]):
         """Executor only: let a message wait for the next handover."""
         self.waiting.append(message)
 
-    def offer_bytes(self, key: str, payload: bytes) -> None:
-        """Executor only: decode what came over the bus. A bad message is counted, logged and dropped."""
+    def offer_header(self, head: Header, origin: Origin = Origin.LIVE) -> None:
+        """Executor only: decode what came over the bus. A bad message is counted, logged and dropped.
+
+        After a lost link an event may come twice, and is handed over once. An alarm is sounded again all the same, and
+        what is perishable never comes twice, so of these nothing that was just published is dropped, whatever its
+        number.
+        """
         try:
-            self.offer(decode(payload, self.topic.type, key))
+            message = decode_body(head, self.topic.type)
         except MessageError as error:
-            self.dropped += 1
-            if self.dropped <= LOUD_DROPS or _is_power_of_ten(self.dropped):
-                log.warning("dropped a bad message (number %d here): %s", self.dropped, error)
+            self.refuse(error)
+            return
+        if self._queued and not self.topic.perishable:
+            news = self._numbers.is_new(head, origin)
+            if not news and not (origin is Origin.LIVE and self.alarm is not None):
+                return
+        self.offer(message)
+
+    def refuse(self, error: MessageError) -> None:
+        """Executor only: count and log a bad message, which is dropped."""
+        self.dropped += 1
+        if self.dropped <= LOUD_DROPS or is_power_of_ten(self.dropped):
+            log.warning("dropped a bad message (number %d here): %s", self.dropped, error)
 
     def forget(self) -> None:
         """Executor only: drop what was handed over, unless it is an event."""
@@ -129,12 +181,16 @@ class Outgoing(Struct, frozen=True, gc=False):
 class Mailbox:
     """All inlets of a node, and the messages that it has published since the executor last collected them.
 
+    Args:
+        sender: the kind and the name of who publishes, such as `official/ann`. A node writes its own here.
+
     Attributes:
         inlets: the subscriptions.
         now: the match time of this tick, s.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, sender: str = "") -> None:
+        self.sender = sender
         self.inlets: list[Inlet[Message]] = []
         self.now = 0.0
         self._out: list[Outgoing] = []
@@ -162,7 +218,8 @@ class Mailbox:
         key = topic.key
         sequence = self._sequences.get(key, 0)
         self._sequences[key] = sequence + 1
-        self._out.append(Outgoing(topic, Received(key, self.now if stamp is None else stamp, sequence, body)))
+        received = Received(key, self.now if stamp is None else stamp, sequence, body, self.sender)
+        self._out.append(Outgoing(topic, received))
 
     def sound(self) -> None:
         """Executor only: call the alarms for the messages that have arrived since the last call."""
@@ -187,9 +244,11 @@ class Mailbox:
         return out
 
 
-def _order(message: Received[Message]) -> tuple[float, str, int]:
-    return (message.stamp, message.key, message.sequence)
+def _order(message: Received[Message]) -> tuple[float, str, str, int]:
+    # A name must come before a longer one that begins with it, with and without an instance behind it.
+    return (message.stamp, message.key, message.sender.replace("/", "\0"), message.sequence)
 
 
-def _is_power_of_ten(n: int) -> bool:
+def is_power_of_ten(n: int) -> bool:
+    """True if a count is 1, 10, 100 and so on. What is repeated is logged at these."""
     return str(n).strip("0") == "1"

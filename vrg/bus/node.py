@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from vrg.bus.mailbox import Mailbox
+from vrg.bus.names import chunk_of
 
 TIME_TOLERANCE = 1e-6
 """The time in s below which two match times count as the same instant."""
@@ -48,6 +49,7 @@ class Node(ABC):
         self.name = name
         self.mailbox = mailbox
         self.period = period
+        mailbox.sender = sender_of(self.kind, name)
 
     def start(self) -> None:  # noqa: B027 - most nodes need nothing but their mailbox
         """Open what the node needs. Called once before the first tick, when the node is known to be the only one."""
@@ -65,6 +67,11 @@ class Node(ABC):
 
         What the node publishes here is still sent.
         """
+
+
+def sender_of(kind: str, name: str) -> str:
+    """What stands in the messages of a node, as in the key of its liveliness token: `player/ann`."""
+    return f"{kind}/{chunk_of(name)}"
 
 
 def due_index(time: float, period: float) -> int:

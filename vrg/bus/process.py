@@ -2,9 +2,8 @@
 
 import logging
 import time
-import uuid
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from vrg.bus.clock_tracker import ClockTracker
 from vrg.bus.mailbox import Inlet, Mailbox
@@ -14,7 +13,7 @@ from vrg.bus.session import Session
 from vrg.bus.stopping import StopSignal
 from vrg.bus.topics import Keys
 from vrg.bus.wake_up import AutoResetEvent
-from vrg.errors import DuplicateNodeError
+from vrg.errors import BusError, DuplicateNodeError
 
 log = logging.getLogger(__name__)
 
@@ -24,6 +23,8 @@ STALLED_PERIOD = 0.1
 """The real time in s between a node's ticks while match time has stopped."""
 TAKEOVER_PATIENCE = 3.0
 """The real time in s that a restarted node waits until the token of its crashed predecessor is gone."""
+ROUTER_PATIENCE = 30.0
+"""The real time in s for which it is asked again who is alive, where the router does not answer."""
 CLAIM_SETTLES = 0.1
 """The real time in s that two tokens declared at the same moment need until both processes see both."""
 PULSE_PERIOD = 0.5
@@ -38,6 +39,7 @@ class Statistics:
         ticks: the number of ticks done. missed: the number of ticks that were due but never done.
         cpu: processor time, wall: real time, both since the executor began, s.
         dropped: the number of bad messages, and of events that came faster than they were taken.
+        refused: how many messages came under a wrong key, or from a sender that may not publish there, by key.
     """
 
     ticks: int = 0
@@ -45,6 +47,7 @@ class Statistics:
     cpu: float = 0.0
     wall: float = 0.0
     dropped: int = 0
+    refused: dict[str, int] = field(default_factory=dict)
 
 
 def claim(session: Session, keys: Keys, kind: str, name: str) -> None:
@@ -54,18 +57,35 @@ def claim(session: Session, keys: Keys, kind: str, name: str) -> None:
 
     Raises:
         DuplicateNodeError: another such node is alive, and does not end within TAKEOVER_PATIENCE.
+        BusError: the router does not tell who is alive.
     """
     everyone = keys.alive(kind, name)
     deadline = time.monotonic() + TAKEOVER_PATIENCE
-    while session.alive(everyone):
+    while _alive(session, everyone):
         if time.monotonic() >= deadline:
             raise _duplicate(keys, kind, name)
         time.sleep(0.1)
-    own = keys.alive(kind, name, uuid.uuid4().hex)
+    own = keys.alive(kind, name, session.instance)
     session.declare_alive(own)
     time.sleep(CLAIM_SETTLES)
-    if min(session.alive(everyone), default=own) < own:
+    if min(_alive(session, everyone), default=own) < own:
         raise _duplicate(keys, kind, name)
+
+
+def _alive(session: Session, expression: str) -> set[str]:
+    """Who is alive, as soon as that is known. Who does not know it must not take a name.
+
+    Raises:
+        BusError: it has not become known within ROUTER_PATIENCE.
+    """
+    deadline = time.monotonic() + ROUTER_PATIENCE
+    while True:
+        try:
+            return session.alive(expression)
+        except BusError:
+            if time.monotonic() >= deadline:
+                raise
+        time.sleep(0.1)
 
 
 def _duplicate(keys: Keys, kind: str, name: str) -> DuplicateNodeError:
@@ -245,7 +265,7 @@ class _Pulse:
         self._tracker = tracker
         self._before = (time.monotonic(), 0)
         self._topic = keys.pulse(node.kind, node.name)
-        self._mailbox = Mailbox()
+        self._mailbox = Mailbox(node.mailbox.sender)
         self._next = 0.0
 
     def beat(self, statistics: Statistics) -> None:
@@ -261,6 +281,7 @@ class _Pulse:
                 frequency=(statistics.ticks - ticks) / max(now - since, 1e-3),
                 late=None if estimate is None else estimate.late,
                 drift=None if estimate is None else estimate.drift,
+                refused=self._session.refused.total(),
             )
             self._mailbox.publish(self._topic, pulse)
             self._session.send(self._mailbox.collect())
@@ -282,3 +303,4 @@ def _finish(node: Node, session: Session, statistics: Statistics) -> None:
         statistics.wall += time.monotonic()
         statistics.cpu += time.process_time()
         statistics.dropped = sum(inlet.dropped for inlet in node.mailbox.inlets) + session.dropped
+        statistics.refused = dict(session.refused)

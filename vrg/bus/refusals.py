@@ -15,6 +15,8 @@ from contextlib import contextmanager
 
 import zenoh
 
+from vrg.bus.mailbox import is_power_of_ten
+
 log = logging.getLogger(__name__)
 
 FILTER = "warn,zenoh::net::routing::interceptor=trace,zenoh::net::routing::hat=off"
@@ -133,7 +135,7 @@ class Refusals:
         if len(self._counts) >= REMEMBERED:
             self._counts.clear()
         count = self._counts[(session, what)] = self._counts.get((session, what), 0) + 1
-        if str(count).strip("0") != "1":
+        if not is_power_of_ten(count):
             return None
         return who, what if count == 1 else f"{what} ({count} times by now)"
 

@@ -1,9 +1,7 @@
-"""A node's connection to the bus: a zenoh client of one router.
+"""A node's connection to the bus: a client of one router.
 
-This module works around four problems of zenoh that were met in practice: a session that is not closed hangs the
-interpreter at exit, closing inside a callback never returns, advanced subscribers must be undeclared before the session
-closes, and a publication from inside a callback can hang. So callbacks here only enqueue, and closing happens in one
-place.
+Callbacks of zenoh's only put what has arrived aside, because a publication from inside a callback can hang. What came
+under a wrong key, or with seats from a sender that may not publish there, is refused here, before a node hears of it.
 """
 
 import json
@@ -11,42 +9,37 @@ import logging
 import os
 import threading
 import time
-from collections import deque
+import uuid
+from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from datetime import timedelta
-from typing import Any, TypeAlias
+from typing import Any, Final
 
 import zenoh
-import zenoh.ext
 
-from vrg.bus.codec import encode
+from vrg.bus.access import may_publish
+from vrg.bus.codec import Header, encode, header
 from vrg.bus.configuration import check_endpoint, client_settings, router_settings
 from vrg.bus.credentials import Credentials
-from vrg.bus.mailbox import QUEUE_LIMIT, Inlet, Mailbox, Outgoing
+from vrg.bus.link import Link, kept_events, subscription
+from vrg.bus.mailbox import QUEUE_LIMIT, Inlet, Mailbox, Numbers, Origin, Outgoing
 from vrg.bus.messages import Message
 from vrg.bus.stopping import StopSignal
 from vrg.bus.topics import Qos, router_alive
-from vrg.errors import BusError, CredentialsError
+from vrg.errors import BusError, CredentialsError, MessageError, MisroutedError
 
 log = logging.getLogger(__name__)
 
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
-EVENTS_KEPT = 64
-"""The number of events that a publisher keeps for subscribers that missed some while the router was away."""
+ASKING: Final = 1.0
+"""The longest real time in s to wait for the events that were missed while the link was lost."""
+ANSWER_PATIENCE: Final = 1.0
+"""The longest real time in s to wait for the router's answer to who is alive."""
+REFUSED_KEYS: Final = 1000
+"""The number of keys for which refused messages are counted one by one."""
 
-RECOVERY_PERIOD = timedelta(seconds=1)
-"""The time between two queries for events that were missed."""
-
-# With a heartbeat, a late subscriber would get all old events as if they were new. Periodic queries go only to
-# publishers that it has heard already.
-# The stub asks for a number, the library for a timedelta.
-_RECOVER_EVENTS = zenoh.ext.RecoveryConfig(periodic_queries=RECOVERY_PERIOD, heartbeat=None)  # type: ignore[arg-type]
-_RECOVER_STATE = zenoh.ext.RecoveryConfig(periodic_queries=None, heartbeat=True)
-
-_Publisher = zenoh.Publisher | zenoh.ext.AdvancedPublisher
-_Ring: TypeAlias = "zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]"
-_Subscriber: TypeAlias = "zenoh.Subscriber[None] | zenoh.ext.AdvancedSubscriber[None] | _Ring"
+OnArrival = Callable[[Inlet[Message]], None]
+"""A function that is called on a thread of zenoh's when something has arrived for an inlet."""
 
 
 def configuration(settings: dict[str, Any]) -> zenoh.Config:
@@ -77,9 +70,10 @@ def open_session(
     check_endpoint(endpoint, credentials)
     stop = stop or threading.Event()
     deadline = time.monotonic() + patience
+    settings = configuration(client_settings(endpoint, credentials, shared_memory=shared_memory))
     while True:
         try:
-            raw = zenoh.open(configuration(client_settings(endpoint, credentials, shared_memory=shared_memory)))
+            raw = zenoh.open(settings)
             break
         except zenoh.ZError as error:
             if credentials is not None:
@@ -92,7 +86,7 @@ def open_session(
                 ) from None
             if stop.wait(0.1):
                 raise KeyboardInterrupt from None
-    session = Session(raw)
+    session = Session(raw, lambda: zenoh.open(settings), seats=credentials is not None)
     try:
         yield session
     finally:
@@ -123,75 +117,116 @@ def _brief(error: zenoh.ZError) -> str:
 class Session:
     """Publishes what nodes have put into their mailboxes, and brings to the mailboxes what arrives.
 
+    Args:
+        raw: a session of zenoh's that is connected. connect: opens another one after the link was lost.
+        seats: True if every sender must be one that may publish on its key.
+
     Attributes:
+        instance: tells the senders of this process apart from those of the same names in other processes.
         dropped: the number of events that were lost because `receive` was not called for too long. The oldest are
             dropped first.
+        refused: how many messages came under a wrong key, or from a sender that may not publish there, by key. A
+            message that several subscriptions would have been given counts for each.
     """
 
-    def __init__(self, raw: zenoh.Session) -> None:
-        self._raw = raw
-        self._publishers: dict[str, _Publisher] = {}
-        self._subscribers: list[_Subscriber] = []
-        self._tokens: list[zenoh.LivelinessToken] = []
+    def __init__(self, raw: zenoh.Session, connect: Callable[[], zenoh.Session], *, seats: bool = False) -> None:
+        self.instance = uuid.uuid4().hex[:8]
         self.dropped = 0
-        self._queue: deque[tuple[Inlet[Message], str, bytes]] = deque(maxlen=QUEUE_LIMIT)
-        self._newest: dict[tuple[int, str], tuple[Inlet[Message], bytes]] = {}
+        self.refused: Counter[str] = Counter()
+        self._seats = seats
+        self._senders: dict[str, str] = {}
+        self._queue: deque[tuple[Inlet[Message], Header, Origin]] = deque(maxlen=QUEUE_LIMIT)
+        self._newest: dict[tuple[int, str], tuple[Inlet[Message], Header]] = {}
+        self._events: list[tuple[Inlet[Message], OnArrival | None]] = []
+        self._moving = threading.Lock()
+        self._refusing = threading.Lock()
+        self._held = False
+        self._link = Link(raw, connect, lost=self._hold, back=self._catch_up)
 
     @property
     def connected(self) -> bool:
-        """Whether the session is connected to a router now."""
-        return bool(self._raw.info.routers_zid())
+        """True if the session is connected to a router now."""
+        return self._link.connected
 
-    def attach(self, mailbox: Mailbox, on_arrival: Callable[[Inlet[Message]], None] | None = None) -> None:
+    def attach(self, mailbox: Mailbox, on_arrival: OnArrival | None = None) -> None:
         """Subscribe to all topics of a mailbox. `on_arrival` is called on a thread of zenoh's."""
         for inlet in mailbox.inlets:
             self._subscribe(inlet, on_arrival)
 
     def receive(self) -> None:
-        """Pass what has arrived to the inlets. Call `mailbox.handover` next."""
-        while self._queue:
-            inlet, key, payload = self._queue.popleft()
-            inlet.offer_bytes(key, payload)
+        """Pass what has arrived to the inlets. Call `mailbox.handover` next.
+
+        Raises:
+            BaseException: the link to the router cannot be kept.
+        """
+        self._link.check()
+        ready: list[tuple[Inlet[Message], Header, Origin]] = []
+        held: list[tuple[Inlet[Message], Header, Origin]] = []
+        with self._moving:
+            while self._queue:
+                item = self._queue.popleft()
+                (held if self._held and self._may_miss(item[0]) else ready).append(item)
+            self._queue.extendleft(reversed(held))
+        for inlet, head, origin in ready:
+            inlet.offer_header(head, origin)
         for slot in list(self._newest):
-            inlet, payload = self._newest.pop(slot)
-            inlet.offer_bytes(slot[1], payload)
+            inlet, head = self._newest.pop(slot)
+            inlet.offer_header(head)
 
     def send(self, outgoing: list[Outgoing]) -> None:
         """Publish messages in the given order."""
         for out in outgoing:
             message = out.message
-            publisher = self._publishers.get(message.key)
-            if publisher is None:
-                publisher = self._publishers[message.key] = self._declare(message.key, out.topic.qos)
-            publisher.put(encode(message.body, message.stamp, message.sequence))
+            sender = self._senders.get(message.sender)
+            if sender is None:
+                sender = self._senders[message.sender] = f"{message.sender}/{self.instance}"
+            payload = encode(message, sender)
+            self._link.put(message.key, out.topic.qos, payload, perishable=out.topic.perishable)
 
     def wait_for_listener(self, key: str, qos: Qos, patience: float) -> bool:
         """Wait until a process subscribes to `key`; return False if none does within `patience` seconds."""
-        if key not in self._publishers:
-            self._publishers[key] = self._declare(key, qos)
-        with self._raw.declare_publisher(key) as probe:
+        deadline = time.monotonic() + patience
+        while (left := deadline - time.monotonic()) > 0:
+            try:
+                if self._has_listener(key, qos, left):
+                    return True
+            except zenoh.ZError:  # the link was lost
+                _wait(lambda: self._link.connected, deadline - time.monotonic())
+        return False
+
+    def _has_listener(self, key: str, qos: Qos, patience: float) -> bool:
+        """True if a process subscribes to `key`, within `patience` seconds and while the link stays the same."""
+        raw = self._link.raw
+        self._link.prepare(key, qos)
+        with raw.declare_publisher(key) as probe:
             # The stub says bool, the library returns a MatchingStatus.
-            return _wait(lambda: bool(getattr(probe.matching_status, "matching", False)), patience)
+            def matches() -> bool:
+                return bool(getattr(probe.matching_status, "matching", False))
+
+            _wait(lambda: matches() or self._link.raw is not raw, patience)
+            return matches()
 
     def declare_alive(self, key: str) -> None:
         """Hold a liveliness token until the session ends."""
-        self._tokens.append(self._raw.liveliness().declare_token(key))
+        self._link.declare(lambda raw: raw.liveliness().declare_token(key))
 
     def alive(self, expression: str) -> set[str]:
-        """The keys of the liveliness tokens that are held now."""
-        keys = set()
-        for reply in self._raw.liveliness().get(expression, timeout=1.0):
-            if reply.ok is not None:
-                keys.add(str(reply.ok.key_expr))
-        return keys
+        """The keys of the liveliness tokens that are held now.
 
-    def watch_alive(self, expression: str, changed: Callable[[str, bool], None]) -> None:
-        """Call `changed(key, alive)` for each token now, and when one comes or goes, on a thread of zenoh's."""
-
-        def on_sample(sample: zenoh.Sample) -> None:
-            changed(str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
-
-        self._subscribers.append(self._raw.liveliness().declare_subscriber(expression, on_sample, history=True))
+        Raises:
+            BusError: the router has not answered, or the link to it is lost: nobody knows who is alive.
+        """
+        found = set()
+        try:
+            for reply in self._link.raw.liveliness().get(expression, timeout=ANSWER_PATIENCE):
+                if reply.ok is None:
+                    raise BusError(f"expected the router to tell who is alive within {ANSWER_PATIENCE:g} s")
+                found.add(str(reply.ok.key_expr))
+        except zenoh.ZError as error:
+            raise BusError(f"the link to the router was lost ({_brief(error)})") from None
+        if not self._link.connected:
+            raise BusError("the link to the router was lost")
+        return found
 
     def watch_raw(self, expression: str, arrived: Callable[[str, bytes], None], *, history: bool = True) -> None:
         """Call `arrived(key, payload)` for each message, without decoding it, on a thread of zenoh's.
@@ -200,18 +235,25 @@ class Session:
             history: True asks for the last messages on keys of states, too.
         """
 
-        def on_sample(sample: zenoh.Sample) -> None:
-            arrived(str(sample.key_expr), sample.payload.to_bytes())
+        numbers = Numbers()
 
-        if not history:
-            self._subscribers.append(self._raw.declare_subscriber(expression, on_sample))
-            return
-        self._subscribers.append(
-            zenoh.ext.declare_advanced_subscriber(
-                self._raw,
-                expression,
-                on_sample,
-                history=zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=1),
+        def on_sample(sample: zenoh.Sample) -> None:
+            key, payload = str(sample.key_expr), sample.payload.to_bytes()
+            try:
+                news = numbers.is_new(self._admit(key, payload), _origin(sample))
+            except MisroutedError:
+                return
+            except MessageError:
+                news = True  # the caller finds out what is wrong with it
+            if news or sample.attachment is None:
+                arrived(key, payload)
+
+        late = zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=1)
+        self._link.declare(
+            lambda raw: (
+                zenoh.ext.declare_advanced_subscriber(raw, expression, on_sample, history=late)
+                if history
+                else raw.declare_subscriber(expression, on_sample)
             )
         )
 
@@ -219,72 +261,132 @@ class Session:
         """Keep what arrives from now on until it is taken, at most `limit` messages; beyond it the oldest are dropped.
 
         No Python runs when a message arrives. So who listens to everything never holds up the bus, however busy it is.
+        The messages are as they came, also those under a wrong key. What was not yet taken when the link was lost is
+        dropped.
 
         Returns:
             a function that takes the messages: key and payload, in the order of arrival.
         """
-        subscriber = self._raw.declare_subscriber(expression, zenoh.handlers.RingChannel(limit))
-        self._subscribers.append(subscriber)
+        rings: deque[zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]] = deque(maxlen=1)
+
+        def declare(raw: zenoh.Session) -> zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]:
+            rings.append(raw.declare_subscriber(expression, zenoh.handlers.RingChannel(limit)))
+            return rings[0]
+
+        self._link.declare(declare)
 
         def take() -> list[tuple[str, bytes]]:
             found: list[tuple[str, bytes]] = []
-            while len(found) < limit and (sample := subscriber.try_recv()) is not None:
-                found.append((str(sample.key_expr), sample.payload.to_bytes()))
+            for ring in tuple(rings):
+                try:
+                    while len(found) < limit and (sample := ring.try_recv()) is not None:
+                        found.append((str(sample.key_expr), sample.payload.to_bytes()))
+                except zenoh.ZError:
+                    break  # the link was lost
             return found
 
         return take
 
     def close(self) -> None:
         """Undeclare everything and close the connection. Idempotent."""
-        for item in [*self._subscribers, *self._publishers.values(), *self._tokens]:
-            try:
-                item.undeclare()  # type: ignore[no-untyped-call]
-            except zenoh.ZError as error:
-                log.debug("undeclare: %s", error)
-        self._subscribers, self._publishers, self._tokens = [], {}, []
-        if not self._raw.is_closed():
-            self._raw.close()  # type: ignore[no-untyped-call]
+        self._link.close()
 
-    def _subscribe(self, inlet: Inlet[Message], on_arrival: Callable[[Inlet[Message]], None] | None) -> None:
-        qos = inlet.topic.qos
+    def _admit(self, key: str, payload: bytes) -> Header:
+        """The header of a message that came on a key.
+
+        Raises:
+            MisroutedError: it was meant for another key, or its sender may not publish on this one; it is counted.
+            MessageError: it is no message.
+        """
+        try:
+            head = header(payload, key)
+            if self._seats and not may_publish(head.sender, key):
+                raise MisroutedError(key, key, head.sender)
+        except MisroutedError as error:
+            with self._refusing:  # each subscription has a thread of zenoh's
+                counted = key if key in self.refused or len(self.refused) < REFUSED_KEYS else "other keys"
+                self.refused[counted] += 1
+                first = self.refused[counted] == 1
+            if first:
+                log.warning("refused a message: %s", error)
+            raise
+        return head
+
+    def _subscribe(self, inlet: Inlet[Message], on_arrival: OnArrival | None) -> None:
+        event = inlet.topic.qos is Qos.EVENT
         number = id(inlet)
-        only_key = None if "*" in inlet.topic.key else inlet.topic.key
 
         def on_sample(sample: zenoh.Sample) -> None:
-            key, payload = only_key or str(sample.key_expr), sample.payload.to_bytes()
-            if qos is Qos.EVENT:
-                self.dropped += len(self._queue) == QUEUE_LIMIT
-                self._queue.append((inlet, key, payload))
+            key = str(sample.key_expr)
+            try:
+                head = self._admit(key, sample.payload.to_bytes())
+            except MisroutedError:
+                return
+            except MessageError as error:
+                inlet.refuse(error)
+                return
+            if event:
+                with self._moving:
+                    self.dropped += len(self._queue) == QUEUE_LIMIT
+                    self._queue.append((inlet, head, _origin(sample)))
             else:
-                self._newest[(number, key)] = (inlet, payload)
+                self._newest[(number, key)] = (inlet, head)
             if on_arrival is not None:
                 on_arrival(inlet)
 
-        if qos is Qos.LATEST:
-            self._subscribers.append(self._raw.declare_subscriber(inlet.topic.key, on_sample))
-            return
-        late = zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=1)
-        self._subscribers.append(
-            zenoh.ext.declare_advanced_subscriber(
-                self._raw,
-                inlet.topic.key,
-                on_sample,
-                history=late if qos is Qos.STATE else None,
-                recovery=_RECOVER_STATE if qos is Qos.STATE else _RECOVER_EVENTS,
-            )
-        )
+        if event:
+            self._events.append((inlet, on_arrival))
+        self._link.declare(subscription(inlet.topic.key, inlet.topic.qos, on_sample))
 
-    def _declare(self, key: str, qos: Qos) -> _Publisher:
-        if qos is Qos.LATEST:
-            return self._raw.declare_publisher(key, congestion_control=zenoh.CongestionControl.DROP)
-        return zenoh.ext.declare_advanced_publisher(
-            self._raw,
-            key,
-            congestion_control=zenoh.CongestionControl.BLOCK,
-            cache=zenoh.ext.CacheConfig(max_samples=1 if qos is Qos.STATE else EVENTS_KEPT),
-            sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=0.5, sporadic_heartbeat=None),
-            publisher_detection=True,
-        )
+    @staticmethod
+    def _may_miss(inlet: Inlet[Message]) -> bool:
+        """True if an inlet waits for what it has missed while the link was lost. An alarm does not."""
+        return inlet.topic.qos is Qos.EVENT and inlet.alarm is None and not inlet.topic.perishable
+
+    def _hold(self) -> None:
+        """Let events wait, until it is known which of them were missed while the link was lost."""
+        self._held = True
+
+    def _catch_up(self, raw: zenoh.Session) -> None:
+        """Put the events that were missed before those that have come since, and alarms first of all."""
+        inlets = [(inlet, on_arrival) for inlet, on_arrival in self._events if not inlet.topic.perishable]
+        for alarms in (True, False):
+            asked = [pair for pair in inlets if (pair[0].alarm is not None) is alarms]
+            try:
+                kept = kept_events(raw, sorted({inlet.topic.key for inlet, _ in asked}), ASKING)
+            except zenoh.ZError:
+                if self._link.connected:
+                    raise  # otherwise events would wait for ever
+                return
+            missed = [
+                (inlet, head, Origin.ASKED)
+                for inlet, _ in asked
+                for sample in kept[inlet.topic.key]
+                if (head := self._header_of(sample)) is not None
+            ]
+            if not self._link.connected:
+                return  # what was missed is asked for again when the link is back
+            with self._moving:
+                waiting = [*missed, *(self._queue.popleft() for _ in range(len(self._queue)))]
+                cut = max(0, len(waiting) - QUEUE_LIMIT)
+                self.dropped += cut
+                self._queue.extendleft(reversed(waiting[cut:]))
+                self._held = alarms
+            for inlet, on_arrival in asked:
+                if on_arrival is not None:
+                    on_arrival(inlet)
+
+    def _header_of(self, sample: zenoh.Sample) -> Header | None:
+        """The header of a message that was asked for; None if it is none, or not for its key."""
+        try:
+            return self._admit(str(sample.key_expr), sample.payload.to_bytes())
+        except MessageError:
+            return None
+
+
+def _origin(sample: zenoh.Sample) -> Origin:
+    """The origin of a sample that was not asked for."""
+    return Origin.LIVE if sample.attachment is None else Origin.REPEATED
 
 
 def _wait(condition: Callable[[], bool], patience: float) -> bool:

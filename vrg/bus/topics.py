@@ -62,11 +62,13 @@ class Topic(Generic[T_co]):
     Args:
         key: a zenoh key expression; chunks may be `*` in a topic that is only subscribed to.
         type: the class of the messages. qos: how they are delivered.
+        perishable: see `Line`.
     """
 
     key: str
     type: type[T_co]
     qos: Qos
+    perishable: bool = False
 
 
 @dataclass(frozen=True)
@@ -77,6 +79,8 @@ class Line(Generic[M]):
         path: the key below `vrg/<match>/`. message: the class of the messages on it. qos: how they are delivered.
         speakers: who publishes. listeners: who listens; officials may hear everything besides.
         meaning: what the message tells.
+        perishable: True for events that count at once or never, such as a person's decision that lets robots move. They
+            are not published again or asked for after a lost link.
     """
 
     path: str
@@ -85,13 +89,14 @@ class Line(Generic[M]):
     speakers: tuple[Party, ...]
     listeners: tuple[Party, ...]
     meaning: str
+    perishable: bool = False
 
     @overload
     def __get__(self, keys: None, owner: "type[Keys]") -> "Line[M]": ...
     @overload
     def __get__(self, keys: "Keys", owner: "type[Keys]") -> Topic[M]: ...
     def __get__(self, keys: "Keys | None", owner: "type[Keys]") -> "Line[M] | Topic[M]":
-        return self if keys is None else Topic(f"{keys.root}/{self.path}", self.message, self.qos)
+        return self if keys is None else Topic(f"{keys.root}/{self.path}", self.message, self.qos, self.perishable)
 
 
 class NamedLine(Line[M]):
@@ -112,7 +117,7 @@ class NamedLine(Line[M]):
         def topic(*names: str) -> Topic[M]:
             given = iter(names)
             path = _HOLE.sub(lambda _: chunk_of(next(given, "*")), self.path)
-            return Topic(f"{root}/{path}", self.message, self.qos)
+            return Topic(f"{root}/{path}", self.message, self.qos, self.perishable)
 
         return topic
 
@@ -194,12 +199,17 @@ class Keys:
         "referee/state", m.RefereeState, STATE, (REFEREE,), PLAYING, "stage, score, clock, players, zones"
     )
     referee_event = Line("referee/event", m.Call, EVENT, (REFEREE,), PLAYING, "each call, in words and numbers")
-    official = Line("official", m.Official, EVENT, (OFFICIAL, LAUNCHER), (REFEREE,), "what an official decides")
-    estop = Line("estop", m.Estop, EVENT, EVERYBODY, PLAYING, "the emergency stop is engaged")
-    estop_release = Line("estop/release", m.EstopRelease, EVENT, (OFFICIAL,), PLAYING, "the emergency stop is released")
-    seat_request = Line(
-        "seat/request", m.SeatRequest, EVENT, (OFFICIAL,), (LAUNCHER,), "put another player into a seat"
+    official = Line(
+        "official", m.Official, EVENT, (OFFICIAL, LAUNCHER), (REFEREE,), "what an official decides", perishable=True
     )
+    estop = Line("estop", m.Estop, EVENT, EVERYBODY, PLAYING, "the emergency stop is engaged")
+    estop_release = Line(
+        "estop/release", m.EstopRelease, EVENT, (OFFICIAL,), PLAYING, "the emergency stop is released", perishable=True
+    )
+    seat_request = Line(
+        "seat/request", m.SeatRequest, EVENT, (OFFICIAL,), (LAUNCHER,), "put another player into a seat",
+        perishable=True,
+    )  # fmt: skip
     seat_answer = Line("seat/answer", m.SeatAnswer, EVENT, (LAUNCHER,), (OFFICIAL,), "whether that was done")
     processes = Line(
         "processes", m.Processes, LATEST, (LAUNCHER,), (WINDOW, OFFICIAL), "how the processes of the match are"

@@ -13,7 +13,7 @@ from vrg.bus.codec import Received, decode, header
 from vrg.bus.messages import Message
 from vrg.bus.session import Session
 from vrg.bus.topics import Keys, Topic, key_matches
-from vrg.errors import MessageError
+from vrg.errors import MessageError, MisroutedError
 
 T = TypeVar("T", bound=Message)
 
@@ -58,7 +58,8 @@ class Stream:
         key: without the root of the match.
         rate: messages a second, and bandwidth: bytes a second, both of real time and over the last SPAN.
         age: the real time since the newest message came, s.
-        lost: how many never came. lately: how many of them over the last SPAN. bad: how many were no messages.
+        lost: how many never came. lately: how many of them over the last SPAN. bad: how many were no messages, and
+            misrouted: how many came on this key but were published on another one.
         longest: the longest real time between two messages, s.
     """
 
@@ -69,6 +70,7 @@ class Stream:
     lost: int = 0
     lately: int = 0
     bad: int = 0
+    misrouted: int = 0
     longest: float = 0.0
 
 
@@ -79,6 +81,7 @@ class _Channel:
     heard: Heard
     size: int = 0
     bad: int = 0
+    misrouted: int = 0
     payload: bytes = b""
     decoded: tuple[bytes, Received[Any] | None] | None = None
     counts: deque[tuple[float, int, int, int]] = field(default_factory=deque)
@@ -122,11 +125,14 @@ class Traffic:
             channel.counts.append((now, 0, 0, 0))
         channel.size += len(payload)
         try:
-            sequence, stamp = header(payload, key)
+            head = header(payload, key)
+        except MisroutedError:
+            channel.misrouted += 1
+            return
         except MessageError:
             channel.bad += 1
             return
-        channel.heard.take(now, sequence, stamp)
+        channel.heard.take(now, head.sequence, head.stamp)
         channel.payload = payload
 
     def look(self) -> list[Stream]:
@@ -174,5 +180,6 @@ class Traffic:
             lost=heard.lost,
             lately=heard.lost - lost,
             bad=channel.bad,
+            misrouted=channel.misrouted,
             longest=heard.longest,
         )

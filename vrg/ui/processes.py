@@ -77,7 +77,7 @@ def process_table(rows: Sequence[Row]) -> Table:
     grid = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
     for name in ("machine", "process", "state"):
         grid.add_column(name, no_wrap=True)
-    for name in ("ticks/s", "missed", "clock", "drift", "CPU", "memory", "restarts"):
+    for name in ("ticks/s", "missed", "refused", "clock", "drift", "CPU", "memory", "restarts"):
         grid.add_column(name, justify="right", no_wrap=True)
     before = None
     for row in rows:
@@ -89,6 +89,7 @@ def process_table(rows: Sequence[Row]) -> Table:
             Text(status.state.value, style=_STYLES[status.state]),
             "" if pulse is None else f"{pulse.frequency:.1f}",
             "" if pulse is None else str(pulse.missed),
+            "" if pulse is None else Text(str(pulse.refused), style="bold red" if pulse.refused else ""),
             "" if late is None else Text(f"{1000 * late:.0f} ms", style="bold red" if late > LATE else ""),
             "" if pulse is None or pulse.drift is None else f"{1e6 * pulse.drift:+.0f} ppm",
             "" if status.pid is None else f"{status.cpu:.0%}",

@@ -200,12 +200,14 @@ class Pulse(Message, frozen=True, kw_only=True):
         late: how much later than the fastest the match clock's messages have reached it since then, on average, s.
         drift: how much faster its own clock runs than the match clock, s per s. Both are None while they are not known;
             the world has neither.
+        refused: the number of messages so far that came under a wrong key, or from a sender that may not publish there.
     """
 
-    version = 2
+    version = 3
 
     ticks: Count
     missed: Count
     frequency: Deviation = 0.0
     late: Seconds | None = None
     drift: Drift | None = None
+    refused: Count = 0

@@ -21,17 +21,17 @@ SHARED_BY_NAME: Final = tuple(Keys.expression(line.path) for line in (Keys.camer
 EVENTS: Final = tuple(Keys.expression(line.path) for line in Keys.lines() if line.qos is Qos.EVENT)
 """The keys whose messages come when something happens, so that silence there is nothing bad."""
 STREAM_COLUMNS: Final = (
-    Column("key", 0.52),
-    Column("Hz", 0.12, right=True),
-    Column("kB/s", 0.12, right=True),
-    Column("age", 0.12, right=True),
-    Column("lost", 0.12, right=True),
+    Column("key", 0.46),
+    Column("Hz", 0.11, right=True),
+    Column("kB/s", 0.11, right=True),
+    Column("age", 0.10, right=True),
+    Column("lost", 0.22, right=True),
 )
 
 
 def health(stream: Stream) -> Tone:
     """Whether a stream has lost messages lately (alarm), or has lost some or fallen silent (caution)."""
-    if stream.bad or (stream.lately and not shared(stream.key)):
+    if stream.bad or stream.misrouted or (stream.lately and not shared(stream.key)):
         return Tone.ALARM
     events = any(key_matches(expression, stream.key) for expression in EVENTS)
     regular = 0.0 < stream.longest < SILENT and not events
@@ -74,7 +74,7 @@ def _stream(stream: Stream) -> Line:
             Cell(f"{stream.rate:.1f}", tone),
             Cell(f"{stream.bandwidth / 1e3:.1f}", tone),
             Cell(f"{stream.age:.1f}", tone),
-            Cell(f"{lost} +{stream.bad} bad" if stream.bad else lost, tone),
+            Cell(" ".join([lost, *_refused(stream)]), tone),
         ),
     )
 
@@ -87,3 +87,9 @@ def summary(heard: Sequence[Stream]) -> str:
         bandwidth=sum(stream.bandwidth for stream in heard) / 1e3,
         lost=sum(stream.lost for stream in heard if not shared(stream.key)),
     )
+
+
+def _refused(stream: Stream) -> list[str]:
+    """What came on a key and was refused, in words."""
+    counts = {"bad": stream.bad, "misrouted": stream.misrouted}
+    return [f"+{count} {what}" for what, count in counts.items() if count]

@@ -84,15 +84,16 @@ PLAYER_COLUMNS: Final = (
     Column("age", 0.09, right=True),
 )
 PROCESS_COLUMNS: Final = (
-    Column("process", 0.19),
+    Column("process", 0.14),
     Column("state", 0.12),
-    Column("CPU", 0.09, right=True),
-    Column("MB", 0.08, right=True),
+    Column("CPU", 0.08, right=True),
+    Column("MB", 0.07, right=True),
     Column("ticks/s", 0.10, right=True),
     Column("missed", 0.10, right=True),
-    Column("restarts", 0.12, right=True),
+    Column("refused", 0.10, right=True),
+    Column("restarts", 0.11, right=True),
     Column("ms", 0.08, right=True),
-    Column("ppm", 0.12, right=True),
+    Column("ppm", 0.10, right=True),
 )
 
 
@@ -166,6 +167,10 @@ def processes(insight: Insight) -> Grid:
                     Cell(
                         "" if pulse is None else str(pulse.missed),
                         Tone.CAUTION if pulse is not None and pulse.missed else Tone.QUIET,
+                    ),
+                    Cell(
+                        "" if pulse is None else str(pulse.refused),
+                        Tone.ALARM if pulse is not None and pulse.refused else Tone.QUIET,
                     ),
                     Cell(str(status.restarts), Tone.CAUTION if status.restarts else Tone.QUIET),
                     Cell(

@@ -15,6 +15,7 @@ from typing import Final
 
 from aiohttp import WSCloseCode, WSMessage, WSMsgType, web
 
+from vrg.bus.mailbox import is_power_of_ten
 from vrg.errors import LaunchError
 from vrg.ui.web.admission import Admission, Role, RoleKind
 from vrg.ui.web.gallery import Gallery, Seen
@@ -235,7 +236,7 @@ class WebServer:
         found = self._lobby.admit(guest.number, hello)
         if isinstance(found, Refused):
             if found.reason == "token":
-                if _is_power_of_ten(self._lobby.wrong_tokens):
+                if is_power_of_ten(self._lobby.wrong_tokens):
                     log.warning("refused a wrong token (number %d)", self._lobby.wrong_tokens)
                 await asyncio.sleep(WRONG_TOKEN_DELAY)
             await self._turn_away(talk, found.why, found.reason)
@@ -312,7 +313,7 @@ class WebServer:
         if why := refusal(role, request):
             self._refused += 1
             guest.refused += 1
-            if _is_power_of_ten(guest.refused):
+            if is_power_of_ten(guest.refused):
                 what = request.what if isinstance(request, Act) else "drive"
                 log.warning("%s, connection %d, wanted to %s: refused", role.words, guest.number, what)
             guest.tell({"t": "notice", "text": f"Refused: {why}."})
@@ -357,7 +358,3 @@ def _page(body: bytes, kind: str) -> Callable[[web.Request], Awaitable[web.Respo
 
 async def _add_headers(_request: web.Request, response: web.StreamResponse) -> None:
     response.headers.update(PAGE_HEADERS)
-
-
-def _is_power_of_ten(n: int) -> bool:
-    return str(n).strip("0") == "1"
