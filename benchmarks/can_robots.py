@@ -26,6 +26,7 @@ from vrg.bus.topics import Keys
 from vrg.errors import RobotError
 from vrg.hal.backends import MatchContext, open_driver
 from vrg.hal.can.base import WheelAxis
+from vrg.hal.can.bus import RealMedium
 from vrg.hal.can.emulator.drive import DriveOptions, EmulatedDrive
 from vrg.hal.can.emulator.run import run_drives
 from vrg.hal.can.frame import Frame
@@ -48,14 +49,14 @@ ZERO = 0.5
 """turn/s of a motor below which it stands: 1 cm/s of the wheel."""
 PLAYER_RATE = 10.0
 """Hz of a player's decisions."""
-PATIENCE = 10.0
+PATIENCE = 60.0
 _NOTE = struct.Struct("<qid")
 
 
 def train(name: str, nodes: Sequence[int]) -> DriveTrain:
     """A drive train, the first half of its motors on the left."""
     axes = [WheelAxis(node, left=i < len(nodes) / 2, ratio=RATIO) for i, node in enumerate(nodes)]
-    return DriveTrain(name, Link(channel=CHANNEL), PROTOCOL, axes, MODEL)
+    return DriveTrain(name, RealMedium(), Link(channel=CHANNEL), PROTOCOL, axes, MODEL)
 
 
 def robot(left: int, right: int) -> Device:
@@ -85,21 +86,27 @@ def arm(trains: Sequence[DriveTrain]) -> None:
         if time.monotonic() > deadline:
             raise TimeoutError(f"not armed within {PATIENCE:g} s: {[one.state() for one in trains]}")
         for one in trains:
-            with contextlib.suppress(RobotError):
-                one.arm()
+            _ready(one)
             one.stand()
         time.sleep(0.02)
 
 
 def keep_driving(one: DriveTrain, left: float, right: float) -> bool:
-    """Drive as a player does, which arms again at its next turn where the robot refuses; whether it drove."""
+    """Drive as a player does, which arms again at its next turn where the robot refuses; return whether it drove."""
     try:
         one.drive(left, right)
     except RobotError:
-        with contextlib.suppress(RobotError):
-            one.arm()
+        _ready(one)
         return False
     return True
+
+
+def _ready(one: DriveTrain) -> None:
+    """Let a robot recover that this computer was too busy for, and arm it, as far as it can be."""
+    if one.state().fault:
+        one.recover()
+    with contextlib.suppress(RobotError):
+        one.arm()
 
 
 @contextlib.contextmanager
@@ -120,11 +127,12 @@ def connected_robot(one: Device) -> Iterator[None]:
     """The same of a robot by the backend."""
     try:
         one.start()
-        one.arm()
         deadline = time.monotonic() + PATIENCE
         while not one.read().armed:
             if time.monotonic() > deadline:
                 raise TimeoutError(f"not armed within {PATIENCE:g} s: {one.read()}")
+            with contextlib.suppress(RobotError):
+                one.arm()
             one.stop()
             time.sleep(0.02)
         yield

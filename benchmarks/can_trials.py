@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import math
 import os
 import random
 import signal
@@ -250,9 +251,9 @@ def _gap_row(name: str, gaps: Sequence[float]) -> Row:
         "gaps": len(gaps),
         "p50, ms": quantile(gaps, 0.5),
         "p99, ms": quantile(gaps, 0.99),
-        "longest, ms": max(gaps),
+        "longest, ms": max(gaps, default=math.nan),
         f"over {AGE_AIM:g} ms": late,
-        "aim none": "missed" if late else "met",
+        "aim none": "missed" if late or not gaps else "met",
     }
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests.hal.world_bench import KEYS, SimBench, Wire, config
-from vrg.bus.codec import decode, encode
+from vrg.bus.codec import Received, decode, encode
 from vrg.bus.messages import CameraRequest
 from vrg.errors import MessageError
 from vrg.hal.models import RobotModel, robot_model
@@ -296,7 +296,8 @@ def test_every_model_has_a_camera_that_looks_over_its_own_laser() -> None:
 
 
 def test_a_message_that_holds_no_picture_is_refused_by_its_field() -> None:
-    good = encode(Camera(fov=1.0, data=png.encode(np.zeros((2, 3, 3), dtype=np.uint8))), 0.0, 0)
+    taken = Camera(fov=1.0, data=png.encode(np.zeros((2, 3, 3), dtype=np.uint8)))
+    good = encode(Received("k", 0.0, 0, taken))
     assert decode(good, Camera, "k").body.size == (3, 2)
     with pytest.raises(MessageError, match="k: expected Camera: data: expected a PNG file"):
         decode(good.replace(b"PNG", b"GIF"), Camera, "k")
@@ -309,7 +310,7 @@ def test_a_player_that_gets_pictures_loads_no_numpy_until_it_looks_at_one() -> N
         "import sys\nfrom vrg.hal.sensors.camera import Camera\nfrom vrg.bus.codec import decode\n"
         "assert 'numpy' not in sys.modules and 'pybullet' not in sys.modules"
     )
-    subprocess.run([sys.executable, "-P", "-c", code], check=True, timeout=60)
+    subprocess.run([sys.executable, "-P", "-c", code], check=True, timeout=300)
 
 
 @pytest.mark.parametrize("camera", [False, True])
@@ -323,4 +324,4 @@ def test_a_world_loads_the_renderer_before_it_begins_or_not_at_all(camera: bool)
         "for _ in range(60):\n    world.step()\n    world.sense()\n"
         f"assert ('pybullet' in sys.modules) is {camera}\n"
     )
-    subprocess.run([sys.executable, "-P", "-c", code], check=True, timeout=60)
+    subprocess.run([sys.executable, "-P", "-c", code], check=True, timeout=300)

@@ -22,17 +22,20 @@ RING = next(spec for spec in P2AT.sensors if isinstance(spec, SonarSpec))
 NO_DISCS = np.empty((0, 3))
 
 
-@pytest.mark.parametrize("seed", range(200))
-def test_a_cone_hears_the_nearest_of_many_rays(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    boxes = rng.uniform((-5, -5, -3, 0.2, 0.2), (5, 5, 3, 3, 3), (rng.integers(0, 6), 5))
-    discs = rng.uniform((-5, -5, 0.1), (5, 5, 1.5), (rng.integers(0, 3), 3))
-    x, y, heading = rng.uniform(-5, 5, 3)
-    cone = float(rng.uniform(0.1, 2.5))
-    edges = Edges(box_edges(boxes))
-    [heard] = nearest_in_cones(np.array([[x, y, heading]]), cone, 8.0, edges, discs)
-    rays = cast(x, y, heading, Fan.of(4001, cone), 8.0, edges, discs).min()
-    assert rays - 0.02 <= heard <= rays + 1e-6
+def test_a_cone_hears_the_nearest_of_many_rays() -> None:
+    wrong = []
+    for seed in range(200):
+        rng = np.random.default_rng(seed)
+        boxes = rng.uniform((-5, -5, -3, 0.2, 0.2), (5, 5, 3, 3, 3), (rng.integers(0, 6), 5))
+        discs = rng.uniform((-5, -5, 0.1), (5, 5, 1.5), (rng.integers(0, 3), 3))
+        x, y, heading = rng.uniform(-5, 5, 3)
+        cone = float(rng.uniform(0.1, 2.5))
+        edges = Edges(box_edges(boxes))
+        [heard] = nearest_in_cones(np.array([[x, y, heading]]), cone, 8.0, edges, discs)
+        rays = cast(x, y, heading, Fan.of(4001, cone), 8.0, edges, discs).min()
+        if not rays - 0.02 <= heard <= rays + 1e-6:
+            wrong.append(f"seed {seed}: {heard} m, by rays {rays} m")
+    assert not wrong, "\n".join(wrong)
 
 
 def test_where_there_is_nothing_a_cone_hears_nothing() -> None:

@@ -13,6 +13,7 @@ from vrg.bus.messages import CameraRequest
 from vrg.bus.session import Session
 from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys
+from vrg.commands.official import sender
 from vrg.commands.options import EndpointOption, KeysOption, NameOption, which_match
 from vrg.commands.topic import arrivals_on, listening
 from vrg.errors import BusError, ConfigError, MessageError
@@ -59,7 +60,7 @@ def _picture(session: Session, keys: Keys, robot: str, stop: Stop) -> tuple[floa
     """
     topic = keys.sensor(Camera, robot)
     arrivals = arrivals_on(session, topic.key)
-    mailbox, asked, deadline = Mailbox(), 0.0, time.monotonic() + PATIENCE
+    mailbox, asked, deadline = Mailbox(sender()), 0.0, time.monotonic() + PATIENCE
     while not stop.is_set() and (now := time.monotonic()) < deadline:
         if now - asked >= RENEW:
             asked = now

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from vrg.commands import can_calibrate, can_control, can_tools
+from vrg.commands import can_calibrate, can_control, can_options, can_tools
 from vrg.commands.can_options import (
     AdapterOption,
     BitrateOption,
@@ -22,6 +22,7 @@ from vrg.commands.can_options import (
 )
 from vrg.commands.options import LeashOption
 from vrg.errors import ConfigError
+from vrg.hal.can.emulator.asking import ask_for
 from vrg.hal.can.emulator.drive import DriveOptions
 from vrg.hal.can.emulator.faults import WHAT, FaultKind, FaultRequest
 from vrg.hal.can.emulator.motor import MotorModel
@@ -107,8 +108,6 @@ def fault(
     value: Annotated[str, typer.Option(help="Error bits or turns, such as 0x200.")] = "0",
 ) -> None:
     """Let something go wrong in an emulated drive. Real ones do not listen."""
-    from vrg.hal.can.emulator.asking import ask_for  # python-can is for who uses a bus
-
     try:
         number = int(value, 0)
     except ValueError:
@@ -119,7 +118,7 @@ def fault(
     link = link_of(interface, channel, bitrate, adapter)
     failed = False
     for one in id_:
-        done = ask_for(link, one, request)
+        done = ask_for(can_options.medium(), link, one, request)
         failed |= not done
         if done:
             typer.echo(f"node {one}: {kind} ({WHAT[request.kind].split(':')[0]})")

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from vrg.commands import can_options
 from vrg.errors import ConfigError
 from vrg.hal.can.calibration import calibration_text, load_calibration
 from vrg.hal.can.settings import can_settings
@@ -42,7 +43,9 @@ def calibrate(
     axes = wiring.wheel_axes(before)
     unwatched = wiring.watchdog == "unsafe"
     link, spoken, own_options = settings.link(player), settings.protocol_of(player), settings.options_of(player)
-    train = DriveTrain(player, link, spoken, axes, model, options=own_options, unwatched=unwatched)
+    train = DriveTrain(
+        player, can_options.medium(), link, spoken, axes, model, options=own_options, unwatched=unwatched
+    )
     plan = calibrating.Plan(speed=speed, way=way, turn=turns * 2 * math.pi)
     typer.echo(f"Calibrating {player} ({model.name}) on {settings.link(player)}. Keep a hand at the power switch.")
     if settings.emulate:

@@ -1,8 +1,7 @@
 """`vrg can stop | clear | jog | address | configure`: what one does to single drives, with no match, router or file."""
 
 import logging
-import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,6 +11,7 @@ from rich.console import Console
 from rich.markup import escape
 
 from vrg.bus.stopping import Stop
+from vrg.commands import can_options
 from vrg.commands.can_listening import Heard, listening, table_of
 from vrg.commands.can_options import (
     AdapterOption,
@@ -65,7 +65,7 @@ def stop(
     link = link_of(interface, channel, bitrate, adapter)
     console = Console(highlight=False)
     with stoppable() as interrupted, listening(link) as bus:
-        end = time.monotonic() + seconds
+        end = bus.clock.now() + seconds
         unsent: dict[str, None] = {}
         while True:
             # Again and again, whatever goes wrong: an order may be lost, and a program that drives them may go on.
@@ -73,12 +73,12 @@ def stop(
                 bus.survey.stop()
             except RobotError as error:
                 unsent.setdefault(str(error))
-            if interrupted.wait(_REPEAT) or time.monotonic() >= end:
+            if bus.clock.wait(interrupted.is_set, _REPEAT) or bus.clock.now() >= end:
                 break
         bus.look(interrupted, ask=True)
-        interrupted.wait(_REPEAT)
+        bus.clock.wait(interrupted.is_set, _REPEAT)
         heard = bus.look(interrupted, ask=False)
-    console.print(table_of(heard, time.monotonic()))
+    console.print(table_of(heard))
     still = [found for found in heard.nodes if found.on]
     for found in still:
         console.print(f"[red]{found.protocol} {found.node} is still on: does another program drive it?[/red]")
@@ -110,7 +110,7 @@ def clear(
         for found in _wanted(heard, ids, str(link)):
             bus.survey.listener_of(found).clear(found)
         heard = bus.look_for(_FIND, interrupted, ask=True)
-    console.print(table_of(heard, time.monotonic()))
+    console.print(table_of(heard))
     if any(found.errors for found in heard.nodes if ids is None or found.node in ids):
         raise typer.Exit(1)
 
@@ -149,7 +149,7 @@ def address(
         console.status("looking whether it has it"),
     ):
         heard = bus.look_for(_FIND, interrupted, ask=True)
-    console.print(table_of(heard, time.monotonic()))
+    console.print(table_of(heard))
     if not any(f.node == to and f.protocol == found.protocol for f in heard.nodes):
         raise RobotError(f"{link}: expected the drive to have id {to} now, nobody has")
     console.print(f"It has id {to} until it is switched off. Save it in the drive to keep it.")
@@ -231,7 +231,7 @@ def jog(
     ratio = _HEADROOM * abs(speed) * TURN * model.wheel_radius / model.v_max
     axis = WheelAxis(id_, left=True, ratio=ratio)
     told = options_of(spoken, option)
-    train = DriveTrain(protocol, link, spoken, [axis], model, options=told, unwatched=unsafe)
+    train = DriveTrain(protocol, can_options.medium(), link, spoken, [axis], model, options=told, unwatched=unsafe)
     typer.echo(f"Turning {protocol} {id_} on {link} at {speed:g} turn/s for {seconds:g} s. Ctrl-C stops it.")
     logger = logging.getLogger("vrg")
     with ExitStack() as stack:
@@ -243,10 +243,10 @@ def jog(
         stack.callback(train.close)
         if _ready(train, interrupted):
             train.restart_odometry()
-            _turn(lambda: train.spin(id_, speed), interrupted, seconds)
+            _turn(train, id_, speed, interrupted, seconds)
         for _ in range(_JOG_REST):
             train.stand()
-            time.sleep(_JOG_PERIOD)
+            train.clock.sleep(_JOG_PERIOD)
         state = train.state()
     if state.fault:
         raise RobotError(f"{protocol}: {state.fault}")
@@ -266,25 +266,28 @@ def _ready(train: "DriveTrain", interrupted: Stop) -> bool:
     Raises:
         RobotError: it cannot be armed.
     """
-    train.arm()
-    deadline = time.monotonic() + _JOG_START
+    deadline = train.clock.now() + _JOG_START
     while not (state := train.state()).armed:
         if state.fault:
             raise RobotError(f"{train.name}: {state.fault}")
-        if time.monotonic() > deadline:
-            train.arm()  # it says why it cannot be armed
+        try:
+            train.arm()  # a start may take several commands
+        except RobotError:
+            # On a busy computer the newest report of the drive may be old for a moment.
+            if state.estop or train.clock.now() > deadline:
+                raise
+        if train.clock.now() > deadline:
             raise RobotError(f"the motor was not ready within {_JOG_START:g} s")
-        train.stand()  # a start may take several commands
-        if interrupted.wait(_JOG_PERIOD):
+        if train.clock.wait(interrupted.is_set, _JOG_PERIOD):
             return False
     return True
 
 
-def _turn(drive: Callable[[], None], interrupted: Stop, seconds: float) -> None:
-    end = time.monotonic() + seconds
-    while time.monotonic() < end and not interrupted.is_set():
-        drive()
-        interrupted.wait(_JOG_PERIOD)
+def _turn(train: "DriveTrain", node: int, speed: float, interrupted: Stop, seconds: float) -> None:
+    end = train.clock.now() + seconds
+    while train.clock.now() < end and not interrupted.is_set():
+        train.spin(node, speed)
+        train.clock.wait(interrupted.is_set, _JOG_PERIOD)
 
 
 def _wanted(heard: Heard, ids: Iterable[int] | None, link: str) -> list[Found]:

@@ -1,7 +1,6 @@
 """Who is on a bus and how they are, for commands that show it."""
 
 import threading
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from vrg.bus.stopping import StopSignal
+from vrg.commands import can_options
 from vrg.errors import RobotError
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
@@ -24,26 +24,27 @@ ASK_PERIOD = 0.25
 
 @dataclass(frozen=True)
 class Heard:
-    """Who is on a bus, and what is wrong with the bus itself, in words."""
+    """Who is on a bus, what is wrong with the bus itself, in words, and when it was looked at, in monotonic s."""
 
     nodes: list[Found]
     troubles: list[str]
+    at: float
 
 
 class Bus:
     """A bus that is listened to; open it by `listening`.
 
     Attributes:
-        survey: who speaks there.
+        survey: who speaks there. clock: the time of the bus.
     """
 
     def __init__(self, link: Link) -> None:
-        from vrg.hal.can.bus import CanBus  # python-can is for who uses a bus
-
+        medium = can_options.medium()
+        self.clock = medium.clock
         self._lock = threading.Lock()
         self._troubles: dict[str, None] = {}
-        self._bus = CanBus(link, self._hear, self._complain)
-        self.survey = Survey(all_listeners(self._bus.send))
+        self._bus = medium.bus(link, self._hear, self._complain)
+        self.survey = Survey(all_listeners(self._bus.send, self.clock))
 
     def start(self) -> None:
         """Begin to listen.
@@ -70,18 +71,18 @@ class Bus:
                 self.survey.greet()
                 for found in nodes:
                     # An answer may have to be waited for: a node that has fallen silent is not asked.
-                    if not interrupted.is_set() and time.monotonic() - found.heard < HEARTBEAT_TIMEOUT:
+                    if not interrupted.is_set() and self.clock.now() - found.heard < HEARTBEAT_TIMEOUT:
                         self.survey.ask(found)
             except RobotError as error:
                 self._complain(str(error))
-        return Heard(nodes, list(self._troubles))
+        return Heard(nodes, list(self._troubles), self.clock.now())
 
     def look_for(self, seconds: float, interrupted: StopSignal, *, ask: bool) -> Heard:
         """Look again and again for a while; what has been heard at last."""
-        end = time.monotonic() + seconds
-        while (left := end - time.monotonic()) > 0 and not interrupted.is_set():
+        end = self.clock.now() + seconds
+        while (left := end - self.clock.now()) > 0 and not interrupted.is_set():
             self.look(interrupted, ask=ask)
-            interrupted.wait(min(ASK_PERIOD, left))
+            self.clock.wait(interrupted.is_set, min(ASK_PERIOD, left))
         return self.look(interrupted, ask=ask)
 
     def _hear(self, frame: Frame) -> None:
@@ -107,14 +108,14 @@ def listening(link: Link) -> Iterator[Bus]:
         bus.stop()
 
 
-def table_of(heard: Heard, now: float) -> Group:
+def table_of(heard: Heard) -> Group:
     """A row for each drive, and below them what is wrong, in whole words."""
     table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
     for name in ("protocol", "id", "serial", "firmware", "state", "turns", "turns/s", "V"):
         table.add_column(name, justify="right" if name in ("id", "turns", "turns/s", "V") else "left")
     wrong = [f"[red]{escape(words)}[/red]" for words in heard.troubles]
     for found in heard.nodes:
-        silent = now - found.heard
+        silent = heard.at - found.heard
         table.add_row(
             found.protocol,
             str(found.node),

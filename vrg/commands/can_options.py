@@ -1,7 +1,7 @@
 """The options that the commands of `vrg can` share, and what they mean."""
 
 import socket
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from pydantic import ValidationError
@@ -11,6 +11,9 @@ from vrg.hal.can.link import Link, known_interface, read_adapter
 from vrg.hal.can.options import ProtocolOptions
 from vrg.hal.can.protocols import PROTOCOLS, Protocol
 from vrg.tables import problems_of
+
+if TYPE_CHECKING:
+    from vrg.hal.can.medium import Medium
 
 InterfaceOption = Annotated[str, typer.Option("--interface", help="python-can's name of the interface.")]
 ChannelOption = Annotated[str, typer.Option("--channel", help="The bus, such as can0.")]
@@ -30,6 +33,13 @@ OptionsOption = Annotated[
     list[str] | None,
     typer.Option("--option", help="What the wiring says of such drives in its options, NAME=VALUE."),
 ]
+
+
+def medium() -> "Medium":
+    """The buses of this computer."""
+    from vrg.hal.can.bus import RealMedium  # python-can is for who uses a bus
+
+    return RealMedium()
 
 
 def link_of(interface: str, channel: str | None, bitrate: int | None, adapter: list[str] | None) -> Link:

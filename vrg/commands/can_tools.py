@@ -1,7 +1,6 @@
 """`vrg can scan | monitor`: who is on a bus, and how they are."""
 
 import math
-import time
 from typing import Annotated
 
 import typer
@@ -27,7 +26,7 @@ def scan(
     with stoppable() as interrupted, listening(link) as bus, console.status(f"listening on {link}"):
         heard = bus.look_for(seconds, interrupted, ask=True)
     if heard.nodes:
-        console.print(table_of(heard, time.monotonic()))
+        console.print(table_of(heard))
         return
     for words in heard.troubles:
         console.print(f"[red]{escape(words)}[/red]")
@@ -50,12 +49,12 @@ def monitor(
     """Show the drives on a bus, live, by what they say. Moves nothing, and sends nothing but for `--ask`."""
     link = link_of(interface, channel, bitrate, adapter)
     console = Console(highlight=False)
-    end = math.inf if seconds is None else time.monotonic() + seconds
     with stoppable() as interrupted, listening(link) as bus, Live(console=console, refresh_per_second=5) as live:
         live.update(f"listening on {link}")
-        while not interrupted.is_set() and time.monotonic() < end:
-            heard = bus.look_for(min(ASK_PERIOD, max(0.05, end - time.monotonic())), interrupted, ask=ask)
+        end = math.inf if seconds is None else bus.clock.now() + seconds
+        while not interrupted.is_set() and bus.clock.now() < end:
+            heard = bus.look_for(min(ASK_PERIOD, max(0.05, end - bus.clock.now())), interrupted, ask=ask)
             if heard.nodes or heard.troubles:
-                live.update(table_of(heard, time.monotonic()))
+                live.update(table_of(heard))
             else:
                 live.update(f"{link}: nobody yet{'' if ask else '; drives that speak only when asked need --ask'}")

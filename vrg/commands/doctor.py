@@ -5,6 +5,7 @@ import os
 import platform
 import re
 import sys
+import time
 from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
@@ -13,7 +14,12 @@ from typing import Annotated
 import msgspec
 import typer
 
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.process import PULSE_PERIOD
+from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import DEFAULT_ENDPOINT, open_router, open_session
+from vrg.bus.topics import Keys
+from vrg.commands.options import credentials_for
 from vrg.errors import VrgError
 from vrg.launch.endpoints import free_endpoint
 from vrg.launch.findings import Finding
@@ -89,6 +95,28 @@ def _matches() -> Finding:
     return Finding("matches", None, ", ".join(f"{m.match} at {m.router}" for m in found) or "none runs here")
 
 
+def _messages() -> Finding:
+    """How many messages the running matches have refused, because they came under a wrong key."""
+    found = []
+    for match in running():
+        mailbox, keys = Mailbox(), Keys(match.match)
+        pulses = mailbox.subscribe(keys.pulse())
+        try:
+            seats = Path(match.keys) if match.keys else None
+            credentials = credentials_for(match.router, seats, Seat(SeatKind.OFFICIAL))
+            with open_session(match.router, patience=3.0, credentials=credentials) as session:
+                session.attach(mailbox)
+                time.sleep(2 * PULSE_PERIOD)
+                session.receive()
+        except VrgError as error:
+            found.append(f"{match.match}: {error}")
+            continue
+        mailbox.handover(0.0)
+        refused = sum(pulse.body.refused for pulse in pulses.by_key.values())
+        found.append(f"{match.match}: {refused} came under a wrong key and were refused")
+    return Finding("messages", None, "; ".join(found) or "no match runs here whose messages could be looked at")
+
+
 def doctor(
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for scripts.")] = False,
     machines: Annotated[
@@ -96,7 +124,7 @@ def doctor(
     ] = None,
 ) -> None:
     """Check this machine: Python, packages, bus, physics, CAN, display. Status 1 if something needed is missing."""
-    checks: list[Callable[[], Finding]] = [_python, _bus, _physics, _can, _display, _sandbox, _matches]
+    checks: list[Callable[[], Finding]] = [_python, _bus, _physics, _can, _display, _sandbox, _matches, _messages]
     findings = {"": [*[_package(name) for name in _packages()], *[check() for check in checks]]}
     if machines is not None:
         from vrg.commands.doctor_machines import examine_machines  # it loads what reaches other machines

@@ -8,9 +8,11 @@ from typing import Annotated
 
 import typer
 
+from vrg.bus.access import DECIDING
 from vrg.bus.mailbox import Inlet, Mailbox
 from vrg.bus.messages import REASON_LENGTH, Call, Official, OfficialAction, RefereeState
 from vrg.bus.names import is_name
+from vrg.bus.node import sender_of
 from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import Session, open_session
 from vrg.bus.topics import Keys
@@ -41,13 +43,18 @@ def me() -> str:
     return name if is_name(name) else "official"
 
 
+def sender() -> str:
+    """What stands in the messages of a command, as of a node."""
+    return sender_of(DECIDING, me())
+
+
 class Referee:
     """A connection to the referee of a running match."""
 
     def __init__(self, session: Session, keys: Keys) -> None:
         self._session = session
         self.keys = keys
-        self.mailbox = Mailbox()
+        self.mailbox = Mailbox(sender())
         self.state: Inlet[RefereeState] = self.mailbox.subscribe(keys.referee_state)
         self.calls: Inlet[Call] = self.mailbox.subscribe(keys.referee_event)
         session.attach(self.mailbox)

@@ -103,6 +103,8 @@ def play_match(
         print_plan(setup, console, window=show.window, record=show.record, web=wish.web is not None)
         return
     if wish.in_process:
+        # Emulated motor controllers can be hurried, and real ones are refused.
+        setup = setup.at_rate(setup.wanted_rate)
         check_strategies(setup, nodes.strategy_of)
     folder = RunFolder.create(runs, setup.name, datetime.now(), setup.text)
     try:

@@ -70,4 +70,4 @@ def _read(keys: Keys, key: str, payload: bytes) -> tuple[Sensor, Received[Sensor
     if reading is None or not isinstance(reading.body, SensorMessage):
         return None
     *_, kind, sensor = key.split("/")
-    return (kind, name_of(sensor)), Received(reading.key, reading.stamp, reading.sequence, reading.body)
+    return (kind, name_of(sensor)), Received(reading.key, reading.stamp, reading.sequence, reading.body, reading.sender)

@@ -12,7 +12,7 @@ from vrg.bus.messages import SeatRequest
 from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import open_session
 from vrg.bus.topics import Keys
-from vrg.commands.official import me
+from vrg.commands.official import me, sender
 from vrg.commands.options import EndpointOption, KeysOption, credentials_for, which_match, whole_target
 from vrg.errors import BusError, ConfigError
 
@@ -36,7 +36,7 @@ def substitute(
     target = whole_target(strategy)
     strategy_class(target, Path.cwd())  # a mistake is told before the old player is stopped
     name, endpoint = which_match(match, router)
-    keys, mailbox, number = Keys(name), Mailbox(), uuid.uuid4().hex
+    keys, mailbox, number = Keys(name), Mailbox(sender()), uuid.uuid4().hex
     answers = mailbox.subscribe(keys.seat_answer)
     credentials = credentials_for(endpoint, seats, Seat(SeatKind.OFFICIAL))
     with open_session(endpoint, patience=_PATIENCE, credentials=credentials) as session:

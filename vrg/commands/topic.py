@@ -49,7 +49,8 @@ def _plain(keys: Keys, key: str, payload: bytes) -> dict[str, Any]:
     except MessageError as error:
         return {"key": key, "error": str(error), "bytes": len(payload)}
     body = msgspec.to_builtins(received.body)
-    return {"key": key, "stamp": received.stamp, "sequence": received.sequence, **body}
+    head = {"sender": received.sender, "stamp": received.stamp, "sequence": received.sequence}
+    return {"key": key, **head, **body}
 
 
 @contextmanager

@@ -6,7 +6,6 @@ knows where a physical robot is on the map, and tells the world.
 """
 
 import logging
-import threading
 
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Inlet, Mailbox
@@ -14,6 +13,7 @@ from vrg.bus.messages import Estop, EstopRelease, Manual, MeasuredPose, SensorMe
 from vrg.bus.node import is_fresh
 from vrg.bus.topics import Keys
 from vrg.errors import RobotError
+from vrg.hal.clock import REAL_CLOCK, Clock, Task
 from vrg.hal.driver import Driver
 from vrg.hal.estop import EstopLatch, EstopOrders
 from vrg.hal.gate import REFEREE_TIMEOUT, RefereeGate
@@ -39,6 +39,7 @@ class Device:
         driver: the robot's driver; `start` connects it.
         keys: the keys of the match. mailbox: the mailbox of the player's node.
         start: the pose of the robot when the match begins, in the map's frame.
+        clock: the time by which a recovery is waited for, and its threads.
         localisation: `odometry` if the robot's own measurement tells where it is; `feed` if another program publishes
             its pose on the bus.
     """
@@ -51,6 +52,7 @@ class Device:
         *,
         start: Pose = Pose(0.0, 0.0, 0.0),  # noqa: B008 - it cannot change
         localisation: str = "odometry",
+        clock: Clock = REAL_CLOCK,
     ) -> None:
         self.name = driver.name
         self._driver = driver
@@ -58,7 +60,8 @@ class Device:
         self._latch = EstopLatch()
         self._gate = RefereeGate()
         self._limit: float | None = None
-        self._recovery: threading.Thread | None = None
+        self._clock = clock
+        self._recovery: Task | None = None
         self._asked_to_recover = False
         self._referee = mailbox.subscribe(keys.referee_state)
         self._estops = EstopOrders(mailbox, keys, alarm=self._alarm)
@@ -217,8 +220,7 @@ class Device:
         self._asked_to_recover |= bool(self._recovers.take())
         if self._asked_to_recover and not self._is_recovering:
             self._asked_to_recover = False
-            self._recovery = threading.Thread(target=self._try_to_recover, name=f"recover {self.name}", daemon=True)
-            self._recovery.start()
+            self._recovery = self._clock.spawn(self._try_to_recover, f"recover {self.name}")
 
     def _try_to_recover(self) -> None:
         try:

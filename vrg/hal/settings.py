@@ -2,9 +2,13 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from vrg.hal.companions import Companion
 from vrg.tables import Table
+
+if TYPE_CHECKING:
+    from vrg.hal.can.emulator.simulation import Simulation
 
 
 class BackendSettings(Table):
@@ -25,6 +29,14 @@ class BackendSettings(Table):
     def files(self, robots: Sequence[str]) -> list[str]:
         """The files that this table names for these robots, as it names them; they are kept with a run."""
         return []
+
+    def simulate(self, robots: Sequence[str], simulation: "Simulation", seed: int) -> bool:
+        """Put these robots' motor controllers into a simulation; False where they are real, or there is no such way.
+
+        Args:
+            seed: of everything in them that is random.
+        """
+        return False
 
     def companions(self, robots: Sequence[str]) -> list[Companion]:
         """The processes that these robots need besides those of their players."""

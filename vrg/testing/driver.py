@@ -39,11 +39,6 @@ class DriverBench(ABC):
         else:
             self.driver.release()
 
-    def revive(self) -> bool:
-        """Clear a fault that this computer has made by being busy, such as that an emulated drive was late; whether
-        there was one."""
-        return False
-
     def run(self, twist: Twist, seconds: float) -> None:
         """Drive for a while, with a fresh command every PERIOD."""
         for _ in range(round(seconds / PERIOD)):
@@ -285,11 +280,7 @@ def arm(bench: DriverBench) -> None:
     """
     for tick in range(round(ARMING / PERIOD)):
         if tick % round(1.0 / PERIOD) == 0:
-            try:
-                bench.driver.arm()
-            except RobotError:
-                if not bench.revive():
-                    raise
+            bench.driver.arm()
         bench.advance(PERIOD)
         if bench.driver.read().armed:
             return

@@ -22,7 +22,7 @@ from vrg.hal.can.listener import Found
 from vrg.hal.can.options import ProtocolOptions
 from vrg.hal.can.protocols import Protocol
 from vrg.hal.can.survey import Survey
-from vrg.testing.wire import SERIAL, SPEED, WATCHDOG, ProtocolWire
+from vrg.testing.wire import SERIAL, SPEED, WATCHDOG, ProtocolWire, WireClock
 
 STILL = 0.1
 """turn/s below which a motor stands."""
@@ -316,7 +316,7 @@ class ProtocolContract:
     def test_a_listener_switches_off_drives_that_it_has_not_heard(self) -> None:
         wire = ProtocolWire(self.protocol, self.nodes[0], options=self.options)
         wire.running()
-        Survey([self.protocol.listener_type(wire.question)]).stop()
+        Survey([self.protocol.listener_type(wire.question, WireClock(wire))]).stop()
         wire.advance(0.5)
         assert abs(wire.motor_speed) < STILL
 

@@ -16,6 +16,7 @@ from vrg.hal.can.options import ProtocolOptions
 from vrg.hal.can.protocols import Protocol
 from vrg.hal.can.survey import Survey
 from vrg.hal.can.watch import POLL_PERIOD
+from vrg.hal.clock import Clock, Task
 
 SERIAL = 0xBEEF
 PATIENCE = 30.0
@@ -26,6 +27,33 @@ SPEED = 8.0
 """The speed at which motors are tested, turn/s."""
 WATCHDOG = 0.2
 """The time in s without a setpoint after which a drive stops its motor."""
+
+
+class WireClock(Clock):
+    """The clock of a wire: who waits by it lets the time of the wire pass.
+
+    Args:
+        wire: has `now` and `advance`.
+    """
+
+    def __init__(self, wire: "ProtocolWire") -> None:
+        self._wire = wire
+
+    def now(self) -> float:
+        """The time of the wire, s."""
+        return self._wire.now
+
+    def sleep(self, seconds: float) -> None:
+        """Let the time of the wire pass."""
+        self._wire.advance(seconds)
+
+    def spawn(self, work: Callable[[], None], name: str) -> Task:
+        """Refuse: an axis has no work of its own.
+
+        Raises:
+            NotImplementedError: always.
+        """
+        raise NotImplementedError(f"an axis does not spawn {name}")
 
 
 class ProtocolWire:
@@ -55,7 +83,8 @@ class ProtocolWire:
         self.node = node
         self.sent: list[Frame] = []
         self.heard: list[Frame] = []
-        self.axis = protocol.axis_type(node, self.send, options)
+        clock = WireClock(self)
+        self.axis = protocol.axis_type(node, self.send, clock, options)
         self.drives: list[EmulatedDrive] = [
             protocol.drive_type(
                 node,
@@ -65,7 +94,7 @@ class ProtocolWire:
             )
             for serial in serials
         ]
-        self.survey = Survey([protocol.listener_type(self.question)])
+        self.survey = Survey([protocol.listener_type(self.question, clock)])
         self._filters: list[Filter] | None = None
         self._poll_at = math.inf
         self._under_way: deque[Frame] = deque()

@@ -1,8 +1,6 @@
-"""A CAN robot with emulated drives, on vcan0 or in this process, for tests: real time, real frames."""
+"""A CAN robot with emulated drives, on a simulated bus, for tests."""
 
 import random
-import threading
-import time
 from collections.abc import Sequence
 from typing import Any
 
@@ -11,21 +9,19 @@ from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Estop, EstopRelease, Message, Recover
 from vrg.bus.topics import Keys, Topic
-from vrg.errors import RobotError
-from vrg.hal.can.bus import message_of
 from vrg.hal.can.driver import CanDriver
 from vrg.hal.can.emulator.drive import DriveOptions, EmulatedDrive
 from vrg.hal.can.emulator.faults import FaultKind, FaultRequest, encode_fault
-from vrg.hal.can.emulator.run import run_drives
+from vrg.hal.can.emulator.simulation import Port, Simulation
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
-from vrg.hal.can.opening import open_bus
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.device import Device
 from vrg.hal.driver import DriverContext
 from vrg.hal.models import robot_model
-from vrg.testing.driver import DriverBench, arm
-from vrg.types import Pose, Twist
+from vrg.testing.can_faults.robot import OPTIONS, RATIO, deliver, port_of
+from vrg.testing.driver import DriverBench
+from vrg.types import Pose
 
 KEYS = Keys("test")
 LINK = Link(channel=INTERFACE)
@@ -33,11 +29,8 @@ HERE = Link(interface="virtual", channel="here")
 """A bus within this process."""
 START = Pose(1.0, 2.0, 0.5)
 NODES = {"odrive": ([0], [1]), "cia402": ([1], [2]), "moteus": ([1], [2]), "vesc": ([1], [2])}
-OPTIONS = {"vesc": {"pole_pairs": 7}}
-"""What the wiring must say of drives of a protocol."""
-RATIO = 50.0
 PATIENCE = 20.0
-"""s of real time for a condition that a test waits for."""
+"""s of simulated time for a condition that a test waits for."""
 STEP = 0.02
 
 
@@ -49,36 +42,36 @@ def settings(
     return {"interface": link.interface, "channel": link.channel, "protocol": protocol, "robots": {"r": robot}}
 
 
+class Lab:
+    """The simulation of the test that runs: every test begins with a new one."""
+
+    simulation = Simulation()
+
+
 class Drives:
-    """Emulated drives in a thread of their own, with their own socket on the bus; a context manager."""
+    """Emulated drives on a simulated bus; a context manager."""
 
     def __init__(
         self, protocol: str, nodes: Sequence[int], *, watchdog: float = 0.25, serial: int = 0x1000, link: Link = LINK
     ) -> None:
-        now = time.monotonic()
         kind = PROTOCOLS.get(protocol).drive_type
+        now = Lab.simulation.clock.now()
         self.drives: list[EmulatedDrive] = [
             kind(node, DriveOptions(serial=serial + i, watchdog=watchdog), now, random.Random(serial + i))
             for i, node in enumerate(nodes)
         ]
-        self._stop = threading.Event()
-        self._ready = threading.Event()
-        self._thread = threading.Thread(
-            target=run_drives, args=(link, self.drives, self._stop), kwargs={"ready": self._ready.set}
-        )
+        self._wire = Lab.simulation.wire(link)
 
     def __enter__(self) -> "Drives":
-        self._thread.start()
-        assert self._ready.wait(PATIENCE)
+        self._wire.attach(self.drives)
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._stop.set()
-        self._thread.join()
+        self._wire.detach(self.drives)
 
 
 class CanBench(DriverBench):
-    """The driver of one robot. Time is real time since the bench was made."""
+    """The driver of one robot. Time is the simulation's."""
 
     driver: CanDriver
 
@@ -86,49 +79,28 @@ class CanBench(DriverBench):
         self, protocol: str, left: Sequence[int], right: Sequence[int], *, link: Link = LINK, **wiring: object
     ) -> None:
         self.nodes = [*left, *right]
-        self._began = time.monotonic()
+        self.clock = Lab.simulation.clock
+        self.wire = Lab.simulation.wire(link)
         options = settings(protocol, left, right, link, **wiring)
         self.driver = CanDriver(
-            DriverContext(name="r", model=robot_model("P2AT"), options=options, now=lambda: self.now)
+            DriverContext(
+                name="r", model=robot_model("P2AT"), options=options, now=self.clock.now, medium=Lab.simulation
+            )
         )
-        self._injector = open_bus(link)
+
+    @property
+    def port(self) -> Port:
+        """The driver's adapter."""
+        return port_of(self.driver)
 
     @property
     def now(self) -> float:
-        """s since the bench was made."""
-        return time.monotonic() - self._began
+        """Simulated time, s."""
+        return self.clock.now()
 
     def advance(self, seconds: float) -> None:
-        """Let real time pass."""
-        time.sleep(seconds)
-
-    def run(self, twist: Twist, seconds: float) -> None:
-        """Drive for a while, with a fresh command every 0.05 s.
-
-        A machine that is busy makes some of them late. Where the drives' watchdogs have met that, it arms again, as a
-        player does, and goes on for as long again.
-        """
-        left = round(seconds / 0.05)
-        while left:
-            try:
-                self.driver.drive(twist)
-            except RobotError:
-                if self.driver.read().latched or self.driver.read().estop:
-                    raise
-                arm(self)
-                left = round(seconds / 0.05)
-                continue
-            self.advance(0.05)
-            left -= 1
-            if not left and not self.driver.read().armed:
-                left = 1  # even the last one was late
-
-    def revive(self) -> bool:
-        """Recover if the drives, which have no processor of their own, were heard too late."""
-        late = "no heartbeat" in (self.driver.read().fault or "")
-        if late:
-            self.driver.recover()
-        return late
+        """Let time pass."""
+        self.clock.sleep(seconds)
 
     def cut(self) -> None:
         """The drives fall silent."""
@@ -141,12 +113,11 @@ class CanBench(DriverBench):
 
     def inject(self, frame: Frame) -> None:
         """Put a frame on the bus."""
-        self._injector.send(message_of(frame))
+        assert self.wire.put(frame), "the bus is full"
 
     def close(self) -> None:
         """Let go of the bus."""
         self.driver.close()
-        self._injector.shutdown()
 
 
 class DeviceBench(CanBench):
@@ -158,30 +129,26 @@ class DeviceBench(CanBench):
         super().__init__(protocol, left, right, link=link, **wiring)
         self.mailbox = Mailbox()
         self.said: list[tuple[str, Message]] = []
-        self.device = Device(self.driver, KEYS, self.mailbox, start=START)
+        self.device = Device(self.driver, KEYS, self.mailbox, start=START, clock=self.clock)
         self._sequence = 0
 
     def advance(self, seconds: float) -> None:
-        """Let real time pass; each tick begins as an executor and a player begin it."""
-        until = time.monotonic() + seconds
+        """Let time pass; each tick begins as an executor and a player begin it."""
+        until = self.now + seconds
         while True:
             self.mailbox.sound()
             self.mailbox.handover(self.now)
             self.device.hear()
             self.said += [(out.message.key, out.message.body) for out in self.mailbox.collect()]
-            left = until - time.monotonic()
-            if left <= 0:
+            left = until - self.now
+            if left <= 1e-9:
                 return
-            time.sleep(min(STEP, left))
+            self.clock.sleep(min(STEP, left))
 
     def hear(self, topic: Topic[Any], body: Message) -> None:
         """Somebody on the match's bus says something; an alarm is raised at once."""
         self._sequence += 1
-        message = Received(topic.key, self.mailbox.now, self._sequence, body)
-        for inlet in self.mailbox.inlets:
-            if inlet.topic.key == topic.key:
-                inlet.offer(message)
-        self.mailbox.sound()
+        deliver(self.mailbox, Received(topic.key, self.mailbox.now, self._sequence, body))
 
     def estop(self, engaged: bool) -> None:
         """Somebody engages or releases the emergency stop on the match's bus."""

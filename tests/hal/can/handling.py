@@ -1,6 +1,5 @@
 """How tests handle a robot with CAN drives: arm it, drive it, see that a fault stops it, let it recover."""
 
-import time
 from collections.abc import Callable
 from contextlib import suppress
 
@@ -16,9 +15,9 @@ AHEAD = Twist(0.33, 0.0)
 
 def wait(bench: DeviceBench, condition: Callable[[], object], what: str) -> None:
     """Let time pass until the condition holds."""
-    deadline = time.monotonic() + PATIENCE
+    deadline = bench.now + PATIENCE
     while not condition():
-        assert time.monotonic() < deadline, f"waited {PATIENCE:g} s for {what}"
+        assert bench.now < deadline, f"waited {PATIENCE:g} s for {what}"
         bench.advance(0.05)
 
 
@@ -38,9 +37,9 @@ def driving(bench: DeviceBench) -> None:
 
 def gets_going(bench: DeviceBench) -> None:
     """Drive as a player does until it is under way."""
-    deadline = time.monotonic() + PATIENCE
+    deadline = bench.now + PATIENCE
     while not bench.speed > 0.3:
-        assert time.monotonic() < deadline, f"it does not drive: {bench.device.read()}"
+        assert bench.now < deadline, f"it does not drive: {bench.device.read()}"
         drive_on(bench)
 
 
@@ -56,9 +55,9 @@ def drive_on(bench: DeviceBench) -> None:
 
 def notices(bench: DeviceBench) -> None:
     """Drive on as a player does until there is a fault."""
-    deadline = time.monotonic() + PATIENCE
+    deadline = bench.now + PATIENCE
     while bench.device.read().fault is None:
-        assert time.monotonic() < deadline, "nobody notices"
+        assert bench.now < deadline, "nobody notices"
         drive_on(bench)
 
 

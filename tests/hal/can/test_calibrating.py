@@ -1,13 +1,12 @@
 """The calibration of a robot whose drives are emulated, by a person who may err, on a bus within this process."""
 
 import math
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import pytest
 
-from tests.hal.can.bench import RATIO, Drives
+from tests.hal.can.bench import RATIO, Drives, Lab
 from vrg.errors import RobotError
 from vrg.hal.can.base import WheelAxis
 from vrg.hal.can.calibrating import Plan, _Runner, calibrate
@@ -17,6 +16,7 @@ from vrg.hal.can.link import Link
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.train import DriveTrain, TrainState
 from vrg.hal.models import robot_model
+from vrg.hal.simulated_clock import SimulatedClock
 from vrg.types import Pose
 
 LINK = Link(interface="virtual", channel="calibrating")
@@ -57,7 +57,7 @@ def drives() -> Iterator[Drives]:
 @pytest.fixture
 def train(drives: Drives) -> Iterator[DriveTrain]:
     axes = [WheelAxis(0, left=True, ratio=RATIO), WheelAxis(1, left=False, ratio=RATIO)]
-    train = DriveTrain("r", LINK, PROTOCOLS.get("odrive"), axes, P2AT)
+    train = DriveTrain("r", Lab.simulation, LINK, PROTOCOLS.get("odrive"), axes, P2AT)
     train.connect()
     yield train
     train.close()
@@ -96,7 +96,7 @@ def test_a_wheel_that_turns_the_other_way(train: DriveTrain) -> None:
 
 
 def test_a_wheel_that_is_blocked_ends_it(train: DriveTrain, drives: Drives) -> None:
-    drives.drives[0].receive(encode_fault(0, FaultRequest(FaultKind.BLOCK)), time.monotonic())
+    drives.drives[0].receive(encode_fault(0, FaultRequest(FaultKind.BLOCK)), train.clock.now())
     with pytest.raises(RobotError, match="r: node 0: it stands, though it was asked for"):
         run(train, Clerk([True, True, True, True], [None, None]))
     assert turns(drives) < RATIO
@@ -105,7 +105,7 @@ def test_a_wheel_that_is_blocked_ends_it(train: DriveTrain, drives: Drives) -> N
 def test_a_wheel_that_is_too_slow_to_be_missed_is_told_before_the_person_is_asked(
     train: DriveTrain, drives: Drives
 ) -> None:
-    drives.drives[0].receive(encode_fault(0, FaultRequest(FaultKind.BLOCK)), time.monotonic())
+    drives.drives[0].receive(encode_fault(0, FaultRequest(FaultKind.BLOCK)), train.clock.now())
     clerk = Clerk([], [])
     with pytest.raises(RobotError, match=r"motor 0 was asked for 2.* turn/s and has hardly turned its wheel"):
         calibrate(train, P2AT, clerk, replace(QUICK, speed=0.03))
@@ -116,6 +116,7 @@ class Circling:
     """A robot that is asked to go straight ahead and goes in a circle: its odometry never gets there."""
 
     name = "r"
+    clock = SimulatedClock()
     wheel_axes = (WheelAxis(0, left=True), WheelAxis(1, left=False))
 
     def __init__(self) -> None:

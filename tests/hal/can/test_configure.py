@@ -19,6 +19,9 @@ FILE = Path("examples/emulated_odrive_endpoints.json")
 WATCHDOG = "axis0.config.watchdog_timeout"
 
 
+pytestmark = pytest.mark.usefixtures("simulated")
+
+
 def configure(*arguments: str) -> Result:
     """Run the command."""
     where = ["--interface", LINK.interface, "--channel", LINK.channel]

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.hal.can.bench import HERE, LINK, NODES, CanBench, Drives
+from tests.hal.can.bench import HERE, NODES, CanBench, Drives
 from vrg.testing.driver import DriverContract
 
 
@@ -12,21 +12,18 @@ class OverProtocol(DriverContract):
     """Two axes, one on each side."""
 
     protocol: str
-    link = HERE
 
     @pytest.fixture
     def bench(self) -> Iterator[CanBench]:
         left, right = NODES[self.protocol]
-        with Drives(self.protocol, [*left, *right], link=self.link):
-            bench = CanBench(self.protocol, left, right, link=self.link)
+        with Drives(self.protocol, [*left, *right], link=HERE):
+            bench = CanBench(self.protocol, left, right, link=HERE)
             yield bench
             bench.close()
 
 
-@pytest.mark.vcan
 class TestOdrive(OverProtocol):
     protocol = "odrive"
-    link = LINK
 
 
 class TestCia402(OverProtocol):
@@ -41,7 +38,6 @@ class TestVesc(OverProtocol):
     protocol = "vesc"
 
 
-@pytest.mark.vcan
 class TestOdriveFourAxes(DriverContract):
     """Four motors on one bus, two on each side."""
 

@@ -1,7 +1,5 @@
 """`vrg can stop` and `vrg can address` on a bus within this process, where something is not as it should be."""
 
-import time
-
 import pytest
 from click.testing import Result
 from typer.testing import CliRunner
@@ -10,10 +8,14 @@ from tests.hal.can.bench import PATIENCE, CanBench, Drives
 from vrg.commands import can_control
 from vrg.commands.can import app
 from vrg.errors import RobotError
+from vrg.hal.can.emulator.simulation import Simulation
 from vrg.hal.can.link import Link
 from vrg.testing.driver import arm
 
 LINK = Link(interface="virtual", channel="control")
+
+
+pytestmark = pytest.mark.usefixtures("simulated")
 
 
 def run(command: str, *arguments: str) -> Result:
@@ -34,7 +36,7 @@ def test_all_who_say_it_are_named() -> None:
     assert "Off by their own word: odrive 3, vesc 4." in " ".join(done.output.split())
 
 
-def test_a_drive_whose_motor_is_on_keeps_its_id() -> None:
+def test_a_drive_whose_motor_is_on_keeps_its_id(lab: Simulation) -> None:
     with Drives("odrive", [0, 1], watchdog=PATIENCE, link=LINK) as drives:
         bench = CanBench("odrive", [0], [1], link=LINK, watchdog="unsafe")
         try:
@@ -46,10 +48,8 @@ def test_a_drive_whose_motor_is_on_keeps_its_id() -> None:
         assert isinstance(done.exception, RobotError)
         assert "odrive 1: expected a motor that is off: `vrg can stop`" in str(done.exception)
         assert [drive.node for drive in drives.drives] == [0, 1]
-        deadline = time.monotonic() + PATIENCE
-        while any(drive._energised for drive in drives.drives):
-            assert time.monotonic() < deadline, "closing the robot switches it off"
-            time.sleep(0.01)
+        off = lab.clock.wait(lambda: not any(drive._energised for drive in drives.drives), PATIENCE)
+        assert off, "closing the robot switches it off"
 
 
 def test_a_motor_that_hardly_turns_is_told() -> None:

@@ -1,13 +1,12 @@
 """What the driver of CAN robots tells beyond the contract of drivers, on a bus within this process."""
 
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from tests.hal.can.bench import PATIENCE, Drives, settings
+from tests.hal.can.bench import PATIENCE, Drives, Lab, settings
 from vrg.errors import ConfigError, StaleDataError
 from vrg.hal.can.driver import CanDriver
 from vrg.hal.can.link import Link
@@ -29,17 +28,15 @@ def drives() -> Iterator[Drives]:
 
 def driver(model: RobotModel = P2AT, **wiring: object) -> CanDriver:
     options = settings("odrive", [0], [1], LINK, **wiring)
-    return CanDriver(DriverContext(name="r", model=model, options=options, now=lambda: NOW))
+    return CanDriver(DriverContext(name="r", model=model, options=options, now=lambda: NOW, medium=Lab.simulation))
 
 
 def until(condition: Callable[[], object]) -> None:
-    deadline = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < deadline, "it has not come about"
-        time.sleep(0.02)
+    assert Lab.simulation.clock.wait(condition, PATIENCE), "it has not come about"
 
 
 def test_the_battery_is_unknown_until_a_drive_has_told_its_voltage() -> None:
+    Lab.simulation.clock.sleep(0.1)  # the drives tell it once a second, and have just told it
     with driver(supply=(20.0, 25.0)) as robot:
         assert robot.read().battery is None
         until(lambda: robot.read().battery)
@@ -53,7 +50,7 @@ def test_the_battery_is_unknown_until_a_drive_has_told_its_voltage() -> None:
 def test_every_sample_has_its_own_age() -> None:
     with driver() as robot:
         until(lambda: robot.read().battery)
-        time.sleep(0.3)
+        Lab.simulation.clock.sleep(0.3)
         readings = robot.read()
         assert readings.battery is not None
         assert readings.odometry is not None

@@ -11,6 +11,7 @@ from vrg.hal.can.guard import GRACE, HEARTBEAT_TIMEOUT, OBEY_TIMEOUT, PROOF_TIME
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.odrive.axis import OdriveAxis
 from vrg.hal.can.odrive.messages import AxisError, AxisState, Command
+from vrg.hal.simulated_clock import SimulatedClock
 
 
 class Pair:
@@ -191,7 +192,7 @@ class TestGuard:
         assert pair.guard.refusal(pair.now) == "node 0: DRV_FAULT"
 
     def test_a_drive_that_was_never_heard_is_not_armed(self) -> None:
-        guard = Guard([OdriveAxis(0, lambda _: None)])
+        guard = Guard([OdriveAxis(0, lambda _: None, SimulatedClock())])
         guard.begin(50.0)
         assert guard.refusal(50.0) == "node 0: no heartbeat yet"
 

@@ -1,13 +1,6 @@
-"""What goes wrong with vcan0, or with those who share it: the robot stops, says why, and waits to be told to move."""
+"""What goes wrong with a bus, or with those who share it: the robot stops, says why, and waits to be told to move."""
 
-import random
-import socket
-import struct
-import subprocess
-import threading
-import time
 from collections.abc import Iterator
-from contextlib import suppress
 
 import pytest
 
@@ -24,15 +17,10 @@ from tests.hal.can.handling import (
 )
 from tests.vcan import INTERFACE
 from vrg.errors import ConfigError, RobotError
-from vrg.hal.can.bus import CanBus
 from vrg.hal.can.emulator.faults import FaultKind
+from vrg.hal.can.emulator.simulation import Simulation
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.odrive import codec, messages
-
-pytestmark = pytest.mark.vcan
-
-BUS_OFF, ERROR_PASSIVE, NO_ACK, RESTARTED = (0x40, b""), (0x04, b"\0\x20"), (0x20, b""), (0x100, b"")
-_CAN_ERR_FLAG = 0x20000000
 
 
 @pytest.fixture
@@ -46,18 +34,6 @@ def bench(drives: Drives) -> Iterator[DeviceBench]:
     bench = DeviceBench("odrive", [0], [1])
     yield bench
     bench.close()
-
-
-def ip(*arguments: str) -> None:
-    """Do something to a network interface."""
-    subprocess.run(["ip", *arguments], check=True, timeout=PATIENCE, capture_output=True)
-
-
-def error_frame(error_class: int, data: bytes) -> None:
-    """What a controller's driver would put on the interface."""
-    with socket.socket(socket.PF_CAN, socket.SOCK_RAW, socket.CAN_RAW) as raw:
-        raw.bind((INTERFACE,))
-        raw.send(struct.pack("<IB3x8s", _CAN_ERR_FLAG | error_class, 8, data.ljust(8, b"\0")))
 
 
 class TestEmergencyStop:
@@ -88,10 +64,10 @@ class TestEmergencyStop:
     def test_it_does_not_wait_for_a_tick(self, bench: DeviceBench, drives: Drives) -> None:
         driving(bench)
         bench.estop(True)  # no call of the robot follows
-        deadline = time.monotonic() + PATIENCE
-        while not all(drive._reason & messages.AxisError.ESTOP_REQUESTED for drive in drives.drives):
-            assert time.monotonic() < deadline, "no Estop frame came"
-            time.sleep(0.002)
+        told = bench.clock.wait(
+            lambda: all(drive._reason & messages.AxisError.ESTOP_REQUESTED for drive in drives.drives), PATIENCE
+        )
+        assert told, "no Estop frame came"
         wait(bench, lambda: at_rest(drives), "the motors to stand")
 
     def test_a_drive_that_was_stopped_before_is_not_armed(self, drives: Drives) -> None:
@@ -115,7 +91,9 @@ class TestNewcomer:
     """Somebody else begins to speak to drives that are being driven."""
 
     @pytest.mark.parametrize("protocol", ["odrive", "cia402"])
-    def test_it_listens_before_it_says_anything_and_the_first_one_notices_nothing(self, protocol: str) -> None:
+    def test_it_listens_before_it_says_anything_and_the_first_one_notices_nothing(
+        self, lab: Simulation, protocol: str
+    ) -> None:
         left, right = NODES[protocol]
         with Drives(protocol, [*left, *right]) as drives:
             first, second = DeviceBench(protocol, left, right), CanBench(protocol, left, right)
@@ -129,9 +107,8 @@ class TestNewcomer:
 
             try:
                 driving(first)
-                thread = threading.Thread(target=connect)
-                thread.start()
-                while thread.is_alive():
+                newcomer = lab.clock.spawn(connect, "newcomer")
+                while newcomer.is_alive():
                     drive_on(first)
                 assert len(errors) == 1
                 assert f"node {left[0]}: another program commands it too" in errors[0]
@@ -142,17 +119,6 @@ class TestNewcomer:
             finally:
                 second.close()
                 first.close()
-
-
-@pytest.fixture
-def restored() -> Iterator[None]:
-    """The interface is there and up again after the test."""
-    yield
-    with suppress(subprocess.CalledProcessError):
-        ip("link", "add", INTERFACE, "type", "vcan")
-    with suppress(subprocess.CalledProcessError):
-        subprocess.run(["tc", "qdisc", "del", "dev", INTERFACE, "root"], check=False, capture_output=True)
-    ip("link", "set", INTERFACE, "up")
 
 
 class TestUnwatched:
@@ -180,14 +146,13 @@ class TestUnwatched:
         finally:
             bench.close()
 
-    @pytest.mark.usefixtures("restored")
     def test_they_are_told_off_again_when_the_bus_is_back(self, bench: DeviceBench, drives: Drives) -> None:
         driving(bench)
-        ip("link", "set", INTERFACE, "down")
+        bench.wire.trouble = "the interface is down"
         wait(bench, lambda: bench.device.read().fault, "a fault")
         bench.advance(1.0)
         assert not at_rest(drives), "nothing has reached them"
-        ip("link", "set", INTERFACE, "up")
+        bench.wire.trouble = None
         wait(bench, lambda: at_rest(drives), "the motors to stand")
         bench.advance(0.5)
         assert at_rest(drives)
@@ -204,15 +169,15 @@ class TestUnwatched:
         assert bench.device.read().latched
 
 
-@pytest.mark.usefixtures("restored")
 class TestInterface:
     """The interface itself goes, and comes back."""
 
-    def test_down_and_up(self, bench: DeviceBench, drives: Drives) -> None:
+    @pytest.mark.parametrize("trouble", ["the interface is down", "bus-off: too many errors", "unplugged"])
+    def test_nothing_passes_and_then_it_does_again(self, bench: DeviceBench, drives: Drives, trouble: str) -> None:
         driving(bench)
-        ip("link", "set", INTERFACE, "down")
-        assert_latched(bench, drives, "the interface is down")
-        ip("link", "set", INTERFACE, "up")
+        bench.wire.trouble = trouble
+        assert_latched(bench, drives, trouble)
+        bench.wire.trouble = None
         for _ in range(8):
             drive_on(bench)
         assert bench.device.read().fault, "an interface that is back clears nothing"
@@ -220,89 +185,167 @@ class TestInterface:
 
     def test_deleted_and_made_again(self, bench: DeviceBench, drives: Drives) -> None:
         driving(bench)
-        ip("link", "del", INTERFACE)
+        bench.wire.trouble = "the interface is gone"
+        bench.wire.missing = "no such CAN interface"
         assert_latched(bench, drives, "the interface is ")
         bench.recover()
         wait(bench, lambda: "no such CAN interface" in (bench.device.read().fault or ""), "to be told what is missing")
-        ip("link", "add", INTERFACE, "type", "vcan")
-        ip("link", "set", INTERFACE, "up")
-        wait(bench, lambda: all(d._now > time.monotonic() - 0.05 for d in drives.drives), "the drives to be back")
+        bench.wire.trouble = bench.wire.missing = None
         bench.advance(0.5)
         recovers(bench)
 
-    def test_a_full_transmit_queue(self, bench: DeviceBench, drives: Drives) -> None:
+    def test_a_full_bus(self, bench: DeviceBench, drives: Drives) -> None:
+        """Another program sends all that fits: no order to stop finds room, and watchdogs stop the motors."""
         driving(bench)
-        tc = ["tc", "qdisc", "add", "dev", INTERFACE, "root", "netem", "delay", "100s", "limit", "1"]
-        subprocess.run(tc, check=True, timeout=PATIENCE)
+
+        def flood() -> None:
+            while bench.wire.put(Frame(0x1FFFFFFF, bytes(8), extended=True)):
+                pass
+            if bench.now < until:
+                bench.clock.at(bench.now + 1e-3, flood)
+
+        until = bench.now + 3.0
+        flood()
         assert_latched(bench, drives, "")
         fault = bench.device.read().fault
         assert fault is not None
         assert "transmit queue is full" in fault or "no heartbeat" in fault
-        with pytest.raises(RobotError, match="queue is full"):
-            fill(bench)
-        subprocess.run(["tc", "qdisc", "del", "dev", INTERFACE, "root"], check=True, timeout=PATIENCE)
-        bench.advance(0.3)
+        bench.advance(max(0.0, until - bench.now) + 0.5)
         recovers(bench)
-
-    @pytest.mark.parametrize(
-        ("frame", "words"), [(BUS_OFF, "bus-off"), (ERROR_PASSIVE, "error-passive"), (NO_ACK, "acknowledges")]
-    )
-    def test_error_frames(self, bench: DeviceBench, drives: Drives, frame: tuple[int, bytes], words: str) -> None:
-        driving(bench)
-        error_frame(*frame)
-        assert_latched(bench, drives, words)
-        error_frame(*RESTARTED)
-        for _ in range(5):
-            drive_on(bench)
-        assert bench.device.read().fault, "a controller that starts again clears nothing"
-        recovers(bench)
-
-    def test_a_harmless_error_frame(self, bench: DeviceBench, drives: Drives) -> None:
-        driving(bench)
-        error_frame(0x04, b"\0\x08")  # a warning
-        for _ in range(5):
-            drive_on(bench)
-        assert bench.device.read().fault is None
 
     def test_old_frames_in_the_queue_are_not_taken_for_new_ones(self, bench: DeviceBench, drives: Drives) -> None:
         """A process that was frozen finds heartbeats of before, of a drive that has died meanwhile."""
         driving(bench)
-        # The receive thread stands, as it would in a frozen process; the kernel's queue fills.
-        with bench.driver._train._watch.lock:
-            time.sleep(0.5)
-            bench.cut()
-            time.sleep(1.5)
+        bench.port.freeze()
+        bench.clock.sleep(0.5)
+        bench.cut()
+        bench.clock.sleep(1.5)
+        bench.port.thaw()
         wait(bench, lambda: bench.device.read().fault, "a fault")
         assert_latched(bench, drives, "no heartbeat")
 
     def test_frames_that_wait_to_be_read_are_not_missing(self, bench: DeviceBench, drives: Drives) -> None:
         """A process that was kept from running finds the heartbeats of a drive that is well, all of them."""
         driving(bench)
-        lock = bench.driver._train._watch.lock
-        with lock:
-            time.sleep(1.5)
-            with pytest.raises(RobotError, match="nothing has been heard of the bus"):
-                bench.device.drive(AHEAD)
-            assert bench.device.read().fault is None
+        bench.port.freeze()
+        bench.clock.sleep(1.5)
+        with pytest.raises(RobotError, match="nothing has been heard of the bus"):
+            bench.device.drive(AHEAD)
+        assert bench.device.read().fault is None
+        bench.port.thaw()
         bench.advance(0.3)
         assert bench.device.read().fault is None
         assert not bench.device.read().armed, "the drives' watchdogs have stopped the motors meanwhile"
         gets_going(bench)
 
-    def test_receive_overflow(self, bench: DeviceBench, drives: Drives) -> None:
-        """More than the queue holds: what is lost is the newest, and what is left is old."""
+
+@pytest.mark.parametrize("protocol", NODES)
+class TestBusyPlayers:
+    """Whatever the drives speak, a process that does not run for a while is no fault, and hides none."""
+
+    @pytest.fixture
+    def drives(self, protocol: str) -> Iterator[Drives]:
+        left, right = NODES[protocol]
+        with Drives(protocol, [*left, *right]) as drives:
+            yield drives
+
+    @pytest.fixture
+    def bench(self, protocol: str, drives: Drives) -> Iterator[DeviceBench]:
+        bench = DeviceBench(protocol, *NODES[protocol])
+        bench.device.start()
+        gets_going(bench)
+        yield bench
+        bench.close()
+
+    def test_nothing_is_wrong_after_it(self, bench: DeviceBench) -> None:
+        for seconds in (0.1, 0.3, 0.45, 0.46, 0.47, 0.5, 0.51, 0.6, 1.0, 2.0):
+            bench.port.freeze()
+            bench.clock.sleep(seconds)
+            bench.port.thaw()
+            bench.advance(0.3)
+            assert bench.device.read().fault is None, seconds
+            gets_going(bench)
+
+    def test_a_drive_that_died_meanwhile_is_missed(self, bench: DeviceBench, drives: Drives) -> None:
+        bench.port.freeze()
+        bench.cut()
+        bench.clock.sleep(1.5)
+        for _ in range(4):  # again and again it gets to run for a moment only
+            bench.port.thaw()
+            bench.advance(0.2)
+            bench.port.freeze()
+            bench.clock.sleep(0.4)
+        bench.port.thaw()
+        assert "no heartbeat" in (bench.device.read().fault or "")
+
+    def test_a_bus_that_is_opened_after_all_is_closed_is_closed(
+        self, bench: DeviceBench, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr(bench.port, "restart", lambda: bench.clock.sleep(3.0))
+        bench.recover()
+        bench.advance(0.1)
+        port = bench.port
+        bench.device.close()
+        bench.advance(5.0)
+        with pytest.raises(RobotError, match="this one is closed"):
+            port.send(codec.encode(0, messages.Estop()))
+
+
+@pytest.mark.parametrize("broken", ["on_frame", "on_quiet", "on_trouble"])
+def test_an_error_of_who_hears_is_trouble_of_the_bus(broken: str, drives: Drives) -> None:
+    simulation, told = Simulation(), list[str]()
+
+    def fail(_: object) -> None:
+        raise ValueError("broken")
+
+    bus = simulation.bus(LINK, **{"on_frame": lambda _: None, "on_trouble": told.append, broken: fail})
+    bus.start()
+    wire = simulation.wire(LINK)
+    wire.put(Frame(1, b""))
+    simulation.clock.sleep(0.2)
+    wire.trouble = "the interface is down"
+    simulation.clock.sleep(0.2)
+    wire.trouble = None
+    bus.send(Frame(1, b""))
+    assert broken == "on_trouble" or "broken" in told[0]
+
+
+def test_a_drive_of_another_robot_hides_nobodys_silence(bench: DeviceBench, drives: Drives) -> None:
+    with Drives("odrive", [5], serial=0x77):
         driving(bench)
-        noise = codec.encode(0, messages.Torques(0.0, 0.0))
-        with bench.driver._train._watch.lock:
-            flooded = 0
-            for _ in range(30_000):
-                with suppress(Exception):
-                    bench.inject(noise)
-                    flooded += 1
-            time.sleep(1.0)
-        assert flooded > 10_000
+        bench.cut()
         assert_latched(bench, drives, "no heartbeat")
-        recovers(bench)
+
+
+def test_a_process_that_does_not_run_does_nothing(bench: DeviceBench, drives: Drives) -> None:
+    driving(bench)
+    bench.port.freeze()
+    bench.wire.trouble = "the interface is down"
+    bench.clock.sleep(0.5)
+    assert bench.driver._train._watch.guard.fault is None
+    bench.wire.trouble = None
+    bench.port.thaw()
+
+
+def test_what_stops_motors_finds_room_where_other_frames_do_not(bench: DeviceBench, drives: Drives) -> None:
+    bench.device.start()
+    while bench.wire.put(codec.encode(0, messages.SetInputVel(0.0))):
+        pass
+    with pytest.raises(RobotError, match="the transmit queue is full"):
+        bench.port.send(codec.encode(0, messages.SetInputVel(0.0)))
+    bench.port.send(codec.encode(0, messages.Estop()), urgent=True)
+
+
+def test_drives_that_are_put_back_on_a_bus_go_on(drives: Drives, lab: Simulation) -> None:
+    heard: list[Frame] = []
+    bus = lab.bus(LINK, heard.append)
+    bus.start()
+    lab.wire(LINK).detach(drives.drives)
+    lab.clock.sleep(0.5)
+    assert not heard
+    lab.wire(LINK).attach(drives.drives)
+    lab.clock.sleep(0.5)
+    assert len(heard) > 50
 
 
 class TestConnecting:
@@ -312,14 +355,6 @@ class TestConnecting:
         bench = DeviceBench("odrive", [0], [7])
         try:
             with pytest.raises(RobotError, match=rf"odrive node 7 on {INTERFACE}.*heard there: ODrive nodes 0, 1"):
-                bench.device.start()
-        finally:
-            bench.close()
-
-    def test_a_missing_interface(self, drives: Drives) -> None:
-        bench = DeviceBench("odrive", [0], [1], channel="vcan77")
-        try:
-            with pytest.raises(RobotError, match=r"vcan77: no such CAN interface on this machine.*ip link add vcan77"):
                 bench.device.start()
         finally:
             bench.close()
@@ -344,24 +379,3 @@ class TestConnecting:
                 bench.device.start()
         finally:
             bench.close()
-
-    def test_an_interface_that_is_down(self, drives: Drives) -> None:
-        bench = DeviceBench("odrive", [0], [1])
-        ip("link", "set", INTERFACE, "down")
-        try:
-            with pytest.raises(RobotError, match="down"):
-                bench.device.start()
-        finally:
-            ip("link", "set", INTERFACE, "up")
-            bench.close()
-
-
-def fill(bench: DeviceBench) -> None:
-    """Send until the queue is full."""
-    bus = CanBus(LINK, lambda _: None)
-    bus.start()
-    try:
-        for _ in range(100):
-            bus.send(Frame(0x7FF, random.randbytes(8)))
-    finally:
-        bus.stop()

@@ -11,6 +11,7 @@ from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
 from vrg.hal.can.survey import Survey, all_listeners
 from vrg.hal.can.troubles import NoFdError
+from vrg.hal.simulated_clock import SimulatedClock
 
 
 class Wire:
@@ -29,7 +30,7 @@ class Wire:
 
 def test_a_bus_without_can_fd_is_stopped_and_asked_all_the_same() -> None:
     wire = Wire(lambda frame: NoFdError("no CAN FD") if frame.fd else None)
-    survey = Survey(all_listeners(wire.send))
+    survey = Survey(all_listeners(wire.send, SimulatedClock()))
     survey.stop()
     survey.greet()
     assert {frame.id for frame in wire.sent} >= {0x7E7, 0x000, 0x01FF}, "ODrive, CANopen, VESC"
@@ -38,7 +39,7 @@ def test_a_bus_without_can_fd_is_stopped_and_asked_all_the_same() -> None:
 def test_one_protocol_that_cannot_be_sent_keeps_none_of_the_others() -> None:
     wire = Wire(lambda frame: RobotError("full") if frame.id == 0x000 else None)
     with pytest.raises(RobotError, match="full"):
-        Survey(all_listeners(wire.send)).stop()
+        Survey(all_listeners(wire.send, SimulatedClock())).stop()
     assert {frame.id for frame in wire.sent} >= {0x7E7, 0x01FF}
 
 

@@ -1,15 +1,12 @@
 """What `vrg can scan` and `vrg can monitor` look at, on a bus within this process."""
 
-import threading
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+import pytest
 
 from tests.hal.can.bench import Drives
 from vrg.bus.stopping import Stop
 from vrg.commands.can_listening import Heard, listening
-from vrg.hal.can.bus import CanBus
 from vrg.hal.can.cia402.network import Function
+from vrg.hal.can.emulator.simulation import Simulation
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
 from vrg.hal.can.listener import Found
@@ -20,42 +17,36 @@ UPLOAD = 2
 """The command of an SDO that asks for a value, in the upper three bits of its first byte (CiA 301)."""
 
 
-@contextmanager
-def mute_node() -> Iterator[list[Frame]]:
-    """A CANopen node that sends heartbeats and answers nothing, with the questions that it is asked."""
+pytestmark = pytest.mark.usefixtures("simulated")
+
+
+def mute_node(lab: Simulation) -> list[Frame]:
+    """A CANopen node that sends heartbeats and answers nothing: the questions that it is asked."""
     asked: list[Frame] = []
 
     def hear(frame: Frame) -> None:
         if frame.id == Function.SDO_REQUEST | MUTE and frame.data[0] >> 5 == UPLOAD:
             asked.append(frame)
 
-    bus = CanBus(LINK, hear)
-    bus.start()
-    done = threading.Event()
-
     def beat() -> None:
-        while not done.wait(0.1):
-            bus.send(Frame(Function.HEARTBEAT | MUTE, b"\x05"))
+        bus.send(Frame(Function.HEARTBEAT | MUTE, b"\x05"))
+        lab.clock.at(lab.clock.now() + 0.1, beat)
 
-    thread = threading.Thread(target=beat)
-    thread.start()
-    try:
-        yield asked
-    finally:
-        done.set()
-        thread.join()
-        bus.stop()
+    bus = lab.bus(LINK, hear)
+    bus.start()
+    beat()
+    return asked
 
 
-def looks(seconds: float) -> tuple[Heard, int]:
+def looks(lab: Simulation, seconds: float) -> tuple[Heard, int]:
     """Look again and again; what was heard at last, and how many looks that were."""
     stop, count = Stop(), 0
     with listening(LINK) as bus:
-        end = time.monotonic() + seconds
-        while time.monotonic() < end:
+        end = lab.clock.now() + seconds
+        while lab.clock.now() < end:
             heard = bus.look(stop, ask=True)
             count += 1
-            time.sleep(0.1)
+            lab.clock.sleep(0.1)
     return heard, count
 
 
@@ -65,24 +56,25 @@ def node(heard: Heard, number: int) -> Found:
     return found
 
 
-def test_a_drive_is_told_of_in_full() -> None:
+def test_a_drive_is_told_of_in_full(lab: Simulation) -> None:
     with Drives("cia402", [5], link=LINK, serial=0xABC):
-        heard, _ = looks(1.0)
+        heard, _ = looks(lab, 1.0)
     (found,) = heard.nodes
     assert (found.protocol, found.node, found.serials, found.firmware) == ("canopen", 5, ("ABC",), "1.0.0")
     assert (found.state, found.voltage, found.position) == ("pre-operational, switch on disabled", 24.0, 0.0)
     assert not heard.troubles
 
 
-def test_two_drives_with_one_id_show_both_serial_numbers() -> None:
+def test_two_drives_with_one_id_show_both_serial_numbers(lab: Simulation) -> None:
     with Drives("cia402", [5], link=LINK, serial=0xA), Drives("cia402", [5], link=LINK, serial=0xB):
-        heard, _ = looks(1.5)
+        heard, _ = looks(lab, 1.5)
     assert node(heard, 5).serials == ("A", "B")
 
 
-def test_a_node_that_answers_nothing_holds_up_nobody() -> None:
-    with mute_node() as asked, Drives("cia402", [5], link=LINK, serial=0xABC), Drives("odrive", [20], link=LINK):
-        heard, count = looks(2.0)
+def test_a_node_that_answers_nothing_holds_up_nobody(lab: Simulation) -> None:
+    asked = mute_node(lab)
+    with Drives("cia402", [5], link=LINK, serial=0xABC), Drives("odrive", [20], link=LINK):
+        heard, count = looks(lab, 2.0)
     assert node(heard, MUTE).state == "operational"
     assert not node(heard, MUTE).serials
     assert node(heard, 5).serials == ("ABC",)

@@ -17,6 +17,7 @@ from vrg.hal.can.frame import Filter, Frame
 from vrg.hal.can.listener import Claim, Found, Listener
 from vrg.hal.can.options import ProtocolOptions
 from vrg.hal.can.protocols import Protocol
+from vrg.hal.clock import Clock
 
 PROTOCOL = Protocol(
     "toy",
@@ -70,8 +71,8 @@ def status_of(data: bytes) -> Status | None:
 
 
 class ToyAxis(Axis):
-    def __init__(self, node: int, send: Send, options: ProtocolOptions | None = None) -> None:
-        super().__init__(node, send, options)
+    def __init__(self, node: int, send: Send, clock: Clock, options: ProtocolOptions | None = None) -> None:
+        super().__init__(node, send, clock, options)
         self._serials: set[int] = set()
         self._wanted = False
 

@@ -3,6 +3,7 @@
 From the bottom up, each module can be read apart:
 
     frame, link           a CAN frame, and how a bus is reached
+    medium                buses and time as everything here gets them: those of this computer, or simulated ones
     bus, opening          a CAN bus: frames in and out, and how it is opened, whatever the adapter
     pacing, echoes        how quickly frames may be sent, and own frames that come back
     troubles, controller  what goes wrong with a bus, in words, and how its controller is restarted
@@ -17,5 +18,5 @@ From the bottom up, each module can be read apart:
     train                 the axes of one robot on their bus, driven
     driver                the backend `can`
     survey                who speaks on a bus
-    emulator/             what all emulated drives share
+    emulator/             what all emulated drives share, and buses in memory on simulated time
 """

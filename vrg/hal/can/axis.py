@@ -4,8 +4,8 @@
                 ^________|____________|          idle(), or the drive's own watchdog
                 FAULT, ESTOP                      latched in the drive until clear()
 
-Angles are turns of the motor's shaft, before any gear. An axis reads no clock: it hears frames, and sends them through
-the function that it was given. Only `identify` and `prepare` may wait for the drive's answers.
+Angles are turns of the motor's shaft, before any gear. An axis hears frames, and sends them through the function that
+it was given. Only `identify` and `prepare` may wait for the drive's answers, by the clock that it was given.
 """
 
 import enum
@@ -15,6 +15,7 @@ from typing import ClassVar, Protocol
 
 from vrg.hal.can.frame import Filter, Frame
 from vrg.hal.can.options import ProtocolOptions
+from vrg.hal.clock import Clock
 
 _MOST_VOLTS = 1000.0
 """A supply of more V is none: the highest of a drive on CAN is well below."""
@@ -50,6 +51,7 @@ class Axis(ABC):
     Args:
         node: the drive's id on the bus.
         send: sends a frame; raises RobotError where it cannot. Frames that switch the motor off are urgent.
+        clock: the time by which answers are waited for.
         options: what a person has said of the drive, an `options_type`; None for its defaults.
 
     Attributes:
@@ -72,10 +74,11 @@ class Axis(ABC):
 
     options_type: ClassVar[type[ProtocolOptions]] = ProtocolOptions
 
-    def __init__(self, node: int, send: Send, options: ProtocolOptions | None = None) -> None:
+    def __init__(self, node: int, send: Send, clock: Clock, options: ProtocolOptions | None = None) -> None:
         self.node = node
         self.options = self.options_type() if options is None else options
         self._send = send
+        self._clock = clock
         self.heard = NEVER
         self.state = State.SILENT
         self.on: bool | None = None

@@ -15,24 +15,22 @@ from collections.abc import Callable, Iterable
 import can
 
 from vrg.errors import RobotError
-from vrg.hal.can.controller import frame_time
+from vrg.hal.can.controller import frame_time, restart
 from vrg.hal.can.echoes import Echoes
 from vrg.hal.can.frame import Filter, Frame
 from vrg.hal.can.link import Link
+from vrg.hal.can.medium import QUIET, SEND_PATIENCE
 from vrg.hal.can.opening import open_bus, takes_fd
 from vrg.hal.can.pacing import Pacer
 from vrg.hal.can.troubles import NoFdError, describe_error, describe_error_frame, errno_of, is_full
+from vrg.hal.clock import REAL_CLOCK, Clock
 
 log = logging.getLogger(__name__)
 # python-can tells of every socket that it makes, and logs the errors that it raises as well.
 logging.getLogger("can").setLevel(logging.CRITICAL)
 
-SEND_PATIENCE = 0.02
-"""s for which a frame is tried to be sent. A queue of ten frames is emptied in half that time."""
 _RETRY = 0.6e-3
 """s until a frame is tried again that found the queue full."""
-_POLL = 0.05
-"""s between looks at the bus when nothing arrives."""
 _WALL_CLOCK = frozenset({"socketcan", "udp_multicast"})
 """Interfaces whose time stamps are the time of day; others count from the start of the machine or of an adapter."""
 _ECHOING = frozenset({"udp_multicast", "gs_usb", "cantact"})
@@ -46,7 +44,8 @@ class CanBus:
         link: how to reach the bus.
         on_frame: called with every data and remote frame of others, on the receive thread.
         on_trouble: called with what is wrong with the bus, in words, on the receive thread.
-        on_quiet: called on the receive thread when nothing has come for a moment.
+        on_quiet: called on the receive thread, when nothing has come for a moment that passes the filters, with the
+            monotonic time in s up to which all that was on the bus has been heard.
     """
 
     def __init__(
@@ -54,7 +53,7 @@ class CanBus:
         link: Link,
         on_frame: Callable[[Frame], None],
         on_trouble: Callable[[str], None] = lambda _: None,
-        on_quiet: Callable[[], None] = lambda: None,
+        on_quiet: Callable[[float], None] = lambda _: None,
     ) -> None:
         self.link = link
         self._on_frame = on_frame
@@ -63,6 +62,7 @@ class CanBus:
         self._bus: can.BusABC | None = None
         self._thread: threading.Thread | None = None
         self._stopping = threading.Event()
+        self._heard_until = 0.0
         self._wanted: list[Filter] | None = None
         echoing = link.interface in _ECHOING or bool(link.adapter.get("receive_own_messages"))
         self._echoes = Echoes() if echoing else None
@@ -152,6 +152,10 @@ class CanBus:
                 bus.send(message_of(frame))
                 self._echoes.sent(frame, time.monotonic())
 
+    def restart(self) -> str | None:
+        """Bring the controller back if it is bus-off; see `vrg.hal.can.controller.restart`."""
+        return restart(self.link)
+
     def stop(self) -> None:
         """Close the bus. Idempotent. Waits for the receive thread, so hold no lock that its callbacks want."""
         self._stopping.set()
@@ -167,18 +171,18 @@ class CanBus:
     def _receive(self, bus: can.BusABC, stopping: threading.Event) -> None:
         while not stopping.is_set():
             try:
-                message = bus.recv(_POLL)
+                message = bus.recv(QUIET)
             except Exception as error:
                 # Drivers of adapters raise what they like; a thread that died of it would be missed by nobody.
                 if stopping.is_set():
                     return
                 self._on_trouble(f"{self.link}: {describe_error(error)}")
-                if stopping.wait(_POLL) or errno_of(error) in (errno.ENODEV, errno.EBADF):
+                if stopping.wait(QUIET) or errno_of(error) in (errno.ENODEV, errno.EBADF):
                     return
                 continue
             try:
                 if message is None:
-                    self._on_quiet()
+                    self._on_quiet(time.monotonic())
                 elif message.is_error_frame:
                     self._error_frame(message)
                 else:
@@ -189,12 +193,19 @@ class CanBus:
                 self._on_trouble(f"{self.link}: a frame could not be handled: {error!r}")
 
     def _take(self, frame: Frame) -> None:
-        """Pass a frame on, unless it is one of our own, or nobody wants it."""
+        """Pass a frame on, unless it is one of our own, or nobody wants it.
+
+        Who hears nothing but frames of others must know that time passes, and that nothing waits to be heard.
+        """
         if not self._is_echo(frame) and (self._wanted is None or any(f.passes(frame) for f in self._wanted)):
+            self._heard_until = frame.at
             self._on_frame(frame)
+        elif frame.at - self._heard_until >= QUIET:
+            self._heard_until = frame.at
+            self._on_quiet(frame.at)
 
     def _is_echo(self, frame: Frame) -> bool:
-        """Whether this is one of our own frames that comes back."""
+        """True if this is one of our own frames that comes back."""
         if self._echoes is None:
             return False
         with self._echo_lock:
@@ -206,6 +217,14 @@ class CanBus:
             self._on_trouble(f"{self.link}: {words}")
         else:
             log.info("%s: error frame: class 0x%x, data %s", self.link, message.arbitration_id, message.data.hex())
+
+
+class RealMedium:
+    """The buses and the time of this computer."""
+
+    clock: Clock = REAL_CLOCK
+
+    bus = CanBus
 
 
 def message_of(frame: Frame) -> can.Message:
@@ -222,7 +241,7 @@ def message_of(frame: Frame) -> can.Message:
 
 
 def frame_of(message: can.Message, *, stamped: bool = True) -> Frame:
-    """What python-can has received.
+    """The frame that python-can has received.
 
     Args:
         stamped: its time stamp is the time of day at which it was on the bus; otherwise it counts as new.

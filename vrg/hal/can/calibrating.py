@@ -1,7 +1,6 @@
 """The calibration of a robot, step by step: it drives, a person measures. The shell is `vrg can calibrate`."""
 
 import math
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
@@ -172,17 +171,18 @@ class _Runner:
 
     def __init__(self, train: DriveTrain, model: RobotModel) -> None:
         self._train = train
+        self._clock = train.clock
         self._model = model
 
     def spin(self, axis: WheelAxis, velocity: float, seconds: float) -> None:
         """Turn one motor at `velocity` turn/s for a while, or for _SHOWN turns of its wheel."""
         self._train.restart_odometry()
         self._arm()
-        end = time.monotonic() + seconds
+        end = self._clock.now() + seconds
         limit = 2 * math.pi * _SHOWN * 2 / len(self._train.wheel_axes)  # the angle of a side is the mean of its motors
-        while time.monotonic() < end and max(map(abs, self._state().angles)) < limit:
+        while self._clock.now() < end and max(map(abs, self._state().angles)) < limit:
             self._command(lambda: self._train.spin(axis.node, velocity))
-            time.sleep(_PERIOD)
+            self._clock.sleep(_PERIOD)
         turned = max(map(abs, self._rest().angles))
         asked = min(limit, 2 * math.pi * abs(velocity / axis.ratio) * seconds * 2 / len(self._train.wheel_axes))
         if turned < STANDS * asked:
@@ -202,9 +202,9 @@ class _Runner:
         self._train.restart_odometry()
         self._arm()
         rate = speed / self._model.wheel_radius
-        deadline = time.monotonic() + _LONGEST
+        deadline = self._clock.now() + _LONGEST
         while not done(self._state()):
-            if time.monotonic() > deadline:
+            if self._clock.now() > deadline:
                 raise RobotError(f"{self._train.name}: the odometry did not get there within {_LONGEST:g} s")
             if max(map(abs, self._state().angles)) > _ALLOWANCE * wheels + 1.0:
                 raise RobotError(
@@ -212,7 +212,7 @@ class _Runner:
                     "there: were the questions of direction answered as they should be?"
                 )
             self._command(lambda: self._train.drive(left * rate, right * rate))
-            time.sleep(_PERIOD)
+            self._clock.sleep(_PERIOD)
         return self._rest()
 
     def _command(self, send: Callable[[], None]) -> None:
@@ -228,19 +228,19 @@ class _Runner:
         Raises:
             RobotError: a fault has latched, or they are not armed in time.
         """
-        deadline = time.monotonic() + _ARMING
+        deadline = self._clock.now() + _ARMING
         while not self._state().armed:
-            if time.monotonic() > deadline:
+            if self._clock.now() > deadline:
                 raise RobotError(f"{self._train.name}: the motors were not armed within {_ARMING:g} s")
             self._train.arm()
             self._train.stand()
-            time.sleep(_PERIOD)
+            self._clock.sleep(_PERIOD)
 
     def _rest(self) -> TrainState:
-        end = time.monotonic() + _SETTLE
-        while time.monotonic() < end:
+        end = self._clock.now() + _SETTLE
+        while self._clock.now() < end:
             self._train.stand()
-            time.sleep(_PERIOD)
+            self._clock.sleep(_PERIOD)
         state = self._state()
         self._train.disarm()
         return state

@@ -6,6 +6,7 @@ from dataclasses import replace
 from vrg.bus.messages import SensorMessage
 from vrg.errors import ConfigError, Problem, RobotError, StaleDataError
 from vrg.hal.can.base import TURN
+from vrg.hal.can.bus import RealMedium
 from vrg.hal.can.calibration import load_calibration
 from vrg.hal.can.settings import CanSettings, can_settings
 from vrg.hal.can.train import DriveTrain, TrainState
@@ -51,7 +52,9 @@ class CanDriver(Driver):
         axes = wiring.wheel_axes(calibration)
         unwatched = wiring.watchdog == "unsafe"
         link, protocol, own = settings.link(name), settings.protocol_of(name), settings.options_of(name)
-        self._train = DriveTrain(name, link, protocol, axes, model, options=own, unwatched=unwatched)
+        self._train = DriveTrain(
+            name, context.medium or RealMedium(), link, protocol, axes, model, options=own, unwatched=unwatched
+        )
 
     def connect(self) -> None:
         """Open the bus and meet every drive; see `DriveTrain.connect`.

@@ -1,4 +1,4 @@
-"""When the motors of a robot must be off: every reason that a CAN robot has, in one place. It has no bus and no clock.
+"""Every reason for which the motors of a CAN robot must be off, in one place. It has no bus and no clock.
 
 A reason latches: it stays, whatever the drives say later, until a person clears it. The one exception is a drive's
 watchdog: it tells of a commander that was late, not of a robot that is broken, so arming again is enough.
@@ -40,6 +40,8 @@ class Guard:
         unproved: nobody has seen yet, since the robot was connected or recovered, that the drives' own watchdogs work.
             At the first arming the drives are therefore left without setpoints, at zero speed, until each has said that
             its watchdog has stopped its motor.
+        lapsed: the node of a drive whose watchdog has disarmed the robot, until something else arms or disarms it; None
+            if none has.
         ready: that has been seen, and the robot can now be armed as the player has asked.
         stray: the node of a drive that is on though it was told to be off, for longer than OBEY_TIMEOUT; None if
             there is none.
@@ -52,8 +54,10 @@ class Guard:
         self.at_drive = False
         self.wanted = False
         self.unproved = True
+        self.lapsed: int | None = None
         self.ready = False
         self.stray: int | None = None
+        self._excused: dict[int, float] = {}
         self._on_since: dict[int, float] = {}
         self._told_off = -math.inf
         self._since = -math.inf
@@ -65,7 +69,7 @@ class Guard:
     def begin(self, now: float) -> None:
         """A person has connected or recovered the robot: judge anew from here."""
         self.fault = None
-        self.stray = None
+        self.stray = self.lapsed = None
         self.unproved = not all(axis.unwatched for axis in self._axes)
         self.ready = False
         self._on_since.clear()
@@ -81,7 +85,7 @@ class Guard:
     def engage(self) -> None:
         """The emergency stop of the match was engaged."""
         self.estop = True
-        self.wanted = self.ready = False
+        self.disarm()
 
     def latch(self, words: str) -> None:
         """Keep a reason, unless there is one: the first is kept, as the others mostly follow from it."""
@@ -89,7 +93,7 @@ class Guard:
 
     def arm(self, now: float) -> None:
         """The player arms the robot; ask `refusal` first."""
-        self.wanted, self.ready = True, False
+        self.wanted, self.ready, self.lapsed = True, False, None
         self._armed_at, self._on_at = now, math.inf
         self._obeyed.clear()
         self._proved.clear()
@@ -97,19 +101,29 @@ class Guard:
     def disarm(self) -> None:
         """The player disarms the robot."""
         self.wanted = self.ready = False
+        self.lapsed = None
+
+    def catch_up(self, heard_until: float) -> None:
+        """Nothing was heard, or asked, for a while until now, as this process did not run: silence counts from here.
+
+        A drive that has sent nothing since it was last excused is not excused again.
+        """
+        for axis in self._axes:
+            if axis.heard > self._excused.get(axis.node, -math.inf):
+                self._excused[axis.node] = heard_until
 
     @property
     def proving(self) -> bool:
-        """Whether no setpoint may be sent now, because it is seen whether the drives' own watchdogs work."""
+        """True if no setpoint may be sent now, because it is seen whether the drives' own watchdogs work."""
         return (self.wanted and self.unproved) or self.ready
 
     @property
     def armed(self) -> bool:
-        """Whether every motor really obeys."""
+        """True if every motor really obeys."""
         return self.wanted and not self.proving and all(axis.state is State.CLOSED_LOOP for axis in self._axes)
 
     def refusal(self, now: float) -> str | None:
-        """Why the robot cannot be armed now, or None."""
+        """Return why the robot cannot be armed now, or None."""
         if self.estop or any(axis.state is State.ESTOP for axis in self._axes):
             return "the emergency stop is engaged: release it, then arm"
         if self.fault:
@@ -123,7 +137,7 @@ class Guard:
 
     @property
     def off(self) -> bool:
-        """Whether every drive itself has said that its motor is off since it was told so."""
+        """True if every drive itself has said that its motor is off since it was told so."""
         return not self.wanted and all(axis.on is False and axis.told > self._told_off for axis in self._axes)
 
     def told_off(self, heard_until: float) -> None:
@@ -145,8 +159,9 @@ class Guard:
             self.ready = False
         elif self.wanted and self.unproved:
             self._prove(heard_until)
-        if self.wanted and (self.fault or self.estop or self._starved(heard_until)):
-            self.wanted = False
+        starved = self._starved(heard_until) if self.wanted else None
+        if self.wanted and (self.fault or self.estop or starved is not None):
+            self.wanted, self.lapsed = False, None if self.fault or self.estop else starved
             self.told_off(heard_until)
             return True
         self._find_stray(heard_until)
@@ -156,10 +171,11 @@ class Guard:
             return True
         return False
 
-    def _starved(self, heard_until: float) -> bool:
-        """Whether a drive's watchdog has met a commander that was late."""
-        starved = [axis for axis in self._axes if axis.starved and axis.node not in self._proved]
-        return bool(starved) and heard_until - self._armed_at > GRACE and not self.ready
+    def _starved(self, heard_until: float) -> int | None:
+        """The node of a drive whose watchdog has met a commander that was late; None if there is none."""
+        if self.ready or heard_until - self._armed_at <= GRACE:
+            return None
+        return next((axis.node for axis in self._axes if axis.starved and axis.node not in self._proved), None)
 
     def _prove(self, heard_until: float) -> None:
         """Judge whether every drive's own watchdog has stopped its motor."""
@@ -180,7 +196,7 @@ class Guard:
 
     @property
     def withholding(self) -> bool:
-        """Whether every motor has been on since it was armed, and now gets no setpoints, to prove its watchdog."""
+        """True if every motor has been on since it was armed, and now gets no setpoints, to prove its watchdog."""
         return self.wanted and self.unproved and self._obeyed.issuperset(axis.node for axis in self._axes)
 
     def _find_stray(self, heard_until: float) -> None:
@@ -199,7 +215,7 @@ class Guard:
             self.fault = f"node {self.stray}: it is on, though it was told to be off"
 
     def _forgiven(self, heard_until: float) -> bool:
-        """Whether a drive may still say what it said before the explicit act; an armed one has nothing old to say."""
+        """True if a drive may still say what it said before the explicit act; an armed one has nothing old to say."""
         return not self.wanted and heard_until - self._since <= GRACE
 
     def _problem(self, heard_until: float) -> str | None:
@@ -208,9 +224,10 @@ class Guard:
             name = f"node {axis.node}"
             if axis.odd:
                 return f"{name}: {axis.odd}"
-            if heard_until - max(axis.heard, self._since) > HEARTBEAT_TIMEOUT:
+            excused = self._excused.get(axis.node, -math.inf)
+            if heard_until - max(axis.heard, self._since, excused) > HEARTBEAT_TIMEOUT:
                 return f"{name}: no heartbeat for {HEARTBEAT_TIMEOUT:g} s"
-            told = max(axis.told, self._armed_at)
+            told = max(axis.told, self._armed_at, excused)
             # One that has fallen silent altogether is left to the judgement above.
             if self.wanted and heard_until - told > HEARTBEAT_TIMEOUT and axis.heard - told > HEARTBEAT_TIMEOUT / 2:
                 return f"{name}: it has not said for {HEARTBEAT_TIMEOUT:g} s whether its motor is on"

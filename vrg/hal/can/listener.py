@@ -8,6 +8,7 @@ from typing import ClassVar
 from vrg.errors import RobotError
 from vrg.hal.can.axis import Send
 from vrg.hal.can.frame import Frame
+from vrg.hal.clock import Clock
 
 
 class Claim(enum.IntEnum):
@@ -58,6 +59,7 @@ class Listener(ABC):
 
     Args:
         send: sends a frame.
+        clock: the time by which answers are waited for.
 
     Attributes:
         word: the protocol's word in tables. title: its name in sentences.
@@ -67,8 +69,9 @@ class Listener(ABC):
     word: ClassVar[str]
     title: ClassVar[str]
 
-    def __init__(self, send: Send) -> None:
+    def __init__(self, send: Send, clock: Clock) -> None:
         self._send = send
+        self._clock = clock
         self.found: dict[int, Found] = {}
 
     @abstractmethod

@@ -1,14 +1,14 @@
 """How a robot meets its drives: every one must say who it is, and be set up, before it may be armed."""
 
 import math
-import time
 from collections.abc import Sequence
 
 from vrg.errors import RobotError
 from vrg.hal.can.axis import Axis
-from vrg.hal.can.bus import CanBus
+from vrg.hal.can.medium import Bus
 from vrg.hal.can.survey import Survey
 from vrg.hal.can.watch import Watch
+from vrg.hal.clock import Clock
 
 LISTEN = 0.4
 """s for which a newcomer only listens. Who drives these drives already sends several setpoints in that time."""
@@ -24,14 +24,14 @@ _POLL = 0.02
 """s between looks at what has been heard."""
 
 
-def meet(bus: CanBus, protocol: str, watch: Watch, survey: Survey) -> None:
+def meet(bus: Bus, protocol: str, watch: Watch, survey: Survey, clock: Clock) -> None:
     """Open the bus, listen, meet every drive, and set it up. Energises nothing. Hold no lock that its callbacks want.
 
     Nothing is sent to drives that somebody else commands: to be asked and set up would disturb who does.
 
     Args:
         bus: what it hears reaches the axes and the survey. protocol: its name, for messages.
-        watch: the robot's axes. survey: knows who else is on the bus.
+        watch: the robot's axes. survey: knows who else is on the bus. clock: the time of the bus.
 
     Raises:
         RobotError: no such interface, or a drive that does not answer, speaks another protocol or shares its id. The
@@ -41,9 +41,9 @@ def meet(bus: CanBus, protocol: str, watch: Watch, survey: Survey) -> None:
     try:
         bus.listen_to(None)
         bus.start()
-        time.sleep(LISTEN)
+        clock.sleep(LISTEN)
         _require_sense(axes)
-        if not _answered(axes):
+        if not _answered(axes, clock):
             raise RobotError(_who_is_missing(protocol, bus, watch, survey))
         problems = [f"node {axis.node}: {axis.problem}" for axis in axes if axis.problem]
         if problems:
@@ -68,12 +68,12 @@ def _require_sense(axes: Sequence[Axis]) -> None:
         raise RobotError("; ".join(odd))
 
 
-def _answered(axes: Sequence[Axis]) -> bool:
+def _answered(axes: Sequence[Axis], clock: Clock) -> bool:
     """Wait until every drive has said who it is, for as long as there is progress; whether all have."""
     asked = -math.inf
-    known, since = (0, 0), time.monotonic()
+    known, since = (0, 0), clock.now()
     while not all(axis.heard > 0 and axis.identified for axis in axes):
-        now = time.monotonic()
+        now = clock.now()
         news = (sum(axis.heard > 0 for axis in axes), sum(axis.identified for axis in axes))
         if news != known:
             known, since = news, now
@@ -85,8 +85,8 @@ def _answered(axes: Sequence[Axis]) -> bool:
             for axis in axes:
                 if not axis.identified:
                     axis.identify(min(_ASK_PERIOD, left))
-        time.sleep(_POLL)
-    time.sleep(ANSWERS_SETTLE)
+        clock.sleep(_POLL)
+    clock.sleep(ANSWERS_SETTLE)
     return True
 
 
@@ -95,7 +95,7 @@ def _patience(axes: Sequence[Axis]) -> float:
     return ANSWER_PATIENCE if all(axis.heard > 0 for axis in axes) else HEAR_PATIENCE
 
 
-def _who_is_missing(protocol: str, bus: CanBus, watch: Watch, survey: Survey) -> str:
+def _who_is_missing(protocol: str, bus: Bus, watch: Watch, survey: Survey) -> str:
     """Which drives have not been heard, or have not answered, and who has been heard in their place."""
     with watch.lock:
         axes, trouble, heard = list(watch.axes.values()), watch.guard.fault, str(survey)

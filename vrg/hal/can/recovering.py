@@ -1,14 +1,13 @@
-"""How a robot recovers from what has latched, as a person has decided."""
+"""The recovery of a robot from what has latched, as a person has decided."""
 
 import logging
-import time
 from collections.abc import Callable, Sequence
 
 from vrg.errors import RobotError
 from vrg.hal.can.axis import Axis
-from vrg.hal.can.bus import CanBus
-from vrg.hal.can.controller import restart
+from vrg.hal.can.medium import Bus
 from vrg.hal.can.watch import Watch
+from vrg.hal.clock import Clock
 
 log = logging.getLogger(__name__)
 
@@ -17,14 +16,15 @@ class Recovery:
     """See the module. It waits for answers of the drives, so it runs on a thread of its own, beside the robot's.
 
     Args:
-        watch: the robot's axes. bus: the one that they are on.
+        watch: the robot's axes. bus: the one that they are on. clock: its time.
         rebase: lets the odometry take what the encoders say next for where they were.
 
     Attributes:
         under_way: the robot is being recovered, and cannot be armed.
     """
 
-    def __init__(self, watch: Watch, bus: CanBus, rebase: Callable[[], None]) -> None:
+    def __init__(self, watch: Watch, bus: Bus, clock: Clock, rebase: Callable[[], None]) -> None:
+        self._clock = clock
         self._watch = watch
         self._bus = bus
         self._rebase = rebase
@@ -48,8 +48,7 @@ class Recovery:
         with watch.lock:
             self.under_way = watch.reopening = False
             # What a person needs to know from now on is this, and no longer what was wrong before.
-            watch.guard.begin(time.monotonic())
-            self._rebase()
+            watch.guard.begin(self._clock.now())
             if problem:
                 watch.guard.latch(problem)
             elif watch.connected:
@@ -57,7 +56,11 @@ class Recovery:
                 if not watch.guard.estop:
                     watch.clear()
             watch.look()
-        if not problem:
+            closed = not watch.connected
+        if closed:
+            # The robot was closed meanwhile, perhaps before its bus was opened anew here.
+            self._bus.stop()
+        elif not problem:
             log.info("%s: faults are cleared, the motors are off", watch.name)
 
     def _open_anew(self, axes: Sequence[Axis]) -> str | None:
@@ -65,8 +68,11 @@ class Recovery:
         # Outside the lock: the receive thread, which is waited for, may want it.
         try:
             self._bus.stop()
-            if trouble := restart(self._bus.link):
+            if trouble := self._bus.restart():
                 return trouble
+            with self._watch.lock:
+                # A drive that was started again counts from zero: nothing it says from here on is compared with before.
+                self._rebase()
             self._bus.start()
             for axis in axes:
                 axis.prepare()

@@ -1,20 +1,25 @@
 """What a match file says of CAN robots: the table [backends.can]."""
 
+import random
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, ValidationError, ValidationInfo, field_validator, model_validator
 
 from vrg.errors import ConfigError
 from vrg.hal.can.base import WheelAxis
 from vrg.hal.can.calibration import Calibration, load_calibration
+from vrg.hal.can.emulator.drive import DriveOptions
 from vrg.hal.can.link import SERIAL, AdapterValue, Link, known_interface
 from vrg.hal.can.options import ProtocolOptions
 from vrg.hal.can.protocols import PROTOCOLS, Protocol
 from vrg.hal.companions import Companion
 from vrg.hal.settings import BackendSettings
 from vrg.tables import Table, known_in, problems_of
+
+if TYPE_CHECKING:
+    from vrg.hal.can.emulator.simulation import Simulation
 
 EMULATING = "emulating"
 """The first word of what `vrg can node` says once it is on the bus."""
@@ -252,6 +257,20 @@ class CanSettings(BackendSettings):
     def files(self, robots: Sequence[str]) -> list[str]:
         """The calibration files."""
         return [file for name in robots if (file := self.robots[name].calibration) is not None]
+
+    def simulate(self, robots: Sequence[str], simulation: "Simulation", seed: int) -> bool:
+        """Put emulated drives of these robots into a simulation; False where the drives are real."""
+        if not self.emulate:
+            return False
+        for name in robots:
+            link, kind, told = self.link(name), self.protocol_of(name).drive_type, self.options_of(name)
+            drives = []
+            for node in self.robots[name].nodes:
+                rng = random.Random(f"{seed} {link} {node}")
+                options = DriveOptions(serial=rng.getrandbits(40), protocol=told)
+                drives.append(kind(node, options, simulation.clock.now(), rng))
+            simulation.wire(link).attach(drives)
+        return True
 
     def companions(self, robots: Sequence[str]) -> list[Companion]:
         """The emulated drives of these robots, one process for each bus."""

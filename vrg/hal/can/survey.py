@@ -9,16 +9,17 @@ from vrg.hal.can.frame import Frame
 from vrg.hal.can.listener import Claim, Found, Listener
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.troubles import NoFdError
+from vrg.hal.clock import Clock
 
 log = logging.getLogger(__name__)
 
 
-def all_listeners(send: Send) -> list[Listener]:
+def all_listeners(send: Send, clock: Clock) -> list[Listener]:
     """A listener of each protocol that there is; one that cannot be imported is left out, and the log says why."""
     found = []
     for name in PROTOCOLS.names():
         try:
-            found.append(PROTOCOLS.get(name).listener_type(send))
+            found.append(PROTOCOLS.get(name).listener_type(send, clock))
         except ConfigError as error:
             log.warning("%s", error)
     return found

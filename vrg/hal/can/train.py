@@ -5,15 +5,14 @@ Which thread may do what is told in vrg.hal.can.watch.
 
 import logging
 import math
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from vrg.errors import RobotError
 from vrg.hal.can.base import DriveBase, Estimate, WheelAxis
-from vrg.hal.can.bus import CanBus
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
+from vrg.hal.can.medium import Medium
 from vrg.hal.can.meeting import meet
 from vrg.hal.can.options import ProtocolOptions
 from vrg.hal.can.protocols import Protocol
@@ -28,7 +27,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class TrainState:
-    """What the drives say, at one instant.
+    """The reports of the drives, at one instant.
 
     Args:
         age: s since the oldest of the newest encoder estimates; infinite before the first.
@@ -56,15 +55,19 @@ class DriveTrain:
     """See the module.
 
     Args:
-        name: the robot's name, for messages. link: how to reach its bus. protocol: what its drives speak.
-        wheel_axes: how its motors drive its wheels. model: its description.
+        name: the robot's name, for messages. medium: the buses. link: which of them is its own.
+        protocol: what its drives speak. wheel_axes: how its motors drive its wheels. model: its description.
         options: what the protocol is told of its drives; None for the defaults.
         unwatched: a person has said that its drives may be driven without watchdogs of their own.
+
+    Attributes:
+        clock: the time of its bus.
     """
 
     def __init__(
         self,
         name: str,
+        medium: Medium,
         link: Link,
         protocol: Protocol,
         wheel_axes: Sequence[WheelAxis],
@@ -79,16 +82,17 @@ class DriveTrain:
         self._protocol = protocol
         self._axis_type = protocol.axis_type
         self._model = model
-        self._bus = CanBus(link, self._on_frame, self._on_trouble, self._on_quiet)
+        self.clock = medium.clock
+        self._bus = medium.bus(link, self._on_frame, self._on_trouble, self._on_quiet)
         self._base = DriveBase(wheel_axes, model)
         self._survey = Survey([])
-        self._watch = Watch(name, [])
+        self._watch = Watch(name, [], self.clock)
         self._begin()
-        self._recovery = Recovery(self._watch, self._bus, self._rebase)
+        self._recovery = Recovery(self._watch, self._bus, self.clock, self._rebase)
 
     @property
     def connected(self) -> bool:
-        """Whether every drive has been met."""
+        """True if every drive has been met."""
         return self._watch.connected
 
     def connect(self) -> None:
@@ -103,16 +107,16 @@ class DriveTrain:
         with self._watch.lock:
             self._begin()
             self._base.restart()
-            self._survey = Survey(all_listeners(self._bus.send))
+            self._survey = Survey(all_listeners(self._bus.send, self.clock))
         try:
-            meet(self._bus, self._protocol.name, self._watch, self._survey)
+            meet(self._bus, self._protocol.name, self._watch, self._survey, self.clock)
         except RobotError as error:
             raise RobotError(f"{self.name}: {error}") from None
         for axis in self._watch.axes.values():
             serial, firmware = axis.serial or "?", axis.firmware or "?"
             log.info("%s: node %d: serial %s, firmware %s", self.name, axis.node, serial, firmware)
         with self._watch.lock:
-            self._watch.guard.begin(time.monotonic())
+            self._watch.guard.begin(self.clock.now())
             self._watch.connected = True
 
     def arm(self) -> None:
@@ -127,7 +131,7 @@ class DriveTrain:
         if not self.connected:
             raise RobotError(f"{self.name}: expected a connected robot to arm: call connect() first")
         with self._watch.lock:
-            watch, guard, now = self._watch, self._watch.guard, time.monotonic()
+            watch, guard, now = self._watch, self._watch.guard, self.clock.now()
             refusal = "it is being recovered" if self._recovery.under_way else guard.refusal(now)
             if refusal:
                 raise RobotError(f"{self.name}: {refusal}")
@@ -195,7 +199,7 @@ class DriveTrain:
         """A person has released the emergency stop. The motors stay off."""
         with self._watch.lock:
             if self.connected and self._watch.guard.estop:
-                self._watch.guard.release(time.monotonic())
+                self._watch.guard.release(self.clock.now())
                 self._watch.clear()
 
     def recover(self) -> None:
@@ -210,7 +214,7 @@ class DriveTrain:
         self._bus.stop()
 
     def state(self) -> TrainState:
-        """What the drives say now. Once their watchdogs have been proved, this arms them as the player has asked."""
+        """Return the reports of the drives. Once their watchdogs have been proved, this arms them if wanted."""
         with self._watch.lock:
             self._watch.look()
             if self._watch.guard.ready:
@@ -219,7 +223,7 @@ class DriveTrain:
                     self.arm()
                 except RobotError as error:
                     log.warning("%s", error)
-            now = time.monotonic()
+            now = self.clock.now()
             guard, axes = self._watch.guard, self._watch.axes
             fault = guard.fault
             if fault is None and guard.at_drive:
@@ -239,7 +243,7 @@ class DriveTrain:
 
     @property
     def wheel_axes(self) -> tuple[WheelAxis, ...]:
-        """How the motors drive the wheels, as far as is known."""
+        """The wiring of motors to wheels, as far as is known."""
         return self._base.axes
 
     def rewire(self, axes: Mapping[int, tuple[int, float]]) -> None:
@@ -256,7 +260,7 @@ class DriveTrain:
 
     def _begin(self) -> None:
         """Begin with axes of which nothing has been heard."""
-        axes = [self._axis_type(axis.node, self._bus.send, self._options) for axis in self._base.axes]
+        axes = [self._axis_type(axis.node, self._bus.send, self.clock, self._options) for axis in self._base.axes]
         for axis in axes:
             axis.unwatched = self._unwatched
         self._watch.begin(axes, self._base.bounds)
@@ -268,7 +272,7 @@ class DriveTrain:
     def _on_frame(self, frame: Frame) -> None:
         watch = self._watch
         with watch.lock:
-            watch.heard_until = max(watch.heard_until, frame.at)
+            watch.hear_until(frame.at)
             if not watch.connected:
                 self._survey.hear(frame)
             for node, axis in watch.axes.items():
@@ -290,9 +294,9 @@ class DriveTrain:
             if self._watch.connected:
                 self._watch.look()
 
-    def _on_quiet(self) -> None:
+    def _on_quiet(self, heard_until: float) -> None:
         with self._watch.lock:
-            self._watch.heard_until = time.monotonic()
+            self._watch.hear_until(heard_until)
             if self._watch.connected:
                 self._watch.poll()
                 self._watch.look()

@@ -9,13 +9,14 @@ motors off.
 import logging
 import math
 import threading
-import time
 from collections.abc import Callable, Mapping, Sequence
 
 from vrg.errors import RobotError
 from vrg.hal.can.axis import Axis, State
 from vrg.hal.can.guard import REPEAT, Guard
 from vrg.hal.can.plausibility import Bounds, Plausibility
+from vrg.hal.clock import Clock
+from vrg.hal.driver import COMMAND_TIMEOUT
 
 log = logging.getLogger(__name__)
 
@@ -29,7 +30,7 @@ class Watch:
     """See the module. Hold `lock` to use anything here.
 
     Args:
-        name: the robot's name, for messages. axes: all of the robot's.
+        name: the robot's name, for messages. axes: all of the robot's. clock: the time of their bus.
 
     Attributes:
         lock: guards all that both threads touch; one thread may take it several times.
@@ -39,15 +40,16 @@ class Watch:
             missing.
     """
 
-    def __init__(self, name: str, axes: Sequence[Axis]) -> None:
+    def __init__(self, name: str, axes: Sequence[Axis], clock: Clock) -> None:
         self.name = name
+        self._clock = clock
         self.lock = threading.RLock()
         self.connected = self.reopening = False
         self.heard_until = -math.inf
         self._told: str | None = None
         self._proved = False
         self._complained = ""
-        self._polled = self._ordered = -math.inf
+        self._polled = self._ordered = self._commanded = -math.inf
         self.begin(axes, {})
 
     def begin(self, axes: Sequence[Axis], bounds: Mapping[int, Bounds]) -> None:
@@ -63,12 +65,18 @@ class Watch:
     @property
     def deaf(self) -> float:
         """s since the receive thread was last known to keep up with the bus."""
-        return time.monotonic() - self.heard_until
+        return self._clock.now() - self.heard_until
+
+    def hear_until(self, until: float) -> None:
+        """All that was on the bus until then has been heard."""
+        if until - self.heard_until > BLIND:
+            self.guard.catch_up(until)
+        self.heard_until = max(self.heard_until, until)
 
     def look(self) -> None:
         """Judge, switch off if need be, and say once what is wrong and when the drives have said that they are off."""
         # Where the bus is not heard any more, the order is repeated all the same.
-        again = self.deaf > REPEAT and time.monotonic() - self._ordered >= REPEAT and not self.reopening
+        again = self.deaf > REPEAT and self._clock.now() - self._ordered >= REPEAT and not self.reopening
         if self.guard.look(self.heard_until) or (again and not self.guard.wanted and not self.guard.off):
             self.idle()
         if self.guard.fault != self._told:
@@ -89,14 +97,16 @@ class Watch:
         axis, guard = self.axes[node], self.guard
         if way is None and guard.armed:
             guard.latch(f"node {node}: its position jumped: was the drive started again?")
-        driven = guard.wanted and axis.state is State.CLOSED_LOOP
+        # Without setpoints a motor stops, as it must.
+        fresh = axis.measured - self._commanded <= COMMAND_TIMEOUT
+        driven = guard.wanted and axis.state is State.CLOSED_LOOP and fresh
         problem = self._plausibility[node].judge(axis.velocity, way, axis.measured, driven=driven)
         if problem:
             guard.latch(f"node {node}: {problem}")
 
     def poll(self) -> None:
         """Ask the drives for what they do not send by themselves, if it is time. What cannot be asked latches."""
-        now = time.monotonic()
+        now = self._clock.now()
         if self.reopening or now - self._polled < POLL_PERIOD:
             return
         self._polled = now
@@ -117,6 +127,11 @@ class Watch:
             raise RobotError(f"{self.name}: the emergency stop is engaged: release it, then arm again")
         if self.guard.fault:
             raise RobotError(f"{self.name}: {self.guard.fault}")
+        if self.guard.lapsed is not None:
+            raise RobotError(
+                f"{self.name}: node {self.guard.lapsed}: its watchdog has stopped its motor, as no setpoint came in "
+                "time: is this computer too busy? Arm again"
+            )
         if not self.guard.wanted and not self.guard.proving:
             raise RobotError(f"{self.name}: expected an armed robot to drive: call arm() first")
         if self.deaf > BLIND:
@@ -133,10 +148,11 @@ class Watch:
         if self.guard.proving:
             # The motors are brought up at zero speed, and then left alone.
             setpoints = [(node, 0.0) for node, _ in setpoints]
+        self._commanded = self._clock.now()
         try:
             for node, velocity in setpoints:
                 self.axes[node].command(velocity)
-                self._plausibility[node].ask(velocity, time.monotonic())
+                self._plausibility[node].ask(velocity, self._clock.now())
         except RobotError as error:
             self.guard.latch(str(error))
             self.look()
@@ -144,7 +160,7 @@ class Watch:
 
     def idle(self) -> None:
         """Switch every motor off. The match's emergency stop has a shorter way to do so than the others."""
-        self._ordered = time.monotonic()
+        self._ordered = self._clock.now()
         self.guard.told_off(self.heard_until)
         stopped = self.guard.estop and not self.guard.at_drive
         self.each("switch off", [axis.stop_now if stopped else axis.idle for axis in self.axes.values()])

@@ -8,8 +8,8 @@ import canopen
 import pytest
 from canopen.profiles.p402 import BaseNode402
 
-from tests.hal.can.bench import PATIENCE, Drives
-from tests.vcan import INTERFACE
+from tests.hal.can.live import PATIENCE, LiveDrives
+from tests.vcan import INTERFACE, VCAN
 from vrg.hal.can.cia402.dictionary import ENCODER_COUNTS, object_dictionary
 from vrg.hal.can.cia402.errors import RPDO_TIMEOUT
 from vrg.hal.can.cia402.objects import DEVICE_TYPE, SERIAL, Object
@@ -29,7 +29,7 @@ class PatientNode(BaseNode402):
 
 @pytest.fixture
 def master() -> Iterator[Any]:
-    with Drives("cia402", [NODE]):
+    with LiveDrives("cia402", [NODE], VCAN):
         network = canopen.Network()
         network.connect(interface="socketcan", channel=INTERFACE)
         node: Any = PatientNode(NODE, object_dictionary(NODE))

@@ -18,7 +18,7 @@ from vrg.hal.can.cia402.set_up import DEADLINE
 from vrg.hal.can.emulator.drive import DriveOptions
 from vrg.hal.can.emulator.faults import FaultKind
 from vrg.hal.can.frame import Frame
-from vrg.testing.wire import SERIAL
+from vrg.testing.wire import SERIAL, WireClock
 
 
 class TestMeeting:
@@ -78,7 +78,7 @@ class TestMeeting:
 
     def test_setting_up_works_whatever_state_the_drive_was_left_in(self) -> None:
         wire = Wire().running()
-        second = Cia402Axis(NODE, wire.send)
+        second = Cia402Axis(NODE, wire.send, WireClock(wire))
         wire.axis = second
         wire.advance(0.2)
         wire.prepare()
@@ -145,7 +145,7 @@ class TestMeeting:
 
     def test_what_a_person_says_of_the_units_stands_above_what_the_drive_says(self) -> None:
         wire = Wire()
-        wire.axis = Cia402Axis(NODE, wire.send, Cia402Options(velocity_unit="1/min"))
+        wire.axis = Cia402Axis(NODE, wire.send, WireClock(wire), Cia402Options(velocity_unit="1/min"))
         wire.advance(0.01)
         wire.drive.objects[Object.VELOCITY_UNIT, 0] = 0x00B40300
         wire.prepare()

@@ -3,6 +3,7 @@
 An answer tells how the drive was before the order that came in the same frame.
 """
 
+import math
 import random
 from collections import deque
 
@@ -12,8 +13,12 @@ from msgspec.structs import replace
 from vrg.hal.can.axis import State
 from vrg.hal.can.emulator.drive import DriveOptions
 from vrg.hal.can.frame import Frame
+from vrg.hal.can.moteus import codec
 from vrg.hal.can.moteus.axis import MoteusAxis
+from vrg.hal.can.moteus.codec import Kind, Resolution, Subframe
 from vrg.hal.can.moteus.drive import MoteusDrive
+from vrg.hal.can.moteus.registers import Register
+from vrg.hal.simulated_clock import SimulatedClock
 
 NODE = 4
 NOW = 100.0
@@ -25,7 +30,7 @@ class LateWire:
     def __init__(self) -> None:
         self.drive = MoteusDrive(NODE, DriveOptions(serial=7, watchdog=0.2), NOW, random.Random(7))
         self.answers: deque[Frame] = deque()
-        self.axis = MoteusAxis(NODE, self.send)
+        self.axis = MoteusAxis(NODE, self.send, SimulatedClock())
 
     def send(self, frame: Frame, *, urgent: bool = False) -> None:
         self.answers.extend(self.drive.receive(frame, NOW))
@@ -103,3 +108,10 @@ def test_a_watchdog_of_before_a_stop_proves_nothing(wire: LateWire) -> None:
     assert not wire.axis.starved
     wire.deliver_all()
     assert wire.axis.state is State.STARTING
+
+
+@pytest.mark.parametrize("register", [Register.MODE, Register.FAULT, Register.MILLISECONDS])
+def test_a_register_that_is_no_whole_number_is_odd(wire: LateWire, register: Register) -> None:
+    told = Subframe(Kind.REPLY, register, Resolution.F32, (math.nan,))
+    wire.axis.receive(replace(codec.encode(NODE, 0, [told]), at=NOW))
+    assert wire.axis.odd == f"register 0x{register:03X}: expected a whole number, it says nan"

@@ -13,6 +13,7 @@ from vrg.hal.can.odrive.axis import OdriveAxis
 from vrg.hal.can.odrive.inputs import InputMode
 from vrg.hal.can.odrive.messages import AxisError, AxisState, Command
 from vrg.hal.can.odrive.results import ProcedureResult
+from vrg.hal.simulated_clock import SimulatedClock
 
 
 @pytest.fixture
@@ -218,4 +219,4 @@ def test_robot_errors_of_the_sender_go_on_to_the_caller() -> None:
         raise RobotError("full")
 
     with pytest.raises(RobotError, match="full"):
-        OdriveAxis(0, full).command(1.0)
+        OdriveAxis(0, full, SimulatedClock()).command(1.0)

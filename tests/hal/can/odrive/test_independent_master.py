@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 from odrive_can.odrive import DriveError, ODriveCAN
 from odrive_can.utils import get_dbc
 
-from tests.hal.can.bench import PATIENCE, Drives
-from tests.vcan import INTERFACE
+from tests.hal.can.live import PATIENCE, LiveDrives
+from tests.vcan import INTERFACE, VCAN
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.odrive import codec, messages
 
@@ -125,5 +125,5 @@ def test_it_drives_an_emulated_drive() -> None:
             await asyncio.sleep(0.1)
             bus.shutdown()
 
-    with Drives("odrive", [3]):
+    with LiveDrives("odrive", [3], VCAN):
         asyncio.run(drive())

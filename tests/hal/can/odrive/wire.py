@@ -4,6 +4,7 @@ from vrg.hal.can.frame import Frame
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.odrive.axis import OdriveAxis
 from vrg.hal.can.odrive.messages import AxisState
+from vrg.hal.simulated_clock import SimulatedClock
 
 IDLE, CLOSED = AxisState.IDLE, AxisState.CLOSED_LOOP_CONTROL
 
@@ -14,7 +15,7 @@ class Wire:
     def __init__(self, node: int = 4) -> None:
         self.sent: list[Frame] = []
         self.urgent: list[Frame] = []
-        self.axis = OdriveAxis(node, self.send)
+        self.axis = OdriveAxis(node, self.send, SimulatedClock())
 
     def send(self, frame: Frame, *, urgent: bool = False) -> None:
         self.sent.append(frame)

@@ -25,6 +25,7 @@ from vrg.hal.can.cia402.states import POWERED, Control, DriveState, drive_state
 from vrg.hal.can.cia402.units import Units
 from vrg.hal.can.frame import STANDARD_MASK, Filter, Frame, FrameError
 from vrg.hal.can.options import ProtocolOptions
+from vrg.hal.clock import Clock
 
 _NEXT = {
     DriveState.SWITCH_ON_DISABLED: Control.SHUTDOWN,
@@ -46,10 +47,10 @@ class Cia402Axis(Axis):
     options: Cia402Options
     options_type = Cia402Options
 
-    def __init__(self, node: int, send: Send, options: ProtocolOptions | None = None) -> None:
-        super().__init__(node, send, options)
-        self._sdo = SdoClient(node, send)
-        self._interview = Interview(self._sdo, round(HEARTBEAT * 1000), self.options)
+    def __init__(self, node: int, send: Send, clock: Clock, options: ProtocolOptions | None = None) -> None:
+        super().__init__(node, send, clock, options)
+        self._sdo = SdoClient(node, send, clock)
+        self._interview = Interview(self._sdo, round(HEARTBEAT * 1000), self.options, clock)
         self._units = Units(1.0, 1.0)
         self._prepared = self._settled = False
         self._asks_supply = False
@@ -118,7 +119,7 @@ class Cia402Axis(Axis):
         self.wrap = self._units.wrap
         self._prepared = self._settled = self._wanted = False
         self._word = int(Control.DISABLE_VOLTAGE)
-        set_up = SetUp(self.node, self._sdo, self._send, unwatched=self.unwatched)
+        set_up = SetUp(self.node, self._sdo, self._send, self._clock, unwatched=self.unwatched)
         set_up.configure()
         self.firmware = set_up.firmware
         self._asks_supply = not set_up.tells_supply

@@ -42,13 +42,17 @@ class Objects:
         self._refused = refused
         self._wrote = wrote
         self._values: dict[tuple[int, int], int | str] = {}
+        self._defaults: dict[tuple[int, int], Any] = {}
 
     def __getitem__(self, key: tuple[int, int]) -> Any:
         """The value of an object by index and sub-index."""
         for value in (self._measured(key[0]), self._values.get(key)):
             if value is not None:
                 return value
-        return self.find(*key).default
+        default = self._defaults.get(key)
+        if default is None:
+            default = self._defaults[key] = self.find(*key).default
+        return default
 
     def __setitem__(self, key: tuple[int, int], value: int | str) -> None:
         self._values[key] = value
@@ -56,6 +60,7 @@ class Objects:
     def remove(self, index: int) -> None:
         """Be a drive that has no such object."""
         del self.object_dictionary[index]
+        self._defaults.clear()
 
     def stored(self) -> dict[tuple[int, int], int | str]:
         """The values that a drive keeps when it is told to save: those that can be written."""

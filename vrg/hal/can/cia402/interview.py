@@ -1,11 +1,10 @@
 """What a drive says of itself before it is set up: whether it can do what is wanted, and in which units it speaks."""
 
-import time
-
 from vrg.hal.can.cia402.objects import PROFILE, SERIAL, SUPPORTS_PROFILE_VELOCITY, Object
 from vrg.hal.can.cia402.options import Cia402Options
 from vrg.hal.can.cia402.sdo import NoAnswerError, SdoClient
 from vrg.hal.can.cia402.units import Units, units
+from vrg.hal.clock import Clock
 
 _QUESTIONS = (
     (Object.DEVICE_TYPE, 0),
@@ -31,10 +30,12 @@ class Interview:
         sdo: asks the drive.
         heartbeat: the period of its heartbeat, ms.
         options: what a person has said of the drive, which stands above what it says itself.
+        clock: the time by which answers are waited for.
     """
 
-    def __init__(self, sdo: SdoClient, heartbeat: int, options: Cia402Options) -> None:
+    def __init__(self, sdo: SdoClient, heartbeat: int, options: Cia402Options, clock: Clock) -> None:
         self._sdo = sdo
+        self._clock = clock
         self._options = options
         self._period = heartbeat
         self._answers: dict[tuple[int, int], int | None] = {}
@@ -49,7 +50,7 @@ class Interview:
         Raises:
             RobotError: a question could not be sent.
         """
-        deadline = time.monotonic() + patience
+        deadline = self._clock.now() + patience
         for question in _QUESTIONS:
             if question not in self._answers and (self.problem or not self._put(question, deadline)):
                 return
@@ -81,7 +82,7 @@ class Interview:
     def _put(self, question: tuple[int, int], deadline: float) -> bool:
         """Put a question, until monotonic time `deadline` at most; whether there is an answer."""
         for _ in range(_TRIES):
-            left = deadline - time.monotonic()
+            left = deadline - self._clock.now()
             if left > 0:
                 try:
                     self._answers[question] = self._answer(question, left)

@@ -12,6 +12,7 @@ from vrg.hal.can.cia402.states import POWERED, Control, drive_state
 from vrg.hal.can.cia402.units import units
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.listener import ANSWER_PATIENCE, Claim, Found, Listener
+from vrg.hal.clock import Clock
 
 if TYPE_CHECKING:
     from vrg.hal.can.cia402.sdo import SdoClient
@@ -44,8 +45,8 @@ class CanopenListener(Listener):
     word = "canopen"
     title = "CANopen"
 
-    def __init__(self, send: Send) -> None:
-        super().__init__(send)
+    def __init__(self, send: Send, clock: Clock) -> None:
+        super().__init__(send, clock)
         self._network: dict[int, int] = {}
         self._clients: dict[int, SdoClient] = {}
         self._answers: dict[int, dict[tuple[int, int], bytes | None]] = {}
@@ -145,7 +146,7 @@ class CanopenListener(Listener):
         from vrg.hal.can.cia402.sdo import SdoClient  # noqa: PLC0415
 
         if node.node not in self._clients:
-            self._clients[node.node] = SdoClient(node.node, self._send)
+            self._clients[node.node] = SdoClient(node.node, self._send, self._clock)
         return self._clients[node.node]
 
     def _tell(self, node: Found) -> None:

@@ -1,6 +1,8 @@
 """How a drive is asked for its objects: canopen's SDO client, on frames that somebody else receives."""
 
+import contextlib
 import logging
+import queue
 import struct
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -13,6 +15,7 @@ from vrg.hal.can.cia402.dictionary import object_dictionary
 from vrg.hal.can.cia402.network import Function
 from vrg.hal.can.cia402.objects import SERIAL, Object
 from vrg.hal.can.frame import Frame
+from vrg.hal.clock import Clock
 
 # canopen logs the errors that it raises as well.
 logging.getLogger("canopen").setLevel(logging.CRITICAL)
@@ -32,7 +35,7 @@ class SdoClient:
     another one, so the answers that tell a serial number are counted here as well.
 
     Args:
-        node: the drive's id. send: sends a frame.
+        node: the drive's id. send: sends a frame. clock: the time by which its answers are waited for.
 
     Attributes:
         remote: the drive as canopen has it. Use it only within `transfer`.
@@ -40,7 +43,7 @@ class SdoClient:
         asking: a transfer is under way.
     """
 
-    def __init__(self, node: int, send: Callable[[Frame], None]) -> None:
+    def __init__(self, node: int, send: Callable[[Frame], None], clock: Clock) -> None:
         self.serials: set[int] = set()
         self.serial_answers = 0
         self.asking = False
@@ -49,6 +52,8 @@ class SdoClient:
         self._network.bus = _Sender(send)  # type: ignore[assignment]
         self.remote = canopen.RemoteNode(node, object_dictionary(node))
         self._network.add_node(self.remote)
+        self._timeout = 0.0
+        _wait_by(clock, self.remote, lambda: self._timeout)
 
     def hear(self, data: bytes) -> None:
         """Take in the data of an SDO answer of the drive."""
@@ -71,7 +76,7 @@ class SdoClient:
             canopen.SdoAbortedError: it has refused.
             RobotError: a question could not be sent.
         """
-        self.remote.sdo.RESPONSE_TIMEOUT = max(1e-3, timeout)
+        self._timeout = max(1e-3, timeout)
         self.asking = True
         try:
             yield
@@ -106,6 +111,20 @@ class SdoClient:
             except canopen.SdoAbortedError:
                 return False
             return True
+
+
+def _wait_by(clock: Clock, remote: canopen.RemoteNode, timeout: Callable[[], float]) -> None:
+    """Let canopen's client wait for answers by a clock; by itself it waits in real time."""
+    sdo = remote.sdo
+    read_response = sdo.read_response
+    sdo.RESPONSE_TIMEOUT = 0.0
+
+    def wait_and_read() -> bytes:
+        with contextlib.suppress(queue.Empty):
+            sdo.responses.put(clock.take(sdo.responses, timeout()))
+        return bytes(read_response())
+
+    sdo.read_response = wait_and_read
 
 
 class _Sender:

@@ -1,6 +1,5 @@
 """How a drive is set up before it may be started: its PDOs, its watchdog, its mode of operation."""
 
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -13,6 +12,7 @@ from vrg.hal.can.cia402.pdos import CONTROL_PDO, MOTION_PDO, SETPOINT_PDO, STATU
 from vrg.hal.can.cia402.sdo import NoAnswerError, SdoClient
 from vrg.hal.can.cia402.states import Control
 from vrg.hal.can.frame import Frame
+from vrg.hal.clock import Clock
 from vrg.hal.driver import COMMAND_TIMEOUT
 
 DEADLINE = COMMAND_TIMEOUT
@@ -34,7 +34,7 @@ class SetUp:
     """The steps of setting up one drive, in their order: `configure`, `begin`, `wait_for_mode`.
 
     Args:
-        node: the drive's id. sdo: asks it. send: sends a frame.
+        node: the drive's id. sdo: asks it. send: sends a frame. clock: the time by which it is waited for.
         unwatched: a person has said that this drive may be driven without a watchdog of its own.
 
     Attributes:
@@ -42,8 +42,11 @@ class SetUp:
         tells_supply: whether the drive sends the voltage of its supply by itself, after `configure`.
     """
 
-    def __init__(self, node: int, sdo: SdoClient, send: Callable[[Frame], None], *, unwatched: bool = False) -> None:
+    def __init__(
+        self, node: int, sdo: SdoClient, send: Callable[[Frame], None], clock: Clock, *, unwatched: bool = False
+    ) -> None:
         self._node = node
+        self._clock = clock
         self._unwatched = unwatched
         self._sdo = sdo
         self._send = send
@@ -125,7 +128,7 @@ class SetUp:
                 mode = self._sdo.remote.sdo[Object.MODE_DISPLAY].raw
                 if mode == PROFILE_VELOCITY:
                     return
-                time.sleep(_MODE_PAUSE)
+                self._clock.sleep(_MODE_PAUSE)
         raise RobotError(f"node {self._node}: expected profile velocity mode (0x6061), the drive stays in {mode}")
 
     @contextmanager

@@ -1,1 +1,1 @@
-"""What all emulated drives share: a motor, faults on request, the base class, and the shell that runs them on a bus."""
+"""The common part of emulated drives: a motor, faults on request, a base class, and the shell that runs them."""

@@ -1,34 +1,37 @@
-"""How an emulated drive is asked for a fault, and says that it has heard."""
+"""Requests for faults to emulated drives, and their answers."""
 
-import time
-
-from vrg.hal.can.bus import frame_of, message_of
 from vrg.hal.can.emulator.faults import FaultRequest, decode_answer, encode_fault
+from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
-from vrg.hal.can.opening import open_bus
+from vrg.hal.can.medium import Medium
 
 PATIENCE = 2.0
 """s for a drive to answer."""
 
 
-def ask_for(link: Link, node: int, request: FaultRequest) -> bool | None:
+def ask_for(medium: Medium, link: Link, node: int, request: FaultRequest) -> bool | None:
     """Ask a drive for a fault.
 
     Returns:
         whether it can have this fault; None if nobody answers within PATIENCE.
 
     Raises:
-        RobotError: the bus cannot be opened. ValueError: the request does not fit into a frame.
+        RobotError: the bus cannot be opened, or the request cannot be sent.
+        ValueError: the request does not fit into a frame.
     """
-    frame = encode_fault(node, request)
-    bus = open_bus(link)
+    question = encode_fault(node, request)
+    answers: list[bool] = []
+
+    def hear(frame: Frame) -> None:
+        done = decode_answer(frame, node, request.kind)
+        if done is not None:
+            answers.append(done)
+
+    bus = medium.bus(link, hear)
+    bus.start()
     try:
-        bus.send(message_of(frame))
-        deadline = time.monotonic() + PATIENCE
-        while (left := deadline - time.monotonic()) > 0:
-            heard = bus.recv(left)
-            if heard is not None and (done := decode_answer(frame_of(heard), node, request.kind)) is not None:
-                return done
-        return None
+        bus.send(question)
+        medium.clock.wait(lambda: answers, PATIENCE)
     finally:
-        bus.shutdown()
+        bus.stop()
+    return answers[0] if answers else None

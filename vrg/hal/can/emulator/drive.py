@@ -1,4 +1,4 @@
-"""What all emulated drives have in common: a motor, time, a watchdog, and faults on request.
+"""The common part of all emulated drives: a motor, time, a watchdog, and faults on request.
 
 A drive has no bus and no clock: it is called with the monotonic time, and answers with the frames that it sends.
 """
@@ -19,10 +19,12 @@ from vrg.hal.can.options import ProtocolOptions
 
 BOOT = 0.3
 """s of silence while a drive starts."""
+_COASTING = 0.1
+"""s from one look at a motor to the next, while its drive is frozen."""
 _JUMP = 1000
 """turns by which an encoder jumps."""
 _RUNAWAY, _SCALE = 3, 60
-"""How many times too fast a motor runs away, and how many times its speed an encoder tells."""
+"""The factors by which a motor runs away too fast, and by which an encoder reports too high a speed."""
 _LASTING = frozenset(FaultKind) - {
     FaultKind.END, FaultKind.REBOOT, FaultKind.ESTOP, FaultKind.ERROR, FaultKind.JUMP,
 }  # fmt: skip
@@ -59,7 +61,7 @@ class Cycle:
         self.next = now + phase * period if period else math.inf
 
     def due(self, now: float) -> bool:
-        """Whether it is due; a drive that was late does not make up for what it missed."""
+        """True if it is due; a drive that was late does not make up for what it missed."""
         if now < self.next:
             return False
         self.next = max(self.next + self.period, now + self.period / 2)
@@ -98,7 +100,10 @@ class EmulatedDrive(ABC):
 
     @property
     def due(self) -> float:
-        """Monotonic time at which `step` next has something to do, s."""
+        """Monotonic time at which `step` next has something to do, s; infinite where only a frame can change that."""
+        if self._has(FaultKind.FREEZE):
+            # It has nothing to say, but its motor goes on.
+            return min(self._until[FaultKind.FREEZE], self._now + _COASTING)
         return min([self._booted] if self._now < self._booted else [cycle.next for cycle in self._cycles()])
 
     def receive(self, frame: Frame, now: float) -> list[Frame]:
@@ -142,7 +147,7 @@ class EmulatedDrive(ABC):
     @property
     @abstractmethod
     def _energised(self) -> bool:
-        """Whether the motor is under control."""
+        """True if the motor is under control."""
 
     @abstractmethod
     def _move(self, dt: float) -> None:
@@ -165,7 +170,7 @@ class EmulatedDrive(ABC):
         self._fed = now
 
     def _estimates(self) -> tuple[float, float]:
-        """What the encoder says: position in turns, velocity in turn/s."""
+        """The estimates of the encoder: position in turns, velocity in turn/s."""
         if self._has(FaultKind.NAN):
             return math.nan, math.nan
         position, velocity = self.motor.position, self.motor.velocity

@@ -1,4 +1,4 @@
-"""What can be asked of an emulated drive to go wrong, and the frame that asks for it: no real drive listens to it."""
+"""The faults that an emulated drive can be asked for, and the frame that asks for one. No real drive obeys it."""
 
 import enum
 import struct
@@ -17,7 +17,7 @@ _TICK = 0.01
 
 
 class FaultKind(enum.IntEnum):
-    """What goes wrong. Those that last end by their duration, or by `END`."""
+    """The faults. Those that last end by their duration, or by `END`."""
 
     END = 0
     SILENCE = 1
@@ -83,7 +83,7 @@ def encode_fault(node: int, request: FaultRequest) -> Frame:
 
 
 def is_fault_request(frame: Frame, node: int) -> bool:
-    """Whether a frame asks this node for a fault."""
+    """True if a frame asks this node for a fault."""
     return frame.extended and frame.id == _REQUEST | node
 
 
@@ -108,7 +108,7 @@ def encode_answer(node: int, kind: FaultKind, *, done: bool) -> Frame:
 
 
 def decode_answer(frame: Frame, node: int, kind: FaultKind) -> bool | None:
-    """Whether a node says that it has done, or that it cannot do, what it was asked; None if the frame says neither."""
+    """Return True if a node has done what it was asked, False if it cannot, None if the frame tells neither."""
     if not frame.extended or frame.id != _ANSWER | node or len(frame.data) != _ANSWER_PACKING.size:
         return None
     answered, done = _ANSWER_PACKING.unpack(frame.data)

@@ -22,6 +22,7 @@ from vrg.hal.can.moteus.registers import (
     scale_of,
 )
 from vrg.hal.can.options import ProtocolOptions
+from vrg.hal.clock import Clock
 from vrg.hal.driver import COMMAND_TIMEOUT
 
 HOST = 0
@@ -39,6 +40,13 @@ _IDENTITY = (
     codec.read(Register.FIRMWARE_VERSION, 2, Resolution.INT32),
     codec.read(Register.SERIAL_1, 3, Resolution.INT32),
 )
+_WHOLE = frozenset(
+    {
+        Register.MODE, Register.FAULT, Register.MILLISECONDS, Register.FIRMWARE_VERSION, Register.REGISTER_MAP_VERSION,
+        Register.SERIAL_1, Register.SERIAL_2, Register.SERIAL_3,
+    }
+)  # fmt: skip
+"""The registers whose numbers are whole, also where a drive tells them as floats."""
 _COUNTER_END = 0x7FFF0000
 """ms near which the counter of a drive that has run for 24 days begins anew."""
 STOP = (codec.write(Register.MODE, [Mode.STOPPED], Resolution.INT8),)
@@ -71,8 +79,8 @@ class MoteusAxis(Axis):
     options: MoteusOptions
     options_type = MoteusOptions
 
-    def __init__(self, node: int, send: Send, options: ProtocolOptions | None = None) -> None:
-        super().__init__(node, send, options)
+    def __init__(self, node: int, send: Send, clock: Clock, options: ProtocolOptions | None = None) -> None:
+        super().__init__(node, send, clock, options)
         self._serials: set[str] = set()
         self._map: int | None = None
         self.mode = ""
@@ -190,6 +198,10 @@ class MoteusAxis(Axis):
                 for offset, raw in enumerate(subframe.values):
                     number = subframe.register + offset
                     told[number] = scale_of(number).value(raw, subframe.resolution)
+        for number in _WHOLE & told.keys():
+            if not math.isfinite(told[number]):
+                self._complain(f"register 0x{number:03X}: expected a whole number, it says {told[number]}")
+                return
         if Register.FIRMWARE_VERSION in told:
             self.firmware = describe_version(int(told[Register.FIRMWARE_VERSION]))
         if Register.REGISTER_MAP_VERSION in told:

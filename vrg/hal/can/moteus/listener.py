@@ -7,6 +7,7 @@ from vrg.hal.can.moteus import codec
 from vrg.hal.can.moteus.axis import HOST, STOP, MoteusAxis
 from vrg.hal.can.moteus.codec import Kind, Resolution
 from vrg.hal.can.moteus.registers import Register
+from vrg.hal.clock import Clock
 
 _GREETING = (codec.read(Register.MODE, 1, Resolution.INT8), codec.read(Register.FAULT, 1, Resolution.INT16))
 
@@ -17,8 +18,8 @@ class MoteusListener(Listener):
     word = "moteus"
     title = "moteus"
 
-    def __init__(self, send: Send) -> None:
-        super().__init__(send)
+    def __init__(self, send: Send, clock: Clock) -> None:
+        super().__init__(send, clock)
         self._axes: dict[int, MoteusAxis] = {}
 
     def claim(self, frame: Frame) -> Claim:
@@ -35,7 +36,7 @@ class MoteusListener(Listener):
     def hear(self, frame: Frame) -> None:
         """Take in an answer."""
         number = codec.address_of(frame.id).source
-        axis = self._axes.setdefault(number, MoteusAxis(number, self._send))
+        axis = self._axes.setdefault(number, MoteusAxis(number, self._send, self._clock))
         axis.receive(frame)
         node = self._recognise(number, frame)
         node.heard = frame.at

@@ -8,6 +8,7 @@ from vrg.hal.can.odrive.messages import AxisError, Command
 from vrg.hal.can.odrive.options import OdriveOptions
 from vrg.hal.can.odrive.results import describe_result
 from vrg.hal.can.options import ProtocolOptions
+from vrg.hal.clock import Clock
 
 _NODE_MASK = 0x7E0
 """The bits of an identifier that all commands of one node have in common."""
@@ -25,8 +26,8 @@ class OdriveAxis(Axis):
     options: OdriveOptions
     options_type = OdriveOptions
 
-    def __init__(self, node: int, send: Send, options: ProtocolOptions | None = None) -> None:
-        super().__init__(node, send, options)
+    def __init__(self, node: int, send: Send, clock: Clock, options: ProtocolOptions | None = None) -> None:
+        super().__init__(node, send, clock, options)
         self._version: messages.Version | None = None
         self._serials: set[int] = set()
         self._wanted = False

@@ -1,7 +1,5 @@
 """ODrives on a bus: how they are recognised, and what they tell."""
 
-import time
-
 from vrg.errors import RobotError
 from vrg.hal.can.axis import Send
 from vrg.hal.can.frame import Frame, FrameError
@@ -9,12 +7,11 @@ from vrg.hal.can.listener import ANSWER_PATIENCE, Claim, Found, Listener
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.odrive.endpoints import Endpoint, Endpoints
 from vrg.hal.can.odrive.messages import Command
+from vrg.hal.clock import Clock
 
 _HEARTBEAT_BYTES = 8
 _READ, _WRITE, _SAVE = 0, 1, 1
 """The operations of an RxSdo, and the action of a Reboot that saves first."""
-_PAUSE = 0.005
-"""s between looks at whether an answer has come."""
 _VALUES = (Command.VERSION, Command.ADDRESS, Command.ENCODER_ESTIMATES, Command.BUS_VOLTAGE_CURRENT)
 
 
@@ -28,8 +25,8 @@ class OdriveListener(Listener):
     word = "odrive"
     title = "ODrive"
 
-    def __init__(self, send: Send) -> None:
-        super().__init__(send)
+    def __init__(self, send: Send, clock: Clock) -> None:
+        super().__init__(send, clock)
         self.endpoints: Endpoints | None = None
         self._told: dict[tuple[int, int], int] = {}
 
@@ -97,12 +94,9 @@ class OdriveListener(Listener):
         endpoint = self._endpoint(node, setting)
         self._told.pop((node.node, endpoint.number), None)
         self._send(codec.encode(node.node, messages.RxSdo(_READ, endpoint.number)))
-        deadline = time.monotonic() + ANSWER_PATIENCE
-        while (raw := self._told.get((node.node, endpoint.number))) is None:
-            if time.monotonic() > deadline:
-                raise RobotError(f"odrive {node.node}: expected an answer to {setting}, got none")
-            time.sleep(_PAUSE)
-        return endpoint.words(raw)
+        if not self._clock.wait(lambda: (node.node, endpoint.number) in self._told, ANSWER_PATIENCE):
+            raise RobotError(f"odrive {node.node}: expected an answer to {setting}, got none")
+        return endpoint.words(self._told[node.node, endpoint.number])
 
     def write(self, node: Found, setting: str, value: str) -> None:
         """Change an endpoint.

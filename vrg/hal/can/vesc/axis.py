@@ -4,8 +4,6 @@ It tells its speed, current and tachometer by itself, if its status messages 1 a
 time-out and its kill switch must be asked for. The time-out is its watchdog.
 """
 
-import time
-
 from vrg.hal.can.axis import NEVER, Axis, Send, State
 from vrg.hal.can.frame import Filter, Frame, FrameError
 from vrg.hal.can.options import ProtocolOptions
@@ -13,6 +11,7 @@ from vrg.hal.can.vesc import codec
 from vrg.hal.can.vesc.codec import Comm, Packet
 from vrg.hal.can.vesc.faults import describe_fault
 from vrg.hal.can.vesc.options import VescOptions
+from vrg.hal.clock import Clock
 
 OLDEST = (5, 3)
 """The first firmware that tells of its time-out."""
@@ -20,8 +19,6 @@ _ON_CURRENT = 0.3
 """A beyond which a motor is driven."""
 _RESTART_GAP = 0.2
 """s without a tachometer after which one that begins at zero belongs to a drive that was started again."""
-_PAUSE = 0.005
-"""s between looks at whether the answer to a question has come."""
 _PATIENCE = 2
 """How often a drive is asked who it is until the lack of status messages is a problem."""
 
@@ -32,8 +29,8 @@ class VescAxis(Axis):
     options: VescOptions
     options_type = VescOptions
 
-    def __init__(self, node: int, send: Send, options: ProtocolOptions | None = None) -> None:
-        super().__init__(node, send, options)
+    def __init__(self, node: int, send: Send, clock: Clock, options: ProtocolOptions | None = None) -> None:
+        super().__init__(node, send, clock, options)
         self._pairs = self.options.pole_pairs or 1
         self.wrap = 2**32 / (codec.TACHO_STEPS * self._pairs)
         self._assembler = codec.Assembler()
@@ -101,9 +98,7 @@ class VescAxis(Axis):
         self._asked += 1
         self._send(codec.ask(self.node, bytes([Comm.FW_VERSION])))
         self._send(codec.ask_values(self.node, codec.FLAGS_BIT))
-        deadline = time.monotonic() + patience
-        while not self._versions and time.monotonic() < deadline:
-            time.sleep(_PAUSE)
+        self._clock.wait(lambda: self._versions, patience)
 
     def prepare(self) -> None:
         """Do nothing: a setpoint alone drives it."""

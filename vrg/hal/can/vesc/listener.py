@@ -1,13 +1,12 @@
 """VESCs on a bus: how they are recognised, and what they tell."""
 
-import time
-
 from vrg.hal.can.axis import NEVER, Send, State
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.listener import ANSWER_PATIENCE, Claim, Found, Listener
 from vrg.hal.can.vesc import codec
 from vrg.hal.can.vesc.axis import VescAxis
 from vrg.hal.can.vesc.codec import Comm, Packet
+from vrg.hal.clock import Clock
 
 _TOLD = (Packet.STATUS, Packet.STATUS_2, Packet.STATUS_3, Packet.STATUS_4, Packet.STATUS_5, Packet.STATUS_6)
 _WORDS = {State.IDLE: "off", State.CLOSED_LOOP: "driving", State.ESTOP: "kill switch"}
@@ -22,8 +21,8 @@ class VescListener(Listener):
     word = "vesc"
     title = "VESC"
 
-    def __init__(self, send: Send) -> None:
-        super().__init__(send)
+    def __init__(self, send: Send, clock: Clock) -> None:
+        super().__init__(send, clock)
         self._axes: dict[int, VescAxis] = {}
 
     def claim(self, frame: Frame) -> Claim:
@@ -58,9 +57,7 @@ class VescListener(Listener):
         self._send(codec.ask_values(node.node, codec.FLAGS_BIT))
         axis.serial = ""
         self._send(codec.ask(node.node, bytes([Comm.FW_VERSION])))
-        deadline = time.monotonic() + ANSWER_PATIENCE
-        while not axis.serial and time.monotonic() < deadline:
-            time.sleep(0.005)
+        self._clock.wait(lambda: axis.serial, ANSWER_PATIENCE)
 
     def stop(self) -> None:
         """Let every drive go of its motor: all at once, and each that is known by its id as well."""
@@ -77,7 +74,7 @@ class VescListener(Listener):
         del self._axes[node]
 
     def _tell(self, number: int, frame: Frame) -> None:
-        axis = self._axes.setdefault(number, VescAxis(number, self._send))
+        axis = self._axes.setdefault(number, VescAxis(number, self._send, self._clock))
         axis.receive(frame)
         node = self._recognise(number, frame)
         if axis.heard != NEVER:
