@@ -14,10 +14,12 @@ import argparse
 import json
 import sys
 import threading
+import uuid
 
 import msgpack
 import zenoh
 
+FORMAT = 2
 PERIOD = 0.1
 LEASE = 0.5
 
@@ -32,8 +34,10 @@ class Match:
         self.places: dict[str, dict] = {}
 
     def hear(self, sample: zenoh.Sample) -> None:
-        version, _sequence, stamp, body = msgpack.unpackb(sample.payload.to_bytes())
-        match str(sample.key_expr).removeprefix(self.root), version:
+        form, version, _sender, key, _sequence, stamp, body = msgpack.unpackb(sample.payload.to_bytes())
+        if form != FORMAT or key != str(sample.key_expr):
+            return  # it is of another release, or zenoh has delivered it under a wrong key
+        match key.removeprefix(self.root), version:
             case "clock", 1:
                 self.time = stamp
             case "referee/state", 4:
@@ -77,11 +81,13 @@ def main() -> None:
         subscribers = [
             session.declare_subscriber(match.root + key, match.hear) for key in ("clock", "poses", "referee/state")
         ]
-        manual = session.declare_publisher(f"{match.root}player/{chosen.player}/manual")
+        key = f"{match.root}player/{chosen.player}/manual"
+        manual = session.declare_publisher(key)
+        sender = f"commander/outside/{uuid.uuid4().hex[:8]}"
         for sequence in range(round(chosen.seconds / PERIOD)):
             command = {"forward": 0.5, "turn": 0.2, "lease": LEASE}
             # A command counts from the match time at which it was given, so it has the stamp of the match's clock.
-            manual.put(msgpack.packb([1, sequence, match.time, command]))
+            manual.put(msgpack.packb([FORMAT, 1, sender, key, sequence, match.time, command]))
             if sequence % 10 == 0:
                 print(match.line(chosen.player), flush=True)
             pause.wait(PERIOD)

@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[1]
 def test_a_match_with_players_of_ones_own_is_played(tmp_path: Path) -> None:
     command = ["play", str(ROOT / "examples" / "my_match.toml"), "--in-process", "--runs", str(tmp_path)]
     done = subprocess.run(
-        [sys.executable, "-m", "vrg", *command], cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False
+        [sys.executable, "-m", "vrg", *command], cwd=tmp_path, capture_output=True, text=True, timeout=600, check=False
     )
     assert done.returncode == 0, done.stderr
     run = next(tmp_path.iterdir())
@@ -42,7 +42,7 @@ def test_the_player_in_the_readme_is_the_example(tmp_path: Path) -> None:
         [sys.executable, "-m", "vrg", "check", str(tmp_path / "match.toml")],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=300,
         check=False,
     )
     assert done.returncode == 0, done.stderr

@@ -115,7 +115,7 @@ def test_one_seed_gives_one_journal_byte_for_byte_in_every_process(tmp_path: Pat
             [sys.executable, "-m", "vrg", *command, "--no-record", "--runs", str(runs)],
             env={**os.environ, "PYTHONHASHSEED": hashes},
             check=True,
-            timeout=120,
+            timeout=600,
             capture_output=True,
         )
         journals.append(next(runs.glob("*/journal.jsonl")).read_bytes())
@@ -143,7 +143,7 @@ def test_a_match_goes_the_same_way_with_cameras_and_without(tmp_path: Path, engi
 
 
 def test_nobody_runs_into_anybody_but_a_shark_into_its_prey(tmp_path: Path) -> None:
-    for seed in range(4):
+    for seed in range(2):
         witness = played(tmp_path / str(seed), "planar", seed)[2]
         assert witness.touches == []
 

@@ -1,4 +1,4 @@
-"""Plays a whole virtual match in this process, in lockstep."""
+"""Plays a whole match in this process, in lockstep: virtual robots, and those whose motor controllers are emulated."""
 
 import gc
 from collections.abc import Callable, Sequence
@@ -17,6 +17,8 @@ from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import Journal
 from vrg.coordinator.rulebook import Field
 from vrg.errors import ConfigError
+from vrg.hal.backends import BACKENDS
+from vrg.hal.can.emulator.simulation import Simulation
 from vrg.launch.bounds import DecisionAlarm, MemoryBound
 from vrg.launch.contained import ContainedPlayer
 from vrg.launch.nodes import coordinator_node, player_node, strategy_of, world_node
@@ -43,7 +45,7 @@ class Change(Struct, frozen=True):
 
 @dataclass(frozen=True)
 class Ending:
-    """How a match ended.
+    """The end of a match.
 
     Args:
         state: the last state of the referee.
@@ -81,19 +83,21 @@ def play(
         changes: the players that play by another strategy from some instant on, in the order of time.
 
     Raises:
-        ConfigError: a robot of the match is a physical one, or a strategy of `changes` cannot be made.
+        ConfigError: a robot of the match is a real one, or a strategy of `changes` cannot be made.
+        RobotError: an emulated motor controller cannot be set up as the match file wants it.
         LaunchError: a player has failed too often, and the match file wants no disqualification.
     """
-    if setup.physical:
-        raise ConfigError([f"{', '.join(setup.physical)}: only robots of backend 'sim' can be played in one process"])
+    simulation = _simulation(setup)
     coordinator = coordinator_node(setup, journal)
     alarm, memory = DecisionAlarm(stop), MemoryBound(setup.memory)
-    players = {player.name: _contained(setup, player.name, alarm, memory, logs) for player in setup.players}
+    players = {player.name: _contained(setup, player.name, alarm, memory, logs, simulation) for player in setup.players}
     waiting = list(changes)
     world = world_node(setup)
     executor = Lockstep(world, [coordinator, *players.values(), *watchers], strict=strict)
-    linger = 0.0
+    linger, began = 0.0, None
     with ExitStack() as stack:
+        if simulation is not None:
+            stack.callback(simulation.clock.close)
         stack.callback(executor.stop)
         stack.enter_context(alarm)
         stack.enter_context(memory)
@@ -105,6 +109,10 @@ def play(
             while waiting and executor.time >= waiting[0].time - world.period / 2:
                 change = waiting.pop(0)
                 players[change.player].play_by(_maker(setup.substituted(change.player, change.strategy), change.player))
+            if simulation is not None and executor.time > 0:
+                # The robots have been met in the first step, before the match began.
+                began = simulation.clock.now() if began is None else began
+                simulation.clock.sleep(began + executor.time - simulation.clock.now())
             executor.step()
             if pace is not None and not pace(executor.time):
                 break
@@ -117,17 +125,47 @@ def play(
     return Ending(coordinator.match.state(Field({}), estop=False), executor.time, failures)
 
 
+def _simulation(setup: MatchSetup) -> Simulation | None:
+    """The emulated motor controllers of the match; None if it has none.
+
+    Raises:
+        ConfigError: a robot is a real one.
+    """
+    if not setup.physical:
+        return None
+    simulation, real = Simulation(), []
+    for backend in sorted({player.backend for player in setup.players if player.physical}):
+        robots = [player.name for player in setup.players if player.backend == backend]
+        settings = BACKENDS.get(backend).settings
+        table = None if settings is None else settings.model_validate(setup.backends.get(backend, {}))
+        if table is None or not table.simulate(robots, simulation, setup.seed):
+            real += robots
+    if real:
+        raise ConfigError(
+            [
+                f"{', '.join(real)}: expected virtual robots, or emulated motor controllers (`emulate = true` in "
+                "[backends.can]): a match in one process does not wait for real ones; leave --in-process out"
+            ]
+        )
+    return simulation
+
+
 def _maker(setup: MatchSetup, name: str) -> Callable[[], Strategy]:
-    """What makes the strategy of a player."""
+    """The maker of a player's strategy."""
     return lambda: strategy_of(setup, name)
 
 
 def _contained(
-    setup: MatchSetup, name: str, alarm: DecisionAlarm, memory: MemoryBound, logs: Path | None
+    setup: MatchSetup,
+    name: str,
+    alarm: DecisionAlarm,
+    memory: MemoryBound,
+    logs: Path | None,
+    simulation: Simulation | None,
 ) -> ContainedPlayer:
     """A player whose failures do not end the match."""
     return ContainedPlayer(
-        player_node(setup, name),
+        player_node(setup, name, simulation),
         setup.keys,
         _maker(setup, name),
         alarm,

@@ -3,6 +3,7 @@
 import contextlib
 import os
 import time
+from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from vrg.bus.messages import (
     Stage,
     shortened,
 )
+from vrg.bus.node import sender_of
 from vrg.bus.process import PULSE_PERIOD
 from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import Session, open_session
@@ -27,7 +29,7 @@ from vrg.errors import LaunchError
 from vrg.launch.events import What
 from vrg.launch.host import GROUPS, Host
 from vrg.launch.listening import Listening
-from vrg.launch.run_folder import RunFolder
+from vrg.launch.run_folder import RunFolder, write_json
 from vrg.launch.running import RunningMatch, registered
 from vrg.launch.seats import LAUNCHER, Seats
 from vrg.launch.specs import WINDOW
@@ -75,7 +77,7 @@ class LaunchedMatch:
         self.keys = keys
         self.endpoint = endpoint
         self.state: RefereeState | None = None
-        self._mailbox = Mailbox()
+        self._mailbox = Mailbox(sender_of(LAUNCHER, LAUNCHER))
         self._referee = self._mailbox.subscribe(setup.keys.referee_state)
         self._seats = Seats(
             self._mailbox,
@@ -90,6 +92,7 @@ class LaunchedMatch:
         self._away: set[str] = set()
         self._halted_for: set[str] = set()
         self._asked = 0.0
+        self._refused: Counter[str] = Counter()
 
     @property
     def names(self) -> list[str]:
@@ -145,6 +148,7 @@ class LaunchedMatch:
         try:
             opened = open_session(self.endpoint, stop=stop, credentials=self.credentials_of(Seat(SeatKind.LAUNCHER)))
             with opened as session, self._registered():
+                self._refused = session.refused
                 session.attach(self._mailbox)
                 self._listening.attach(session)
                 self._listening.note(What.BEGAN)
@@ -171,6 +175,15 @@ class LaunchedMatch:
             finally:
                 self._stop()
                 self._listening.note(What.ENDED)
+                self._keep_refused()
+
+    def _keep_refused(self) -> None:
+        """Keep for the result what the launcher's own session has refused."""
+        if self._refused:
+            try:
+                write_json(self._folder.logs / f"{LAUNCHER}.json", {"refused": dict(self._refused)})
+            except OSError as error:
+                self._announce(f"what the launcher has refused cannot be kept: {error}")
 
     def _start(self, session: Session, stop: StopSignal, progress: Callable[[str], None]) -> bool:
         """Start all processes but the router, each group when the one before is ready on all machines.
@@ -208,7 +221,9 @@ class LaunchedMatch:
         if now - self._told >= PULSE_PERIOD:
             self._told = now
             keys = self._setup.keys
-            self._mailbox.publish(keys.pulse(LAUNCHER, LAUNCHER), Pulse(ticks=0, missed=0))
+            self._mailbox.publish(
+                keys.pulse(LAUNCHER, LAUNCHER), Pulse(ticks=0, missed=0, refused=session.refused.total())
+            )
             statuses = [status for host in self._hosts for status in host.statuses()]
             self._mailbox.publish(keys.processes, Processes(processes=statuses))
         session.send(self._mailbox.collect())

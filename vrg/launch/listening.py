@@ -143,7 +143,8 @@ class Listening:
 
     def _hear(self, kind: str, key: str, payload: bytes, at: float) -> None:
         try:
-            sequence, stamp = header(payload, key)
+            head = header(payload, key)
+            stamp = head.stamp
             if kind == "clock":
                 self._ticked(stamp, decode(payload, Clock, key).body, at)
             elif kind == "pose":
@@ -159,7 +160,7 @@ class Listening:
         if kind not in ("clock", "state", "report"):
             return
         name = {"clock": WORLD, "state": REFEREE}.get(kind) or name_in(key)
-        self._links.setdefault(name, Heard(at)).take(at, sequence, stamp)
+        self._links.setdefault(name, Heard(at)).take(at, head.sequence, stamp)
 
     def _ticked(self, stamp: float, clock: Clock, at: float) -> None:
         before, self._clock = self._clock, _Clock(stamp, at, clock.estop)

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from vrg.bus.messages import SensorMessage
     from vrg.coordinator.coordinator import Coordinator
     from vrg.coordinator.journal import Journal
+    from vrg.hal.can.medium import Medium
     from vrg.hal.sim.node import WorldNode
     from vrg.recording.live import LiveRecorder
     from vrg.recording.recorder import Recorder
@@ -106,8 +107,11 @@ def strategy_of(setup: MatchSetup, name: str) -> "Strategy":
     return strategy
 
 
-def player_node(setup: MatchSetup, name: str) -> "Player":
+def player_node(setup: MatchSetup, name: str, medium: "Medium | None" = None) -> "Player":
     """Make a player with its device and its strategy.
+
+    Args:
+        medium: the CAN buses of its robot; None for those of this computer.
 
     Raises:
         ConfigError: there is no such player, or its driver cannot be made.
@@ -117,6 +121,7 @@ def player_node(setup: MatchSetup, name: str) -> "Player":
     from vrg.bus.links import link_of
     from vrg.bus.radio import Radio
     from vrg.hal.backends import MatchContext, open_driver
+    from vrg.hal.clock import REAL_CLOCK
     from vrg.hal.device import Device
 
     player = setup.player(name)
@@ -131,11 +136,13 @@ def player_node(setup: MatchSetup, name: str) -> "Player":
         options=setup.backends.get(player.backend, {}),
         base=Path(setup.base),
         now=lambda: mailbox.now,
+        medium=medium,
         keys=keys,
         mailbox=mailbox,
     )
     driver = open_driver(player.backend, context)
-    device = Device(driver, keys, mailbox, start=player.pose, localisation=player.localisation)
+    clock = REAL_CLOCK if medium is None else medium.clock
+    device = Device(driver, keys, mailbox, start=player.pose, localisation=player.localisation, clock=clock)
     radio = Radio(keys, mailbox, name, player.team, link_of(setup.radio, setup.seed))
     return Player(mailbox, keys, device, strategy, team=player.team, radio=radio)
 

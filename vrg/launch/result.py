@@ -46,6 +46,7 @@ def write_result(setup: MatchSetup, folder: RunFolder, state: RefereeState | Non
             {"clock": round(c.clock, 3), "rule": c.rule, "text": c.text} for record in records for c in record.calls
         ],
         "radio": _radio(processes),
+        "refused": {name: found["refused"] for name, found in processes.items() if found.get("refused")},
         "stops": data_of(certificate_of(setup, folder)),
         "processes": processes,
         "vrg": __version__,
@@ -81,6 +82,9 @@ def summary(result: dict[str, Any]) -> str:
     lost, said = result["radio"]["lost"], sum(result["radio"].values())
     if lost:
         points.append(f"the radio lost {lost} of {said} messages")
+    refused = sum(sum(keys.values()) for keys in result.get("refused", {}).values())
+    if refused:
+        points.append(f"{refused} messages under a wrong key refused")
     return f" ({', '.join(points)})" if points else ""
 
 
@@ -107,6 +111,7 @@ def _statistics(folder: RunFolder) -> dict[str, Any]:
             if path.stat().st_size <= _LONGEST_STATISTICS:
                 read = json.loads(path.read_text(encoding="utf-8"))
                 _radio({path.stem: read})
+                sum(read.get("refused", {}).values())
                 found[path.stem] = read
         except (OSError, ValueError, RecursionError, AttributeError, KeyError, TypeError):
             continue  # it is missing, unfinished, or not what such a process writes
