@@ -1,0 +1,101 @@
+"""scripts/lots runs every test, says at the end what failed, and runs the other lots all the same."""
+
+import importlib.machinery
+import importlib.util
+import re
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture
+def lots(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> ModuleType:
+    """The script as a module; what lots print goes to a folder of the test's."""
+    loader = importlib.machinery.SourceFileLoader("lots", str(ROOT / "scripts" / "lots"))
+    spec = importlib.util.spec_from_loader("lots", loader)
+    assert spec is not None
+    module = importlib.util.module_from_spec(spec)
+    monkeypatch.setitem(sys.modules, "lots", module)  # dataclasses look their module up
+    loader.exec_module(module)
+    monkeypatch.setattr(module, "HERE", tmp_path)
+    monkeypatch.setattr(module, "LOGS", tmp_path)
+    return module
+
+
+def paths(lots: ModuleType, marks: str) -> list[Path]:
+    """The files and folders of all lots whose tests have these marks."""
+    commands = [command for lot in lots.all_lots() for command in lot.commands if "pytest" in command]
+    return [ROOT / path for command in commands if marks in command for path in command if path.startswith("tests/")]
+
+
+def test_every_file_with_tests_is_in_a_lot(lots: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(lots, "HERE", ROOT)
+    marked = {
+        marks: rf"(?m)^\s*(@|pytestmark = .*)pytest\.mark\.{name}\b"
+        for marks, name in ((lots.SYSTEM, "system"), (lots.VCAN, "vcan"))
+    }
+    here = Path(__file__)
+    files = [path for path in (ROOT / "tests").rglob("test_*.py") if path != here]
+    missing = [
+        f"{path.relative_to(ROOT)} in {marks!r}"
+        for marks, pattern in (*marked.items(), (lots.FAST, r"def test_|Contract\)"))
+        for path in files
+        if re.search(pattern, path.read_text())
+        and not (marks == lots.FAST and "tests/system/" in str(path))
+        # What is marked for a virtual CAN bus as a whole is no test of processes on the loopback.
+        and not (marks == lots.SYSTEM and re.search(marked[lots.VCAN], path.read_text()) and "vcan" in path.stem)
+        if not any(path.is_relative_to(given) for given in paths(lots, marks))
+    ]
+    assert not missing, "\n".join(missing)
+    for marks in (lots.SYSTEM, lots.FAST, lots.VCAN):
+        named = paths(lots, marks)
+        assert len(set(named)) == len(named), f"a file is in two lots of {marks!r}"
+        assert all(path.exists() for path in named), named
+
+
+def test_all_lots_run_and_the_end_says_how_to_repeat_what_failed(
+    lots: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    def says(*lines: str, status: int = 0) -> tuple[str, ...]:
+        return (sys.executable, "-c", f"print({chr(10).join(lines)!r}); raise SystemExit({status})")
+
+    failed = "FAILED tests/test_a.py::test_b[x - y] - AssertionError: no"
+    broken = (*says("....", failed, "1 failed, 3 passed in 1.00s", status=1), *lots.PYTEST, "-m", "not system")
+    monkeypatch.setattr(
+        lots,
+        "all_lots",
+        lambda: [
+            lots.Lot("first", (says("one"), says("2 passed in 0.10s", status=0))),
+            lots.Lot("broken", (broken,), weight=2),
+            lots.Lot("checks", (says("found 3 errors", status=2), says("never said"))),
+            lots.Lot("nothing", (("/nowhere/command",),)),
+            lots.Lot("last", (says("5 passed, 1 skipped in 9.00s"),)),
+        ],
+    )
+    monkeypatch.setattr(sys, "argv", ["lots"])
+    assert lots.main() == 1
+    printed = capsys.readouterr().out
+    for line in (r"first    green  0:0\d  2 passed", r"broken   RED    0:0\d  1 failed, 3 passed",
+                 r"checks   RED    0:0\d  found 3 errors", r"last     green  0:0\d  5 passed, 1 skipped"):  # fmt: skip
+        assert re.search(line, printed), f"{line}\n{printed}"
+    assert re.search(r"nothing +RED .*No such file", printed)
+    assert "3 of 5 lots are red" in printed
+    assert "-m 'not system' 'tests/test_a.py::test_b[x - y]'" in printed
+    assert "scripts/lots checks" in printed
+    assert "never said" not in (tmp_path / "checks.log").read_text().split("\n", 1)[1]
+    monkeypatch.setattr(sys, "argv", ["lots", "first", "last"])
+    assert lots.main() == 0
+    assert "all 2 lots are green" in capsys.readouterr().out
+
+
+def test_a_name_that_no_lot_has_is_told() -> None:
+    done = subprocess.run(
+        [sys.executable, ROOT / "scripts" / "lots", "none"], capture_output=True, text=True, timeout=300, check=False
+    )
+    assert done.returncode == 2
+    assert "expected beginnings of system-2, system-3, vcan-tools" in done.stderr
