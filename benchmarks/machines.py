@@ -119,10 +119,10 @@ def listen(endpoint: str, name: str, folder: str) -> None:
     drives: list[tuple[str, float, float]] = []
 
     def clock(key: str, payload: bytes) -> None:
-        clocks.setdefault(header(payload, key)[1], time.monotonic())
+        clocks.setdefault(header(payload, key).stamp, time.monotonic())
 
     def drive(key: str, payload: bytes) -> None:
-        drives.append((name_in(key), header(payload, key)[1], time.monotonic()))
+        drives.append((name_in(key), header(payload, key).stamp, time.monotonic()))
 
     credentials = find_credentials(Path(folder), [Seat(SeatKind.OFFICIAL)]) if folder else None
     keys = Keys(name)

@@ -72,6 +72,7 @@ def main() -> None:
         f"match time at rate 1, good to {told['resolution']:.2f} s",
         f"links: {sum(link['arrived'] for link in told['links'].values())} messages heard, "
         f"{sum(link['lost'] for link in told['links'].values())} lost",
+        f"{told['refused']} messages under a wrong key were refused, none was handed to a node",
         *told["notes"],
     ]
     show(f"Stops after {len(faults)} faults", rows, notes, as_json=options.json)
@@ -114,7 +115,7 @@ class _Match:
         self._session = session
         self._folder = folder
         self._keys = Keys(NAME)
-        self._mailbox = Mailbox()
+        self._mailbox = Mailbox("official/benchmark")
         self._poses = self._mailbox.subscribe(self._keys.poses)
         self._state = self._mailbox.subscribe(self._keys.referee_state)
         session.attach(self._mailbox)
@@ -143,8 +144,13 @@ class _Match:
         self._launcher.send_signal(signal.SIGINT)
         self._launcher.wait(PATIENCE)
         [result] = self._folder.glob("runs/*/result.json")
-        told: dict[str, Any] = json.loads(result.read_text(encoding="utf-8"))["stops"]
-        return told
+        told: dict[str, Any] = json.loads(result.read_text(encoding="utf-8"))
+        logs = "".join(log.read_text(encoding="utf-8", errors="replace") for log in result.parent.glob("logs/*.log"))
+        if "dropped a bad message" in logs:
+            line = next(line for line in logs.splitlines() if "dropped a bad message" in line)
+            raise RuntimeError(f"a node was handed a message that was not meant for it: {line}")
+        refused = sum(sum(keys.values()) for keys in told["refused"].values())
+        return {**told["stops"], "refused": refused}
 
     def _process(self, name: str) -> psutil.Process:
         name = "coordinator" if name == "referee" else name

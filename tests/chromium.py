@@ -12,7 +12,7 @@ FLAGS = (
     "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
 )  # fmt: skip
-PATIENCE = 30_000.0
+PATIENCE = 120_000.0
 """ms of real time for anything to happen on a page."""
 SIZES = ((1280, 720), (1920, 1080), (390, 844))
 """The pixels of a small and of a large projector, and of a telephone."""

@@ -9,7 +9,7 @@ import pytest
 from click.testing import Result
 from typer.testing import CliRunner
 
-from vrg.bus.codec import encode
+from vrg.bus.codec import Received, encode
 from vrg.bus.mailbox import Outgoing
 from vrg.bus.messages import CameraRequest
 from vrg.bus.stopping import Stop
@@ -23,6 +23,10 @@ from vrg.hal.sensors.camera import Camera
 KEYS = Keys("m")
 TAKEN = Camera(fov=1.0, data=png.encode(np.full((4, 6, 3), 90, dtype=np.uint8)))
 FROM_ANN = KEYS.sensor(Camera, "ann", "main").key
+
+
+def seen(stamp: float) -> bytes:
+    return encode(Received(FROM_ANN, stamp, 0, TAKEN))
 
 
 class World:
@@ -63,7 +67,7 @@ def ask(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Result]:
 
 
 def test_a_picture_is_asked_for_and_saved(ask: Callable[..., Result], tmp_path: Path) -> None:
-    world, file = World(encode(TAKEN, 12.5, 0)), tmp_path / "seen.png"
+    world, file = World(seen(12.5)), tmp_path / "seen.png"
     done = ask(world, "ann", str(file))
     assert done.exit_code == 0, done.output
     assert done.output == f"{file}: what ann saw at match time 12.5 s, 6 x 4 pixels\n"
@@ -72,7 +76,7 @@ def test_a_picture_is_asked_for_and_saved(ask: Callable[..., Result], tmp_path: 
 
 
 def test_what_is_no_picture_is_passed_over(ask: Callable[..., Result], tmp_path: Path) -> None:
-    world = World(b"junk", encode(TAKEN, 1.0, 0).replace(b"PNG", b"GIF"), encode(TAKEN, 2.0, 1))
+    world = World(b"junk", seen(1.0).replace(b"PNG", b"GIF"), seen(2.0))
     done = ask(world, "ann", str(tmp_path / "seen.png"))
     assert "match time 2.0 s" in done.output
     assert len(world.asked) == 3, "it goes on asking"
@@ -88,6 +92,6 @@ def test_a_robot_that_nobody_knows_ends_in_words(ask: Callable[..., Result], tmp
 def test_a_file_that_cannot_be_written_is_told(
     ask: Callable[..., Result], tmp_path: Path, file: str, words: str
 ) -> None:
-    done = ask(World(encode(TAKEN, 1.0, 0)), "ann", str(tmp_path / file))
+    done = ask(World(seen(1.0)), "ann", str(tmp_path / file))
     assert isinstance(done.exception, ConfigError)
     assert words in str(done.exception)

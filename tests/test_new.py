@@ -166,7 +166,7 @@ def python(folder: Path, *arguments: str, path: tuple[Path, ...] = ()) -> subpro
         env=environment,
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=600,
         check=False,
     )
 

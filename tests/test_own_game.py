@@ -29,7 +29,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     for package in (LION, ROBOT):
         # Building leaves files beside the sources.
         copy = tmp_path_factory.mktemp(package.name)
-        subprocess.run(["cp", "-r", f"{package}/.", str(copy)], check=True, timeout=60)
+        subprocess.run(["cp", "-r", f"{package}/.", str(copy)], check=True, timeout=300)
         copies.append(str(copy))
     install = [sys.executable, "-m", "pip", "install", "-q", "--no-deps", "--no-build-isolation", "--no-index"]
     done = subprocess.run(
@@ -72,7 +72,7 @@ def test_the_robot_with_the_compass_drives_north(installed: dict[str, str], tmp_
         f"t = read_tracks(next(Path({str(tmp_path)!r}).glob('runs/*/recording.mcap')))['scout'];"
         "print(t.x[-1], t.y[-1], t.theta[-1])"
     )
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300, check=True)
     x, y, theta = map(float, run.stdout.split())
     assert y > 5.0
     assert abs(x) < 1.5

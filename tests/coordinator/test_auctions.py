@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vrg.bus.codec import checked, decode, encode
+from vrg.bus.codec import Received, checked, decode, encode
 from vrg.bus.messages import Auction, Bid, OfficialAction, PlayerStatus, RefereeState, Sighting, Stage, Zone
 from vrg.coordinator.auctions import auctioned, closed, lowest, opened, reopened
 from vrg.coordinator.match import Match
@@ -287,12 +287,12 @@ def test_a_cost_that_is_none_cannot_be_sent_or_read(cost: float) -> None:
     with pytest.raises(MessageError):
         checked(Bid(lot="rug", cost=cost))
     with pytest.raises(MessageError):
-        decode(encode(Bid(lot="rug", cost=cost), 1.0, 0), Bid, "bid")
+        decode(encode(Received("bid", 1.0, 0, Bid(lot="rug", cost=cost))), Bid, "bid")
 
 
 @pytest.mark.parametrize("cost", [None, 0.0, 1e6, 3])
 def test_a_cost_and_no_cost_can_be_sent(cost: float | None) -> None:
-    assert decode(encode(checked(Bid(lot="rug", cost=cost)), 1.0, 0), Bid, "bid").body.cost == cost
+    assert decode(encode(Received("bid", 1.0, 0, checked(Bid(lot="rug", cost=cost)))), Bid, "bid").body.cost == cost
 
 
 @pytest.mark.parametrize("cost", [math.nan, math.inf, -1.0])
@@ -302,7 +302,7 @@ def test_no_state_of_the_referee_holds_a_cost_that_is_none(cost: float) -> None:
         clock=0.0, total=0.0, round=1, rounds=1, score={}, players=[], zones=[], auctions=[auction(bids={"ann": cost})],
     )  # fmt: skip
     with pytest.raises(MessageError):
-        decode(encode(body, 1.0, 0), RefereeState, "referee")
+        decode(encode(Received("referee", 1.0, 0, body)), RefereeState, "referee")
 
 
 # A match takes bids in.

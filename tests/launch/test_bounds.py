@@ -117,7 +117,7 @@ class TestStubborn:
             "with bounds.DecisionAlarm(None) as alarm, bounds.Bounded(alarm, None):\n    while True:\n        try:\n"
             "            act()\n        except BaseException:\n            pass\n"
         )
-        done = subprocess.run([sys.executable, str(program)], capture_output=True, text=True, timeout=60, check=False)
+        done = subprocess.run([sys.executable, str(program)], capture_output=True, text=True, timeout=300, check=False)
         assert done.returncode == 1
         assert "a strategy cannot be interrupted (stubborn.py, line " in done.stderr
 
@@ -127,7 +127,7 @@ class TestStubborn:
             "from vrg.launch import bounds\nbounds._STUCK = 0.5\n"
             "with bounds.DecisionAlarm(None) as alarm, bounds.Bounded(alarm, None):\n    sum(iter(int, 1))\n"
         )
-        done = subprocess.run([sys.executable, str(program)], capture_output=True, text=True, timeout=60, check=False)
+        done = subprocess.run([sys.executable, str(program)], capture_output=True, text=True, timeout=300, check=False)
         assert done.returncode == -signal.SIGVTALRM
         assert 'stuck.py", line 4 in' in done.stderr
 

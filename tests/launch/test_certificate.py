@@ -132,7 +132,7 @@ def test_the_result_holds_the_certificate(run: tuple[RunFolder, MatchSetup, Offi
 
 def vrg(*arguments: str) -> str:
     done = subprocess.run(
-        [sys.executable, "-P", "-m", "vrg", *arguments], capture_output=True, text=True, timeout=120, check=False,
+        [sys.executable, "-P", "-m", "vrg", *arguments], capture_output=True, text=True, timeout=600, check=False,
         stdin=subprocess.DEVNULL,
         env={**os.environ, "COLUMNS": "250"},
     )  # fmt: skip

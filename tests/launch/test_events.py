@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrg.bus.codec import encode
+from vrg.bus.codec import Received, encode
 from vrg.bus.messages import Call, Clock, Estop, EstopRelease, MeasuredPose, Message, Report
 from vrg.bus.topics import Keys, Topic, key_matches
 from vrg.launch.events import Event, EventLog, Link, What, read_events
@@ -75,7 +75,7 @@ class FakeSession:
         self._raw.append((expression, arrived))
 
     def say(self, topic: Topic[Message], body: Message, stamp: float, sequence: int) -> None:
-        self.say_raw(topic.key, encode(body, stamp, sequence))
+        self.say_raw(topic.key, encode(Received(topic.key, stamp, sequence, body)))
 
     def say_raw(self, key: str, payload: bytes) -> None:
         for expression, arrived in self._raw:

@@ -95,7 +95,7 @@ def test_systemd_accepts_them(tmp_path: Path) -> None:
         capture_output=True,
         text=True,
         check=False,
-        timeout=120,
+        timeout=600,
     )
     told = [line for line in done.stderr.splitlines() if "vrg-machines" in line]
     assert done.returncode == 0, done.stderr

@@ -17,7 +17,7 @@ from vrg.recording.foxglove import time_of
 from vrg.recording.live import LiveRecorder, LiveServer
 from vrg.recording.records import TwistRecord
 
-PATIENCE = 20.0
+PATIENCE = 60.0
 
 
 @pytest.fixture

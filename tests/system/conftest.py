@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.requirements import missing
-from tests.system.harness import MINNOWS, Disk, Match, long_match
+from tests.system.harness import MINNOWS, Disk, Match, long_match, patient
 
 
 class Arena:
@@ -45,6 +45,12 @@ class Arena:
             match.close()
 
 
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Tell how many messages under a wrong key were refused."""
+    if Match.refused:
+        terminalreporter.write_line(f"messages under a wrong key that were refused, by match: {dict(Match.refused)}")
+
+
 @pytest.fixture(scope="session")
 def arena(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Arena]:
     arena = Arena(tmp_path_factory.mktemp("arena"))
@@ -55,8 +61,8 @@ def arena(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Arena]:
 @pytest.fixture
 def match(arena: Arena) -> Match:
     """The shared match, in play, with every minnow moving."""
-    shared = arena.shared(long_match("long"))
-    shared.observer.wait_until(lambda: shared.observer.moving(*MINNOWS), "minnows to move")
+    shared = arena.shared(patient(long_match("long")))
+    shared.observer.wait_moving(*MINNOWS)
     return shared
 
 
@@ -92,7 +98,7 @@ def display() -> Iterator[str]:
         yield f":{number}"
     finally:
         process.terminate()
-        process.wait(10)
+        process.wait()
 
 
 @pytest.fixture

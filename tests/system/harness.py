@@ -12,17 +12,20 @@ import subprocess
 import sys
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import psutil
 import zenoh
 
-from tests.system.observer import PATIENCE, Observer
+from tests.system.observer import Observer
 from tests.vcan import UDP
 from vrg.bus.configuration import client_settings
 from vrg.bus.credentials import find_credentials
+from vrg.bus.messages import Stage
 from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import configuration, open_session
 from vrg.bus.topics import Keys
@@ -36,7 +39,9 @@ FRESH_FOR = 90.0
 """s of play after which a shared match is too near its end for another test."""
 
 START_PATIENCE = 120.0
-"""s of real time for play to begin: in a kernel with one CPU, drives may answer a player only at its second start."""
+"""s for play to begin: in a kernel with one CPU, drives may answer a player only at its second start."""
+DEADLINE = 150.0
+"""s of real time for what happens outside the bus, where nothing tells how slow the machine is."""
 
 MINNOWS = ("ann", "bob", "cid")
 PLAYERS = ("shark", *MINNOWS)
@@ -47,18 +52,18 @@ from pathlib import Path
 
 from vrg.games.sharks_and_minnows.player import SharksAndMinnowsPlayer
 
-MARKER = Path(__file__).with_name("was_stuck")
+HANG, MARKER = Path(__file__).with_name("hang"), Path(__file__).with_name("was_stuck")
 
 
 class Stuck(SharksAndMinnowsPlayer):
     def act(self, view):
-        if view.referee.clock > 6.0 and not MARKER.exists():
-            MARKER.touch()
+        if HANG.exists():
+            HANG.rename(MARKER)
             while True:
                 pass
         return super().act(view)
 """
-"""A strategy that hangs once, in its own code."""
+"""A strategy that hangs in its own code once the file `hang` is beside it."""
 
 
 def match_text(
@@ -118,9 +123,18 @@ def long_match(name: str) -> str:
     return match_text(name, length=190.0, width=60.0, zone=6.0)
 
 
-def short_match(name: str) -> str:
-    """Over in half a minute, whoever wins."""
-    return match_text(name, length=13.0, width=9.0, zone=2.5, rules="pass_limit = 25.0", rate=2.0)
+def patient(text: str) -> str:
+    """A match that is halted, and can be resumed, where a player is away for so long that it would be taken out.
+
+    On a slow machine a player that is started again may be.
+    """
+    return 'on_fault = "halt"\n' + text
+
+
+def short_match(name: str, pass_limit: float = 10.0, rate: float = 2.0) -> str:
+    """Over after one short pass, whoever wins."""
+    rules = f"pass_limit = {pass_limit}"
+    return match_text(name, length=13.0, width=9.0, zone=2.5, rules=rules, rate=rate)
 
 
 @dataclass(frozen=True)
@@ -138,6 +152,10 @@ class Disk:
     reach: Callable[[int], Path] | None = None
 
 
+class LauncherEndedError(AssertionError):
+    """The launcher has ended although the test waits for something in the match."""
+
+
 class Match:
     """A match that `vrg play` runs as processes; a context manager that leaves none of them behind.
 
@@ -146,11 +164,17 @@ class Match:
         text: of the match file.
         environment: added to this process' own.
         window: with a spectator's window.
-        movers: players that move as soon as play goes on.
+        movers: players that move as soon as play goes on; none for a match that may be over soon.
         here: the launcher's working folder.
         seats: the match is played with seats: with keys for this run alone, or with those in this folder.
         options: more options of `vrg play`.
+
+    Attributes:
+        abused: True once a test has published what no node publishes.
     """
+
+    refused: ClassVar[Counter[str]] = Counter()
+    """How many messages under a wrong key the nodes of all matches have refused, by match."""
 
     def __init__(
         self,
@@ -166,6 +190,8 @@ class Match:
         options: Sequence[str] = (),
     ) -> None:
         self.movers = movers
+        self.abused = False
+        self._observers: list[Observer] = []
         self.file = folder / "match.toml"
         self.file.write_text(text, encoding="utf-8")
         self.output = folder / "output.txt"
@@ -204,7 +230,7 @@ class Match:
 
     def _connect(self) -> None:
         registry = self._state_home / "vrg"
-        wait_until(lambda: list(registry.glob("*.json")), "the match to register itself", self._check_launcher)
+        wait_until(lambda: list(registry.glob("*.json")), "the match to register itself", self.check_launcher)
         entry = json.loads(next(registry.glob("*.json")).read_text())
         assert entry["pid"] == self.launcher.pid
         self.endpoint: str = entry["router"]
@@ -215,17 +241,22 @@ class Match:
             run = self._disk.reach(self.launcher.pid) / run.relative_to(self._disk.folder)
         self.run = RunFolder(run)
         self.observer = self.join()
-        self.observer.wait_until(lambda: self.observer.playing, "play to begin", START_PATIENCE)
-        self.observer.wait_until(lambda: self.observer.moving(*self.movers), "players to move")
+        # A short match may be over before this process, on a busy machine, has heard that it began.
+        with contextlib.suppress(LauncherEndedError) if not self.movers else contextlib.nullcontext():
+            self.observer.wait_until(lambda: self.observer.playing, "play to begin", START_PATIENCE)
+            self.observer.wait_moving(*self.movers)
 
     def join(self, seat: Seat = Seat(SeatKind.OFFICIAL)) -> Observer:  # noqa: B008 - it cannot change
         """A further observer, from now on; in a match with seats, one that has this seat."""
         credentials = None if self.seats is None else find_credentials(self.seats, [seat])
         session = self._resources.enter_context(open_session(self.endpoint, credentials=credentials))
-        return Observer(session, self.keys, self._check_launcher)
+        self._observers.append(Observer(session, self.keys, self.check_launcher))
+        return self._observers[-1]
 
-    def _check_launcher(self) -> None:
-        assert self.launcher.poll() is None, f"vrg play ended with status {self.launcher.returncode}:\n{self.said()}"
+    def check_launcher(self) -> None:
+        """Make sure that the launcher runs."""
+        if self.launcher.poll() is not None:
+            raise LauncherEndedError(f"vrg play ended with status {self.launcher.returncode}:\n{self.said()}")
 
     def said(self) -> str:
         """What the launcher has printed so far, unwrapped."""
@@ -243,7 +274,7 @@ class Match:
                     return process
         raise AssertionError(f"no process {name} runs; {self.said()}")
 
-    def vrg(self, *arguments: str, timeout: float = 60.0) -> subprocess.CompletedProcess[str]:
+    def vrg(self, *arguments: str, timeout: float = DEADLINE) -> subprocess.CompletedProcess[str]:
         """Run another `vrg` command on this machine."""
         return subprocess.run(
             [sys.executable, "-m", "vrg", *arguments],
@@ -262,12 +293,42 @@ class Match:
         return done.stdout
 
     def resume(self) -> None:
-        """Go on after a halt by `vrg official resume`, once nothing hinders it; everybody who may then moves."""
+        """Go on after a halt."""
+        self.observer.wait_until(lambda: self.observer.state.halted, "a halt")
+        self.go_on()
+
+    def go_on(self) -> None:
+        """Wait until play goes on and everybody moves who may; whatever halts it, an official resumes it in time."""
         observer = self.observer
-        observer.wait_until(lambda: observer.state.halted and not observer.state.waiting, "nothing to hinder a resume")
-        self.command("official", "resume", "--reason", "the test goes on")
-        observer.wait_until(lambda: observer.playing, "play to go on")
-        observer.wait_until(lambda: observer.moving(*self.movers), "players to move again")
+
+        def goes_on() -> bool:
+            observer.resume()
+            return observer.playing and observer.moving(*self.movers)
+
+        observer.wait_until(goes_on, "play to go on, and players to move")
+
+    def play_out(self, patience: float = 240.0, *, physical: bool = False) -> int:
+        """Wait for the end of the game and of the launcher; play is resumed when the machine stood still.
+
+        Args:
+            physical: it has physical robots, which are recovered, too: their drives may be late on a slow machine.
+
+        Returns:
+            the launcher's exit status.
+        """
+        observer = self.observer
+
+        def over() -> bool:
+            if physical:
+                observer.go_on()
+            elif observer.stalled:
+                observer.resume()
+            return observer.state.stage is Stage.GAME_OVER
+
+        # The launcher ends by itself, perhaps before this test has heard the end of the game.
+        with contextlib.suppress(LauncherEndedError):
+            observer.wait_until(over, "the game to be over", patience)
+        return self.wait_ended()
 
     def lose_router(self) -> None:
         """Kill the router, and go on over the one that takes its place."""
@@ -277,8 +338,7 @@ class Match:
         heard = len(observer.heard.clocks)
         observer.wait_until(lambda: len(observer.heard.clocks) > heard, "the clock over the new router")
         observer.time_passes(1.0, "with the new router")
-        if observer.state.halted:
-            self.resume()
+        self.go_on()
 
     def wait_replaced(self, name: str, old: psutil.Process) -> psutil.Process:
         """Wait until another process has taken the place of one that died or hung; the old one is gone."""
@@ -298,7 +358,11 @@ class Match:
         mine = (str(self._state_home), str(self._disk.folder))
         return [p for p in psutil.process_iter() if p.pid != os.getpid() and _lives_in(p, *mine)]
 
-    def wait_ended(self, patience: float = PATIENCE) -> int:
+    def wait_said(self, words: str) -> None:
+        """Wait until the launcher has printed this: it may do a thing before it tells so."""
+        wait_until(lambda: words in self.said(), f"the launcher to say {words!r}")
+
+    def wait_ended(self, patience: float = DEADLINE) -> int:
         """Wait for the launcher's end, and assert that no process is left; the launcher's exit status."""
         self._resources.close()
         status = self.launcher.wait(patience)
@@ -328,14 +392,28 @@ class Match:
         if self.launcher.poll() is None:
             self.launcher.send_signal(signal.SIGINT)
             with contextlib.suppress(subprocess.TimeoutExpired):
-                self.launcher.wait(PATIENCE)
+                self.launcher.wait(DEADLINE)
         left = self.survivors()
         for process in left:
             with contextlib.suppress(psutil.NoSuchProcess):
                 process.kill()
         if self.launcher.poll() is None:
-            self.launcher.wait(PATIENCE)
+            self.launcher.wait(DEADLINE)
         assert not left, f"left behind: {left}\n{self.said()}"
+        if not self.abused:
+            self._check_messages()
+
+    def _check_messages(self) -> None:
+        """Make sure that no node was handed what was not meant for it, and count what was refused."""
+        if not hasattr(self, "run"):
+            return
+        for log in self.run.logs.glob("*.log"):
+            bad = [line for line in log.read_text(errors="replace").splitlines() if "dropped a bad message" in line]
+            assert not bad, f"{log.name}: {bad}"
+        assert not (wrong := [pair for observer in self._observers for pair in observer.heard.misrouted]), wrong
+        with contextlib.suppress(FileNotFoundError):
+            for keys in json.loads(self.run.result.read_text(encoding="utf-8"))["refused"].values():
+                self.refused[self.keys.match] += sum(keys.values())
 
 
 def _node(command: list[str]) -> str | None:
@@ -362,7 +440,7 @@ def _lives_in(process: psutil.Process, state_home: str, runs: str) -> bool:
 
 
 def wait_until(
-    condition: Callable[[], object], what: str, alert: Callable[[], None] = lambda: None, patience: float = PATIENCE
+    condition: Callable[[], object], what: str, alert: Callable[[], None] = lambda: None, patience: float = DEADLINE
 ) -> None:
     """Wait for something outside the bus.
 

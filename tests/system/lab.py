@@ -20,13 +20,13 @@ BRIDGE = "vrg-lab"
 HERE = "10.77.0.1"
 """The address of the launcher's host, which is the test's own namespace."""
 VRG = f"{Path(sys.executable).parent}/vrg"
-_START = 30.0
-"""s for an sshd to answer."""
+_START = 120.0
+"""s of real time for an sshd to answer, and for a command of a moment."""
 
 
 def run(*command: str) -> None:
     """Run a command that succeeds."""
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=30)
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=_START)
     assert done.returncode == 0, f"{' '.join(command)}: {done.stdout}{done.stderr}"
 
 

@@ -2,10 +2,10 @@
 
 Usage: `rogue.py ENDPOINT FOLDER`, with the folder of a seat's keys. It reads one JSON object from its standard input:
 
-    {"put": [[KEY, HEX], ...], "listen": [KEY, ...], "be": [KEY, ...], "answer": [[KEY, HEX], ...], "until": KEY}
+    {"put": [[KEY, HEX], ...], "listen": [KEY, ...], "be": [KEY, ...], "answer": [[KEY, HEX], ...], "until": [KEY, ...]}
 
-It publishes again and again until it has heard something on `until`, and some more rounds, then it prints how many
-messages it has heard on each key, and ends.
+It publishes again and again until it has heard something on each key of `until`, and some more rounds, then it prints
+how many messages it has heard on each key, and ends.
 """
 
 import json
@@ -40,7 +40,7 @@ def main() -> None:
         return lambda query: query.reply(key, payload)
 
     try:
-        for key in [*told.get("listen", []), told["until"]]:
+        for key in dict.fromkeys([*told.get("listen", []), *told["until"]]):
             history = zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=1)
             undeclared.append(zenoh.ext.declare_advanced_subscriber(session, key, on_sample, history=history))
         undeclared += [session.liveliness().declare_token(key) for key in told.get("be", [])]
@@ -52,7 +52,7 @@ def main() -> None:
             for publisher, key, payload in publishers:
                 publisher.put(payload)
                 session.put(key, payload)
-            after += told["until"] in heard
+            after += heard.keys() >= set(told["until"])
             if after > ROUNDS:
                 break
             pause.wait(PAUSE)

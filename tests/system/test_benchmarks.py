@@ -29,7 +29,7 @@ def run(name: str, *options: str) -> None:
         [sys.executable, str(FOLDER / f"{name}.py"), "--quick", "--json", *options],
         capture_output=True,
         text=True,
-        timeout=180,
+        timeout=600,
         check=False,
     )
     assert done.returncode == 0, done.stderr

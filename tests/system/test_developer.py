@@ -29,16 +29,21 @@ def test_it_hears_streams_and_processes_and_its_buttons_halt_and_continue(match:
     try:
         pulses = observer.heard.pulses
         observer.wait_until(lambda: pulses["spectator/developer"] > 6, "the window to have drawn for a while")
-        print("tell", file=view.stdin, flush=True)
-        told = json.loads(view.stdout.readline())
-        assert {"world", "referee", *PLAYERS} <= set(told["processes"])
-        assert all(told["processes"][name][1] == "running" for name in PLAYERS)
-        assert all(told["streams"][f"player/{name}/report"] > 1.0 for name in PLAYERS)
-        assert told["streams"]["clock"] > 10.0
+
+        def told() -> bool:
+            """Whether it shows every process running and every stream: it measures over some time."""
+            print("tell", file=view.stdin, flush=True)
+            said = json.loads(view.stdout.readline())
+            running = {name for name, cells in said["processes"].items() if cells[1] == "running"}
+            flowing = {key for key, rate in said["streams"].items() if rate > 0.0}
+            reports = {f"player/{name}/report" for name in PLAYERS}
+            return {"world", "referee", *PLAYERS} <= running and {"clock", *reports} <= flowing
+
+        observer.wait_until(told, "the window to tell of everybody")
         print("HALT", file=view.stdin, flush=True)
         observer.wait_until(lambda: observer.state.halted is not None, "the halt")
         print("RESUME", file=view.stdin, flush=True)
-        observer.wait_until(lambda: observer.playing, "play to go on")
+        observer.wait_until(lambda: observer.playing, "play to go on by its button")
     finally:
         view.kill()
         view.wait()

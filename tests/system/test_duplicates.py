@@ -1,34 +1,42 @@
 """A match has one referee, one world, and one process a player."""
 
+import subprocess
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
-from tests.system.harness import Match
+from tests.system.harness import MINNOWS, Match
 
 pytestmark = pytest.mark.system
 
 
-@pytest.mark.parametrize(
-    ("command", "whom"),
-    [
-        (["coordinator", "MATCH"], "a coordinator named 'referee'"),
-        (["world", "MATCH"], "a world named 'world'"),
-        (["player", "MATCH", "ann"], "a player named 'ann'"),
-    ],
-    ids=["coordinator", "world", "player"],
-)
-def test_a_second_one_is_refused(match: Match, tmp_path: Path, command: list[str], whom: str) -> None:
+SECONDS = {
+    "a coordinator named 'referee'": ["coordinator", "MATCH"],
+    "a world named 'world'": ["world", "MATCH"],
+    "a player named 'ann'": ["player", "MATCH", "ann"],
+}
+"""The commands that start somebody who is there already, all at once: each waits whether the first one is about to end.
+"""
+
+
+def test_a_second_one_is_refused(match: Match, tmp_path: Path) -> None:
     observer = match.observer
     clock, restarts, epoch = observer.state.clock, match.said().count("started again"), observer.epoch
-    arguments = [str(match.run.match_file) if word == "MATCH" else word for word in command]
-    done = match.vrg(*arguments, "--router", match.endpoint, "--run", str(tmp_path / "other"))
-    assert done.returncode == 1
-    assert f"match 'long' already has {whom}" in done.stderr
-    assert "stop that process first" in done.stderr
-    assert "Traceback" not in done.stderr
-    observer.wait_until(lambda: observer.state.clock > clock, "the clock to go on")
-    assert observer.playing
+
+    def second(whom: str) -> subprocess.CompletedProcess[str]:
+        words = [str(match.run.match_file) if word == "MATCH" else word for word in SECONDS[whom]]
+        return match.vrg(*words, "--router", match.endpoint, "--run", str(tmp_path / words[0]))
+
+    with ThreadPoolExecutor(len(SECONDS)) as pool:
+        ends = dict(zip(SECONDS, pool.map(second, SECONDS), strict=True))
+    for whom, done in ends.items():
+        assert done.returncode == 1, whom
+        assert f"match 'long' already has {whom}" in done.stderr
+        assert "stop that process first" in done.stderr
+        assert "Traceback" not in done.stderr
+    observer.wait_until(lambda: observer.state.clock > clock, "the play clock to go on")
+    observer.wait_moving(*MINNOWS)
     assert observer.epoch == epoch
     assert match.said().count("started again") == restarts
 
@@ -38,4 +46,4 @@ def test_a_second_coordinator_of_the_same_run_folder_is_refused(match: Match) ->
     done = match.vrg("coordinator", str(match.run.match_file), "--router", match.endpoint, "--run", str(match.run.path))
     assert done.returncode == 1
     assert "another coordinator is writing it" in done.stderr
-    assert match.observer.playing
+    match.observer.wait_moving(*MINNOWS)

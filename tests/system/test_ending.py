@@ -9,7 +9,6 @@ import pytest
 
 from tests.system.conftest import Arena
 from tests.system.harness import PLAYERS, Match, long_match, short_match, wait_until
-from tests.system.observer import PATIENCE
 from vrg.bus.messages import Stage
 from vrg.coordinator.journal import read_journal
 from vrg.recording.reader import read_calls, read_tracks
@@ -18,8 +17,8 @@ pytestmark = pytest.mark.system
 
 
 def test_a_short_match_is_played_to_its_end(start: Callable[..., Match]) -> None:
-    match = start(short_match("short"))
-    assert match.wait_ended(4 * PATIENCE) == 0
+    match = start(short_match("short", pass_limit=25.0, rate=3.0))
+    assert match.play_out() == 0
     said, run = match.said(), match.run
     assert "killed" not in said
     assert "started again" not in said

@@ -55,9 +55,9 @@ def test_broken_players_are_named_and_out_and_can_be_replaced(start: Callable[..
         return player is not None and player.state == DISQUALIFIED
 
     observer.wait_until(lambda: all(map(out, CULPRITS)), "all broken players to be out", patience=120.0)
-    assert observer.playing, "nobody else was halted"
-    observer.wait_until(lambda: observer.moving("ann", "cid"), "the others to play")
-    called = {call.players[0]: call.text for call in observer.heard.calls if call.rule == "disqualified"}
+    assert observer.playing or observer.stalled, "nobody else was halted"
+    observer.wait_moving("ann", "cid")
+    called = {call.text.split(" ", 1)[0]: call.text for call in observer.heard.calls if call.rule == "disqualified"}
     for name, (_, why) in CULPRITS.items():
         if name in called:  # what was called before this observer came is in the journal alone
             assert called[name].startswith(f"{name} is disqualified: {why}")
@@ -83,4 +83,4 @@ def test_broken_players_are_named_and_out_and_can_be_replaced(start: Callable[..
         lambda: any(call.text == "raiser plays again from the next pass" for call in observer.heard.calls),
         "it to be back",
     )
-    assert observer.playing
+    observer.wait_moving("cid")

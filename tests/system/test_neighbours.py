@@ -26,6 +26,6 @@ def test_two_matches_that_start_at_once_are_both_played(arena: Arena, tmp_path: 
         left.observer.wait_until(lambda: left.observer.state.halted, "the halt of one")
         clock = right.observer.state.clock
         right.observer.wait_until(lambda: right.observer.state.clock > clock, "the other to go on")
-        assert right.observer.playing
+        right.observer.wait_moving()
         for match in matches:
             assert "started again" not in match.said()

@@ -24,7 +24,7 @@ def test_it_needs_only_zenoh_and_messagepack() -> None:
 def test_it_hears_the_match_and_drives_a_robot(match: Match) -> None:
     observer = match.observer
     command = [sys.executable, "-I", str(PROGRAM), match.keys.match, "bob", "--router", match.endpoint]
-    with subprocess.Popen([*command, "--seconds", "60"], stdout=subprocess.PIPE, text=True) as program:
+    with subprocess.Popen([*command, "--seconds", "600"], stdout=subprocess.PIPE, text=True) as program:
         try:
             observer.wait_until(lambda: observer.heard.reports["bob"][-1].body.manual, "the program to hold the lease")
             observer.wait_until(lambda: observer.body("bob").w > 0.2, "its robot to turn")
@@ -34,4 +34,4 @@ def test_it_hears_the_match_and_drives_a_robot(match: Match) -> None:
         finally:
             program.terminate()
     observer.wait_until(lambda: not observer.heard.reports["bob"][-1].body.manual, "the lease to end")
-    observer.wait_until(lambda: observer.moving("bob"), "its player to drive on")
+    observer.wait_moving("bob")

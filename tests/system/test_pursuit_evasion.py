@@ -29,7 +29,8 @@ launch_window = 1.0
 
 
 def test_an_auction_survives_the_death_of_the_referee(tmp_path: Path) -> None:
-    text = match_path("pursuit-evasion").read_text().replace("[rules]", RULES).replace("pybullet", "planar")
+    text = match_path("pursuit-evasion").read_text().replace("[rules]", RULES)
+    text = text.replace('engine = "pybullet"', 'engine = "planar"\nrate = 3.0')
     with Match(tmp_path, text, movers=("intruder1",)) as match:
         observer = match.observer
         found: list[Auction] = []
@@ -39,12 +40,14 @@ def test_an_auction_survives_the_death_of_the_referee(tmp_path: Path) -> None:
             return bool(found)
 
         observer.wait_until(bidden, "a bid in an auction")
-        auction = found[0]
+        auction, sender = found[0], observer.heard.states[-1].sender
         assert auction.winner is None
         old = match.child("coordinator")
         old.send_signal(signal.SIGKILL)
         match.wait_replaced("coordinator", old)
-        observer.wait_until(lambda: observer.state.halted, "the referee to be back, in HALT")
+        observer.wait_until(
+            lambda: observer.heard.states[-1].sender != sender and observer.state.halted, "the referee to be back"
+        )
         again = observer.state.auction(auction.lot)
         assert again is not None, "the auction is still open"
         assert (again.opened, again.bidders, again.winner) == (auction.opened, auction.bidders, None)
@@ -52,7 +55,7 @@ def test_an_auction_survives_the_death_of_the_referee(tmp_path: Path) -> None:
         observer.wait_until(
             lambda: any(call.rule == "dispatch" for call in observer.heard.calls), "somebody to win", 120.0
         )
-        assert match.wait_ended(240.0) == 0
+        assert match.play_out() == 0
         result = json.loads(match.run.result.read_text())
         assert result["score"]["pursuers"] + result["score"]["intruders"] == 2
         assert result["radio"]["lost"] > 0

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from tests.system.harness import MINNOWS, PLAYERS, Match, long_match
+from tests.system.harness import MINNOWS, PLAYERS, Match, long_match, patient
 from tests.system.observer import Observer
 from vrg.bus.messages import OfficialAction, at_rest
 from vrg.recording.stops import HOLD
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.system
 
 TICK = 0.02
 """The match time in s between two ticks of the world."""
-SEEN = 0.1
+SEEN = 0.5
 """The match time in s by which the observer and the launcher may hear the same thing at different times."""
 
 
@@ -44,7 +44,8 @@ def fail_player(match: Match, name: str, fault: signal.Signals) -> None:
     old = match.child(name)
     old.send_signal(fault)
     match.wait_replaced(name, old)
-    match.observer.wait_until(lambda: match.observer.moving(name), f"{name} to move again")
+    assert match.observer.halts_nobody_else(name), match.observer.state.halted
+    match.go_on()
 
 
 def go_wrong(match: Match) -> None:
@@ -72,7 +73,7 @@ def go_wrong(match: Match) -> None:
 
 
 def test_every_fault_of_a_match_is_certified_once_and_as_it_was_seen(start: Callable[..., Match]) -> None:
-    match = start(long_match("faults"))
+    match = start(patient(long_match("faults")))
     go_wrong(match)
     observer, heard = match.observer, match.observer.heard
     told = json.loads(match.command("stops", str(match.run.path), "--json"))
@@ -89,7 +90,9 @@ def test_every_fault_of_a_match_is_certified_once_and_as_it_was_seen(start: Call
     assert "hangs" in deaths["bob"]["what"]
     [estop] = [i for i in told["incidents"] if i["kind"] == "estop"]
     assert "a test" in estop["what"]
-    halts = [i for i in told["incidents"] if i["kind"] == "halt"]
+    # On a slow machine the next player comes so late that the match is halted for that, too.
+    away = [f"{name} has not reported" for name in ("ann", "bob")]
+    halts = [i for i in told["incidents"] if i["kind"] == "halt" and not any(words in i["what"] for words in away)]
     assert ["called by observer" in i["what"] for i in halts].count(True) == 1
     assert sum("the world" in i["what"] for i in halts) == len(halts) - 1
 

@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from tests.requirements import missing
+from tests.system.harness import DEADLINE
 from vrg.config.loading import load_match
 
 pytestmark = pytest.mark.system
@@ -48,7 +49,7 @@ class Terminal:
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGINT)
         try:
-            self.process.wait(60)
+            self.process.wait(DEADLINE)
         finally:
             self.process.kill()
             os.close(self._fd)
@@ -73,7 +74,7 @@ def test_a_match_is_changed_in_the_window_and_played_in_the_terminal(
         )
         return done.stdout.strip()
 
-    file, deadline = tmp_path / "final.toml", time.monotonic() + 90
+    file, deadline = tmp_path / "final.toml", time.monotonic() + DEADLINE
     # Without a window manager the only window has the focus; until it is there, nothing has it.
     while do("getwindowfocus") in ("", "1"):
         terminal.read()

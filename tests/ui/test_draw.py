@@ -1,6 +1,7 @@
 """Pictures, looked at pixel by pixel."""
 
 import dataclasses
+import itertools
 import math
 
 import pygame
@@ -92,26 +93,25 @@ def test_a_banner_appears(scene_at, changes, colour, heading):
     assert close_to(colours_near(plain, left_end, 5), colour) == 0
 
 
-@pytest.mark.parametrize("size", [(800, 600), (1280, 800), (1920, 1080)])
-@pytest.mark.parametrize(
-    "changes",
-    [
+def test_no_banner_covers_the_field(scene_at):
+    every = [
         {},
         {"stage": m.Stage.INITIALIZE, "waiting": [f"{name} is not on its mark" for name in "abcdefgh"]},
         {"halted": "a cable " * 40, "way_out": "plug it in " * 20},
         {"estop": True, "live": False, "halted": "smoke"},
         {"stage": m.Stage.GAME_OVER, "winner": "sharks"},
-    ],
-)
-def test_no_banner_covers_the_field(scene_at, changes, size):
-    scene = scene_at(10.0, **changes)
-    surface = pygame.Surface(size)
-    view = Painter().draw(surface, scene)
-    ui = min(2.5, max(0.8, math.sqrt(size[0] * size[1] / (1280 * 800))))
-    area = pygame.Rect(0, 0, size[0] - round(min(340 * ui, 0.45 * size[0])), size[1])
-    banner = BannerPainter(Fonts()).height(area, scene, ui)
-    corners = [view.point(x, y) for zone in scene.zones for x, y in zone.region.outline()]
-    assert min(y for _, y in corners) >= min(banner, size[1] // 2)
+    ]
+    wrong = []
+    for changes, size in itertools.product(every, [(800, 600), (1280, 800), (1920, 1080)]):
+        scene = scene_at(10.0, **changes)
+        view = Painter().draw(pygame.Surface(size), scene)
+        ui = min(2.5, max(0.8, math.sqrt(size[0] * size[1] / (1280 * 800))))
+        area = pygame.Rect(0, 0, size[0] - round(min(340 * ui, 0.45 * size[0])), size[1])
+        banner = BannerPainter(Fonts()).height(area, scene, ui)
+        top = min(view.point(x, y)[1] for zone in scene.zones for x, y in zone.region.outline())
+        if top < min(banner, size[1] // 2):
+            wrong.append(f"{size}, {changes}: a banner to {banner}, the field from {top}")
+    assert not wrong, "\n".join(wrong)
 
 
 def test_banners_name_no_keys_that_have_no_meaning_in_a_window(scene_at):

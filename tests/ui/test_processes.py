@@ -35,13 +35,13 @@ def test_each_process_is_shown_with_what_it_tells_itself() -> None:
     mailbox = Mailbox()
     board = Board(mailbox, KEYS)
     tell(mailbox, KEYS.processes.key, Processes(processes=[ROUTER, ANN, AWAY]))
-    pulse = Pulse(ticks=90, missed=3, frequency=9.96, late=0.012, drift=-4e-5)
+    pulse = Pulse(ticks=90, missed=3, frequency=9.96, late=0.012, drift=-4e-5, refused=7)
     tell(mailbox, KEYS.pulse("player", "ann").key, pulse)
     tell(mailbox, KEYS.pulse("player", "bob").key, pulse)
     lines = written(process_table(board.look())).splitlines()
     assert lines[1].split() == ["here", "router", "running", "0%", "1", "MB"]
     assert lines[2].split() == [
-        "lab2", "ann", "running", "10.0", "3", "12", "ms", "-40", "ppm", "25%", "48", "MB", "2",
+        "lab2", "ann", "running", "10.0", "3", "7", "12", "ms", "-40", "ppm", "25%", "48", "MB", "2",
     ]  # fmt: skip
     assert lines[3].split() == ["lab3", "bob", "away"], "what it told before counts no more"
     assert board.machines == {"here", "lab2", "lab3"}

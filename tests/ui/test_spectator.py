@@ -175,4 +175,4 @@ def test_the_mixer_is_never_started():
     )
     environment = {**os.environ, "SDL_VIDEODRIVER": "dummy"}
     environment.pop("SDL_AUDIODRIVER")
-    subprocess.run([sys.executable, "-c", program], check=True, env=environment, timeout=60)
+    subprocess.run([sys.executable, "-c", program], check=True, env=environment, timeout=300)

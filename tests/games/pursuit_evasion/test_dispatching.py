@@ -12,6 +12,7 @@ from tests.games.pursuit_evasion.making import SETTINGS, STARTS, Play, book, cro
 from vrg.bus.messages import PlayerStatus, Sighting, Stage
 from vrg.coordinator.match import Match
 from vrg.coordinator.rulebook import Disqualification, Field, Offer
+from vrg.games.pursuit_evasion import SIGHTINGS_AT_ONCE
 from vrg.games.pursuit_evasion.state import State
 from vrg.types import Pose, Vector
 
@@ -115,7 +116,7 @@ def test_sightings_are_counted_as_by_hand(seed: int) -> None:
     rules = book()
     where = {"i0": tuple(rng.uniform(2, 8, 2).tolist()), "i1": tuple(rng.uniform(2, 8, 2).tolist())}
     seen, expected = [], {"i0": 0, "i1": 0}
-    for i, time in enumerate(np.sort(rng.uniform(7.0, 10.4, 12)).tolist()):
+    for i, time in enumerate(np.sort(rng.uniform(7.0, 10.4, SIGHTINGS_AT_ONCE)).tolist()):
         name = ("i0", "i1")[i % 2]
         x, y = (np.array(where[name]) + rng.normal(0, 0.5, 2)).tolist()
         who = rng.choice(["p0", "p1", "i1", "stranger"])

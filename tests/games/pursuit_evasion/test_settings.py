@@ -2,6 +2,8 @@
 
 import math
 import random
+import re
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -34,9 +36,8 @@ def test_a_corner_on_a_side_is_no_harm() -> None:
     assert Settings(area=((0, 0), (5, 0), (10, 0), (10, 10), (0, 10))).region.contains(5.0, 0.0)
 
 
-@pytest.mark.parametrize(
-    ("area", "told"),
-    [
+def test_an_area_that_is_none_is_refused() -> None:
+    expected: list[tuple[object, str]] = [
         (((0, 0), (10, 0), (5, 2), (5, 10)), "bends inwards"),
         (((0, 0), (10, 0), (10, 10), (5, 1), (0, 10)), r"corner 4, \(5, 1\), the border bends inwards"),
         (((0, 0), (10, 10), (10, 0), (0, 10)), "crosses itself"),
@@ -53,20 +54,25 @@ def test_a_corner_on_a_side_is_no_harm() -> None:
         (((0, 0), (10, 0), (math.inf, 10)), "finite|less than"),
         (((0, 0), (10, 0), (10, 1e5)), "less than or equal to 10000"),
         (((0, 0), (10, 0), (10,)), "required|missing"),
-    ],
-)
-def test_an_area_that_is_none_is_refused(area: object, told: str) -> None:
-    with pytest.raises(ValidationError, match=f"(?i){told}"):
-        Settings.model_validate({"area": area})
+    ]
+    wrong = []
+    for area, told in expected:
+        try:
+            Settings.model_validate({"area": area})
+        except ValidationError as error:
+            if not re.search(told, str(error), re.IGNORECASE):
+                wrong.append(f"{area}, expected {told}: {error}")
+        else:
+            wrong.append(f"{area} is accepted")
+    assert not wrong, "\n".join(wrong)
 
 
 def test_a_star_is_refused() -> None:
     assert not_convex([PENTAGON[2 * i % 5] for i in range(5)]) is not None
 
 
-@pytest.mark.parametrize(
-    "changed",
-    [
+def test_numbers_that_make_no_sense_are_refused() -> None:
+    changes: list[dict[str, object]] = [
         {"capture_distance": 0},
         {"capture_distance": -1},
         {"capture_distance": math.nan},
@@ -79,11 +85,13 @@ def test_a_star_is_refused() -> None:
         {"intruder_speed": -0.5},
         {"lineup_limit": 0},
         {"size": 3},
-    ],
-)
-def test_numbers_that_make_no_sense_are_refused(changed: dict[str, object]) -> None:
-    with pytest.raises(ValidationError):
-        Settings.model_validate({"area": SQUARE} | changed)
+    ]
+    wrong = []
+    for changed in changes:
+        with suppress(ValidationError):
+            Settings.model_validate({"area": SQUARE} | changed)
+            wrong.append(str(changed))
+    assert not wrong, "\n".join(wrong)
 
 
 def test_the_defaults_are_those_of_the_rules() -> None:

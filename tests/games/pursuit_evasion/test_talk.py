@@ -104,9 +104,8 @@ def test_the_example_that_is_spoilt_below_is_understood() -> None:
     assert understood(GOOD) is not None
 
 
-@pytest.mark.parametrize(
-    "spoilt",
-    [
+def test_what_is_spoilt_is_not_understood() -> None:
+    spoilt: list[dict[str, Any]] = [
         {"pose": [1.0, 2.0, 3.0, 0.1]},
         {"pose": [1.0, 2.0, 3.0, 0.1, math.nan]},
         {"pose": [1.0, 2.0, 3.0, 0.1, math.inf]},
@@ -138,18 +137,15 @@ def test_the_example_that_is_spoilt_below_is_understood() -> None:
         {"free": [[1.0, 2.0, 0.0, -1.5, 0.1], b"\x10", 3]},
         {"free": {"a": 1, "b": 2}},
         {"free": "ab"},
-    ],
-    ids=str,
-)
-def test_what_is_spoilt_is_not_understood(spoilt: dict[str, Any]) -> None:
-    assert understood({**GOOD, **spoilt}) is None
+    ]
+    wrong = [str(part) for part in spoilt if understood({**GOOD, **part}) is not None]
+    assert not wrong, "\n".join(wrong)
 
 
-@pytest.mark.parametrize(
-    "said", [None, 3, 2.5, True, "hello", b"hello", [], [1, 2], {}, {"pose": [1, 2, 3, 4, 5]}, {1: 2}], ids=repr
-)
-def test_what_something_else_says_is_not_understood(said: Any) -> None:
-    assert understood(said) is None
+def test_what_something_else_says_is_not_understood() -> None:
+    said: list[Any] = [None, 3, 2.5, True, "hello", b"hello", [], [1, 2], {}, {"pose": [1, 2, 3, 4, 5]}, {1: 2}]
+    wrong = [repr(thing) for thing in said if understood(thing) is not None]
+    assert not wrong, "\n".join(wrong)
 
 
 def test_who_has_seen_nothing_through_its_laser_is_understood() -> None:

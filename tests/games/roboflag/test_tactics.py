@@ -260,23 +260,23 @@ class TestShields:
 
 
 class TestFormation:
-    @pytest.mark.parametrize("team", ["red", "blue"])
-    @pytest.mark.parametrize("flanks", [1, 2])
-    @pytest.mark.parametrize("number", [1, 2, 3, 4, 5, 8])
-    def test_attackers_form_up_on_their_half_inside_the_field_and_apart(
-        self, team: str, flanks: int, number: int
-    ) -> None:
-        names = [f"{team}{i}" for i in range(number)]
-        g = ground(team)
-        found = places(g, names, flanks)
-        assert set(found) == set(names)
-        assert all(g.inner.distance(*place) < 1e-9 for place in found.values())
-        assert all(g.beyond(x) == pytest.approx(-BEHIND) for x, _ in found.values())
-        for group in groups(names, flanks):
-            ys = sorted(found[name][1] for name in group)
-            assert all(b - a <= APART + 1e-9 for a, b in itertools.pairwise(ys))
-        spots = sorted(y for _, y in found.values())
-        assert all(b - a > 0.1 for a, b in itertools.pairwise(spots))
+    def test_attackers_form_up_on_their_half_inside_the_field_and_apart(self) -> None:
+        wrong = []
+        for team, flanks, number in itertools.product(("red", "blue"), (1, 2), (1, 2, 3, 4, 5, 8)):
+            names = [f"{team}{i}" for i in range(number)]
+            g = ground(team)
+            found = places(g, names, flanks)
+            rows = [sorted(found[name][1] for name in group) for group in groups(names, flanks)]
+            spots = sorted(y for _, y in found.values())
+            formed = {
+                "everybody": set(found) == set(names),
+                "inside the field": all(g.inner.distance(*place) < 1e-9 for place in found.values()),
+                "on their half": all(g.beyond(x) == pytest.approx(-BEHIND) for x, _ in found.values()),
+                "together": all(b - a <= APART + 1e-9 for ys in rows for a, b in itertools.pairwise(ys)),
+                "apart": all(b - a > 0.1 for a, b in itertools.pairwise(spots)),
+            }
+            wrong += [f"{number} of {team}, {flanks} flanks: not {what}" for what, well in formed.items() if not well]
+        assert not wrong, "\n".join(wrong)
 
     def test_two_groups_are_along_the_two_borders(self) -> None:
         found = places(ground(), ["red1", "red2", "red3", "red4"], 2)

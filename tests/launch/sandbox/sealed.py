@@ -11,7 +11,7 @@ from vrg.launch.sandbox.player import entries_of, libraries
 from vrg.launch.sandbox.policy import Policy, files
 from vrg.launch.sandbox.seal import seal
 
-PATIENCE = 60
+PATIENCE = 180
 """s of real time that a sealed process may take."""
 
 
@@ -25,7 +25,13 @@ def policy(folder: Path, *, port: int = 7447, hidden: tuple[Path, ...] = (), cor
         written=[folder / "statistics.json"],
         entries=entries_of,
     )
-    return Policy(files=allowed, port=port, folder=folder / "own", memory=400, core=core)
+    return Policy(files=allowed, port=port, folder=folder / "own", memory=400 + _used(), core=core)
+
+
+def _used() -> int:
+    """The memory in MB that a fork of this process, which may have run many tests, begins with."""
+    pages = int(Path("/proc/self/statm").read_text().split()[5])
+    return pages * os.sysconf("SC_PAGE_SIZE") // 1_000_000
 
 
 def sealed(wanted: Policy, action: Callable[[], object]) -> object:

@@ -7,7 +7,7 @@ import pytest
 from tests.system.harness import short_match
 from vrg.config.loading import load_match
 from vrg.errors import SandboxError
-from vrg.launch.result import write_result
+from vrg.launch.result import summary, write_result
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.sandbox import seal
 from vrg.launch.serving import serve
@@ -35,6 +35,8 @@ def test_a_player_that_cannot_be_sealed_does_not_start(tmp_path: Path, monkeypat
         "7",
         '{"radio": 5}',
         '{"radio": {"bob": {"lost": "x"}}}',
+        '{"refused": 5}',
+        '{"refused": {"vrg/m/clock": "x"}}',
     ],
 )
 def test_a_result_is_written_whatever_a_player_says_of_itself(tmp_path: Path, said: str) -> None:
@@ -43,6 +45,9 @@ def test_a_result_is_written_whatever_a_player_says_of_itself(tmp_path: Path, sa
     folder = RunFolder(tmp_path / "run")
     folder.prepare()
     (folder.logs / "ann.json").write_text(said)
-    (folder.logs / "bob.json").write_text('{"ticks": 3}')
+    (folder.logs / "bob.json").write_text('{"ticks": 3, "refused": {"vrg/m/clock": 2, "vrg/m/estop": 1}}')
+    (folder.logs / "cid.json").write_text('{"ticks": 4, "refused": {}}')
     result = write_result(setup, folder, None, "interrupted")
-    assert result["processes"] == {"bob": {"ticks": 3}}
+    assert set(result["processes"]) == {"bob", "cid"}
+    assert result["refused"] == {"bob": {"vrg/m/clock": 2, "vrg/m/estop": 1}}
+    assert "3 messages under a wrong key refused" in summary(result)

@@ -1,6 +1,7 @@
 """Which system calls the filter refuses, on both processors."""
 
 import errno
+import itertools
 import socket
 
 import pytest
@@ -75,15 +76,11 @@ def test_threads_are_made_and_processes_are_not(architecture: Architecture, filt
     assert asked(architecture, filtering, "clone3") == UNKNOWN
 
 
-@pytest.mark.parametrize("call", ["kill", "tgkill", "rt_sigqueueinfo"])
-@pytest.mark.parametrize(
-    ("target", "answer"),
-    [(PID, ALLOW), (1, NOT_PERMITTED), (0, NOT_PERMITTED), (-1, NOT_PERMITTED), (-PID, NOT_PERMITTED)],
-)
-def test_signals_are_sent_to_oneself_only(
-    architecture: Architecture, filtering: list[Instruction], call: str, target: int, answer: int
-) -> None:
-    assert asked(architecture, filtering, call, target) == answer
+def test_signals_are_sent_to_oneself_only(architecture: Architecture, filtering: list[Instruction]) -> None:
+    answers = {PID: ALLOW, 1: NOT_PERMITTED, 0: NOT_PERMITTED, -1: NOT_PERMITTED, -PID: NOT_PERMITTED}
+    calls = itertools.product(("kill", "tgkill", "rt_sigqueueinfo"), answers.items())
+    wrong = [f"{call} to {to}" for call, (to, answer) in calls if asked(architecture, filtering, call, to) != answer]
+    assert not wrong, "\n".join(wrong)
 
 
 def test_bounds_are_looked_up_for_oneself_only(architecture: Architecture, filtering: list[Instruction]) -> None:
@@ -113,11 +110,13 @@ SOCKETS = {
 }
 
 
-@pytest.mark.parametrize(("arguments", "allowed"), SOCKETS.values(), ids=SOCKETS)
-def test_only_sockets_of_tcp_are_made(
-    architecture: Architecture, filtering: list[Instruction], arguments: tuple[int, ...], allowed: bool
-) -> None:
-    assert asked(architecture, filtering, "socket", *arguments) == (ALLOW if allowed else DENIED)
+def test_only_sockets_of_tcp_are_made(architecture: Architecture, filtering: list[Instruction]) -> None:
+    wrong = [
+        name
+        for name, (arguments, allowed) in SOCKETS.items()
+        if asked(architecture, filtering, "socket", *arguments) != (ALLOW if allowed else DENIED)
+    ]
+    assert not wrong, "\n".join(wrong)
 
 
 def test_a_robots_bus_gets_its_own_sockets(architecture: Architecture) -> None:

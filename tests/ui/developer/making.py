@@ -57,7 +57,7 @@ class Bench:
         for inlet in self.node.mailbox.inlets:
             if inlet.topic.type is topic.type:
                 inlet.offer(Received(topic.key, stamp, self.number, body))
-        self.traffic.arrived(topic.key, encode(body, stamp, self.number))
+        self.traffic.arrived(topic.key, encode(Received(topic.key, stamp, self.number, body)))
 
     def tick(self, *, live: bool = True) -> list[m.Message]:
         """One tick with all that is said; what the window published."""
@@ -124,7 +124,9 @@ class Bench:
         ]  # fmt: skip
         self.tell(KEYS.processes, Processes(processes=statuses))
         for name in self.names:
-            pulse = m.Pulse(ticks=100, missed=3 if name == self.names[0] else 0, frequency=10.0, late=0.002, drift=1e-5)
+            pulse = m.Pulse(
+                ticks=100, missed=3 if name == self.names[0] else 0, frequency=10.0, late=0.002, drift=1e-5, refused=4
+            )
             self.tell(KEYS.pulse("player", name), pulse)
 
     def press(self, key: int, mod: int = 0) -> list[m.Message]:

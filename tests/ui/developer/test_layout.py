@@ -7,18 +7,20 @@ import pytest
 from vrg.ui.developer.layout import layout
 
 
-@pytest.mark.parametrize("size", [(1280, 720), (1920, 1080), (1024, 768), (900, 1200)])
-@pytest.mark.parametrize("players", [2, 7, 16])
-def test_nothing_lies_upon_anything_else_and_all_is_in_the_window(size, players):
-    places = layout(*size, players)
-    groups = [places.overlays, places.buttons, places.tabs]
-    singles = [places.field, places.notice, places.head, places.players, places.page]
-    areas = [area for group in groups for area in group.values()] + singles
-    for one, other in itertools.combinations(areas, 2):
-        assert not one.colliderect(other)
-    for area in areas:
-        assert 0 <= area.left < area.right <= size[0]
-        assert 0 <= area.top < area.bottom <= size[1]
+def test_nothing_lies_upon_anything_else_and_all_is_in_the_window():
+    wrong = []
+    for size, players in itertools.product([(1280, 720), (1920, 1080), (1024, 768), (900, 1200)], (2, 7, 16)):
+        places = layout(*size, players)
+        groups = [places.overlays, places.buttons, places.tabs]
+        singles = [places.field, places.notice, places.head, places.players, places.page]
+        areas = [area for group in groups for area in group.values()] + singles
+        for one, other in itertools.combinations(areas, 2):
+            if one.colliderect(other):
+                wrong.append(f"{size}, {players} players: {one} and {other}")
+        for area in areas:
+            if not (0 <= area.left < area.right <= size[0] and 0 <= area.top < area.bottom <= size[1]):
+                wrong.append(f"{size}, {players} players: {area}")
+    assert not wrong, "\n".join(wrong)
 
 
 @pytest.mark.parametrize("size", [(1280, 720), (1920, 1080)])

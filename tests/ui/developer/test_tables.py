@@ -106,6 +106,13 @@ def test_the_details_of_a_player_tell_poses_streams_process_and_radio(bench):
     assert "Click a player" in told(details.details(bench.node.insight, None))[0]
 
 
+def test_what_came_under_a_wrong_key_is_an_alarm():
+    stream = Stream("estop", 0.0, 0.0, 1.0, lost=7, bad=1, misrouted=2)
+    assert streams.health(stream) is Tone.ALARM
+    [line] = streams.streams([stream], None).lines
+    assert line.cells[-1].text.endswith("+1 bad +2 misrouted")
+
+
 def test_bad_streams_stand_first_until_a_heading_sorts_them():
     good = Stream("clock", 50.0, 1000.0, 0.0, longest=0.05)
     losing = Stream("poses", 40.0, 9000.0, 0.0, lost=3, lately=2, longest=0.1)
@@ -131,12 +138,12 @@ def test_processes_tell_load_missed_ticks_restarts_and_clock(bench):
     bench.processes(cpu=0.93, restarts=2)
     bench.ticks(2)
     grid = tables.processes(bench.node.insight)
-    assert row(grid, "robot1") == ["robot1", "running", "93%", "48", "10.0", "3", "2", "2", "+10"]
-    assert [cell.tone for cell in grid.lines[0].cells][5:7] == [Tone.CAUTION, Tone.CAUTION]
+    assert row(grid, "robot1") == ["robot1", "running", "93%", "48", "10.0", "3", "4", "2", "2", "+10"]
+    assert [cell.tone for cell in grid.lines[0].cells][5:8] == [Tone.CAUTION, Tone.ALARM, Tone.CAUTION]
     bench.processes(state=ProcessState.ENDED, pid=None)
     bench.ticks(2)
     grid = tables.processes(bench.node.insight)
-    assert row(grid, "robot1") == ["robot1", "ended", "", "", "", "", "0", "", ""]
+    assert row(grid, "robot1") == ["robot1", "ended", "", "", "", "", "", "0", "", ""]
 
 
 @pytest.mark.parametrize("grid", [tables.PLAYER_COLUMNS, streams.STREAM_COLUMNS, tables.PROCESS_COLUMNS])

@@ -15,7 +15,7 @@ from vrg.ui.web.headers import foreign
 from vrg.ui.web.requests import REQUEST_LIMIT, Action, Command, Wishes
 from vrg.ui.web.server import IN_FLIGHT, WebServer
 
-PATIENCE = 20.0
+PATIENCE = 60.0
 """s of real time for anything to happen."""
 
 
