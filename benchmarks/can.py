@@ -42,7 +42,7 @@ from common import arguments, machine, median, show
 
 PARTS = ("links", "codec", "load", "delay", "stop", "axes", "estop", "udp")
 MATCHES = ("estop", "udp")
-QUICK_SECONDS, SECONDS = 2.0, 60.0
+QUICK_SECONDS, SECONDS = 1.0, 60.0
 _CALLS = 20_000
 
 Part = tuple[str, list[dict[str, Any]], list[str]]

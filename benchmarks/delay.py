@@ -305,7 +305,7 @@ def main() -> None:
     parser = arguments(__doc__)
     parser.add_argument("--rounds", type=int, default=None)
     options = parser.parse_args()
-    seconds = 8.0 if options.quick else 25.0
+    seconds = 4.0 if options.quick else 25.0
     cases: dict[str, list[Run]] = {"pybullet": [], "planar": []}
     for _ in range(options.rounds or (1 if options.quick else 2)):
         for engine, runs in cases.items():

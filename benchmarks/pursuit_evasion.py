@@ -198,7 +198,7 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=2, help="matches at a time")
     parser.add_argument("--plot", type=Path, help="where to draw the curve of `radio`")
     options = parser.parse_args()
-    seeds = 4 if options.quick else options.seeds
+    seeds = 2 if options.quick else options.seeds
     plan = list({"capture": captures, "radio": radio}[options.experiment](options.courses, options.engine, seeds))
     rows = []
     with ProcessPoolExecutor(options.jobs) as pool:

@@ -139,7 +139,7 @@ def main() -> None:
     engines = (options.engine,) if options.engine else ("pybullet", "planar")
     lasers = (options.lasers == "yes",) if options.lasers else (True, False)
     cases = [Case(e, n, with_) for n in options.robots for e in engines for with_ in lasers]
-    seconds = 5.0 if options.quick else 30.0
+    seconds = 2.0 if options.quick else 30.0
     if options.profile:
         options.profile.write_text(profiled(cases[0], seconds))
         print(options.profile.read_text())

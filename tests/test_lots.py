@@ -99,3 +99,35 @@ def test_a_name_that_no_lot_has_is_told() -> None:
     )
     assert done.returncode == 2
     assert "expected beginnings of system-2, system-3, vcan-tools" in done.stderr
+
+
+def test_what_failed_is_run_once_more_alone_and_named(
+    lots: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    ended = tmp_path / "ended"
+
+    def command(code: str) -> tuple[str, ...]:
+        return (sys.executable, "-c", f"import pathlib, time; ended = pathlib.Path({str(ended)!r}); {code}")
+
+    def first(*failed: str) -> object:
+        lines = "\n".join(f"FAILED tests/test_a.py::{test} - no" for test in failed)
+        return lots.Lot("first", (command(f"print({lines!r}); raise SystemExit(1)"),))
+
+    def beside() -> object:
+        return lots.Lot("beside", (command("time.sleep(0.5); ended.touch(); print('1 passed')"),))
+
+    fails = {True: "raise SystemExit('no')", False: "print('yes'); raise SystemExit(not ended.exists())"}
+    monkeypatch.setattr(lots.Lot, "alone", lambda lot, test: command(fails[test.endswith("always")]))
+    monkeypatch.setattr(sys, "argv", ["lots"])
+    many = [f"seldom{number}" for number in range(lots.AGAIN + 1)]
+    for failed, status, told in (
+        (["seldom"], 0, r"green after 0:\d\d, but these passed only alone.*\n    tests/test_a.py::seldom\n$"),
+        (["seldom", "always"], 1, "1 of 2 lots are red"),
+        (many, 1, "1 of 2 lots are red"),
+    ):
+        ended.unlink(missing_ok=True)
+        monkeypatch.setattr(lots, "all_lots", lambda failed=failed: [first(*failed), beside()])
+        assert lots.main() == status
+        printed = capsys.readouterr().out
+        assert re.search(told, printed), printed
+        assert ("first-again-1" in printed) == (failed != many)
