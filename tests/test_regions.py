@@ -153,3 +153,15 @@ def test_a_polygon_that_is_shrunk_to_nothing_leaves_its_middle(length: float, wi
     flat = Polygon(((0.0, 0.0), (length, 0.0), (length, width), (0.0, width)))
     left = flat.shrunk(min(length, width) / 2)
     assert left.middle == pytest.approx((length / 2, width / 2), abs=1e-3)
+
+
+@given(any_region, near, near)
+def test_the_signed_distance_tells_the_side_and_how_far_the_border_is(
+    region: Region, point: tuple[float, float], other: tuple[float, float]
+) -> None:
+    away = region.signed_distance(*point)
+    if not is_near_the_border(region, point):
+        assert (away <= 0.0) == region.contains(*point)
+    if math.dist(point, other) < abs(away) - CHORD:
+        assert region.contains(*other) == region.contains(*point), "nothing nearer is on the other side"
+    assert abs(region.signed_distance(*other) - away) <= math.dist(point, other) + CHORD

@@ -67,6 +67,16 @@ class _Shape(Struct, frozen=True, tag_field="shape", forbid_unknown_fields=True)
         """The distance from the point to the region, m; 0 inside."""
         return 0.0 if self.contains(x, y) else math.dist((x, y), self.nearest(x, y))
 
+    def signed_distance(self, x: float, y: float) -> float:
+        """The distance from the point to the border, m: positive outside, and negative or 0 inside."""
+        return -self.depth(x, y) if self.contains(x, y) else self.distance(x, y)
+
+    def depth(self, x: float, y: float) -> float:
+        """The distance from a point inside to the border, m; where points stand for an arc, to their chords."""
+        corners = self.outline()
+        sides = zip(corners, turned(corners), strict=True)
+        return min(math.dist((x, y), nearest_on_segment((x, y), a, b)) for a, b in sides)
+
     def exit_fraction(self, start: Vector, end: Vector) -> float | None:
         """The fraction of the way from start to end at which it leaves the region; None if it ends inside.
 
@@ -165,6 +175,10 @@ class Circle(_Shape, frozen=True, tag="circle"):
     def inside(self, start: Vector, end: Vector) -> tuple[float, float] | None:
         """The stretch that is inside, from the roots of a quadratic equation."""
         return in_disc(start, end, (self.x, self.y), self.radius)
+
+    def depth(self, x: float, y: float) -> float:
+        """The distance from a point inside to the border, m."""
+        return self.radius - math.hypot(x - self.x, y - self.y)
 
     def nearest(self, x: float, y: float) -> Vector:
         """The point itself if it is inside, or the nearest point of the border."""

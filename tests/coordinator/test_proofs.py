@@ -1,6 +1,8 @@
 """Why calls were made: of every call of whole matches the deciding numbers hold, and they are drawn to scale."""
 
+import math
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -71,6 +73,41 @@ def test_the_numbers_that_decided_every_call_of_a_match_hold(
     proved = {case.call.rule for case in cases if prover(book, case)}
     assert proved >= GAMES[game]
     assert unproved(prover, book, cases) == []
+
+
+@pytest.mark.parametrize("game", GAMES)
+def test_each_number_can_prove_a_call_wrong(runs: Mapping[str, tuple[MatchSetup, RunFolder]], game: str) -> None:
+    """A call with a pose or a clock that is not the true one fails by the very number that it changes."""
+    setup, run = runs[game]
+    book, prover = rulebook_of(setup), game_of(game).load_prover()
+    assert prover is not None
+    cases = list(cases_of(book, read_evidence(run.evidence), read_journal(run.journal)[1]))
+    cases.sort(key=lambda case: len(case.call.poses))
+    proved = {case.call.rule: case for case in cases if prover(book, case)}
+    for rule, case in proved.items():
+        for measure in prover(book, case):
+            told = {disagreement.what for one in changed(case) for disagreement in unproved(prover, book, [one])}
+            assert any(f"but {measure.what}: " in what for what in told), f"{rule}: {measure} holds whatever happened"
+
+
+def changed(case: Case) -> list[Case]:
+    """The same call at another time, or with one of its players elsewhere."""
+    found = [replace(case, call=structs.replace(case.call, clock=clock)) for clock in (-1.0, 0.0)]
+    for at, name in enumerate(case.call.players[: len(case.call.poses)]):
+        for dx, dy in AROUND:
+            here, there = case.call.poses[at], case.now.poses[name]
+            poses = list(case.call.poses)
+            poses[at] = Pose(here.x + dx, here.y + dy, here.theta)
+            moved = replace(case.now, poses={**case.now.poses, name: Pose(there.x + dx, there.y + dy, there.theta)})
+            found.append(replace(case, call=structs.replace(case.call, poses=poses), now=moved))
+    return found
+
+
+AROUND = [
+    (way * math.cos(bearing), way * math.sin(bearing))
+    for way in (0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 8.0, 12.0, 16.0, 20.0)
+    for bearing in (math.tau * part / 24 for part in range(24))
+]
 
 
 @pytest.mark.parametrize("game", GAMES)

@@ -7,7 +7,8 @@ from typing import Any
 
 from vrg.bus.messages import Call
 from vrg.coordinator.rulebook import Field
-from vrg.types import Vector
+from vrg.regions import Region
+from vrg.types import Pose, Vector
 
 ROUNDING = 1e-6
 """The difference up to which a number and a limit count as equal: an instant between looks is found only so well."""
@@ -27,7 +28,9 @@ class Measure:
 
     Args:
         what: what was measured, in words, such as `distance between the outlines of ann and bob`.
-        value, limit: in `unit`. relation: how the value must be to the limit for the call to be right.
+        value, limit: in `unit`. relation: how the value must be to the limit for the call to be right. The value of a
+            call that is wrong must be on the other side of the limit: a distance from a region that is at least 0
+            proves nothing, and `Region.signed_distance` does.
         ends: where it was measured, from and to, m; None for what is no distance on the field.
     """
 
@@ -43,12 +46,10 @@ class Measure:
 
     @property
     def holds(self) -> bool:
-        """Whether the number is as the rules want it, as far as numbers can be told apart."""
-        return (
-            self.value <= self.limit + ROUNDING
-            if self.relation is Relation.AT_MOST
-            else (self.value >= self.limit - ROUNDING)
-        )
+        """True if the number is as the rules want it, as far as numbers can be told apart."""
+        if self.relation is Relation.AT_MOST:
+            return self.value <= self.limit + ROUNDING
+        return self.value >= self.limit - ROUNDING
 
     @property
     def short(self) -> str:
@@ -58,6 +59,12 @@ class Measure:
     @property
     def _unit(self) -> str:
         return f" {self.unit}" if self.unit else ""
+
+
+def outside(what: str, region: Region, pose: Pose) -> Measure:
+    """The measure by which a centre is outside a region; inside it its value is negative."""
+    value = region.signed_distance(pose.x, pose.y)
+    return Measure(what, value, Relation.MORE_THAN, 0, ends=((pose.x, pose.y), region.nearest(pose.x, pose.y)))
 
 
 @dataclass(frozen=True)

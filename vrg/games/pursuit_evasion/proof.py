@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from vrg.coordinator.proof import Case, Measure, Relation
+from vrg.coordinator.proof import Case, Measure, Relation, outside
 from vrg.games.pursuit_evasion.rules import PursuitEvasion
 
 
@@ -19,10 +19,7 @@ def prove(book: PursuitEvasion, case: Case) -> Sequence[Measure]:
             found = [Measure(what, math.dist(*ends), Relation.AT_MOST, book.settings.capture_distance, ends=ends)]
         case "escape":
             name = call.players[0]
-            pose = case.now.poses[name]
-            away, nearest = book.area.distance(pose.x, pose.y), book.area.nearest(pose.x, pose.y)
-            what = f"distance of {name}'s centre outside the area"
-            found = [Measure(what, away, Relation.MORE_THAN, 0, ends=((pose.x, pose.y), nearest))]
+            found = [outside(f"distance of {name}'s centre outside the area", book.area, case.now.poses[name])]
         case "launch":
             name = call.players[0]
             found = [Measure("time of play", call.clock, Relation.AT_LEAST, book.launches[name], "s")]

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from vrg.coordinator.proof import Case, Measure, Relation
+from vrg.coordinator.proof import Case, Measure, Relation, outside
 from vrg.games.sharks_and_minnows.rules import SharksAndMinnows
 from vrg.geometry import nearest_points, outline_distance
 
@@ -15,7 +15,11 @@ def prove(book: SharksAndMinnows, case: Case) -> Sequence[Measure]:
         case "out_of_bounds":
             found = _out(book, case)
         case "pass_limit":
-            found = [Measure("time of play in this pass", case.call.clock, Relation.AT_LEAST, book.pass_limit, "s")]
+            zone, (pose,) = book.safe_zone(case.state), case.call.poses
+            found = [
+                Measure("time of play in this pass", case.call.clock, Relation.AT_LEAST, book.pass_limit, "s"),
+                outside(f"distance of {case.call.players[0]}'s centre from the end zone", zone, pose),
+            ]
         case "pass_over":
             zone = book.safe_zone(case.state)
             away = max((zone.distance(pose.x, pose.y) for pose in case.call.poses), default=0.0)
@@ -42,17 +46,11 @@ def _tag(book: SharksAndMinnows, case: Case) -> list[Measure]:
                 ends=nearest_points(here, pose, size, own),
             )
         )
-    zone = book.safe_zone(case.state)
-    away, nearest = zone.distance(here.x, here.y), zone.nearest(here.x, here.y)
     what = f"distance of {minnow}'s centre from the end zone, where it would be safe"
-    found.append(Measure(what, away, Relation.MORE_THAN, 0, ends=((here.x, here.y), nearest)))
+    found.append(outside(what, book.safe_zone(case.state), here))
     return found
 
 
 def _out(book: SharksAndMinnows, case: Case) -> list[Measure]:
     name = case.call.players[0]
-    pose = case.now.poses[name]
-    field = book.settings.field
-    away, nearest = field.distance(pose.x, pose.y), field.nearest(pose.x, pose.y)
-    what = f"distance of {name}'s centre outside the field"
-    return [Measure(what, away, Relation.MORE_THAN, 0, ends=((pose.x, pose.y), nearest))]
+    return [outside(f"distance of {name}'s centre outside the field", book.settings.field, case.now.poses[name])]
