@@ -11,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vrg.bus.codec import Received, checked, decode, encode
-from vrg.bus.messages import Auction, Bid, OfficialAction, PlayerStatus, RefereeState, Sighting, Stage, Zone
+from vrg.bus.messages import Auction, Bid, RefereeState, Sighting, Stage
 from vrg.coordinator.auctions import auctioned, closed, lowest, opened, reopened
 from vrg.coordinator.match import Match
-from vrg.coordinator.rulebook import Call, Field, GameState, Offer, Verdict
-from vrg.errors import ConfigError, MessageError
+from vrg.coordinator.rulebook import Call, Contestant, Field, GameState, Offer, RuleBook, Verdict
+from vrg.errors import MessageError
 from vrg.types import Pose
 
 LASTS = 0.5
@@ -308,14 +308,15 @@ def test_no_state_of_the_referee_holds_a_cost_that_is_none(cost: float) -> None:
 # A match takes bids in.
 
 
-class Book:
+class Book(RuleBook[GameState]):
     """A game in which a rug is auctioned from the beginning of each round to the end of the world."""
 
     name = "test-game"
-    round_word = "round"
     rounds = 2
     state_type = GameState
-    lineup_limit = 60.0
+
+    def __init__(self) -> None:
+        super().__init__([Contestant(name=n, role="t", start=Pose(0, 0, 0), size=(0.5, 0.3), v_max=1.0) for n in ALL])
 
     def initial(self) -> GameState:
         return state(auction(opened=0.0))
@@ -327,26 +328,8 @@ class Book:
         winner = state.auctions["rug"].winner
         return Verdict(state, [Call(rule="sold", text=f"to {winner} at {clock:.1f} s")] if winner else [])
 
-    def obstacles_to_resume(self, state: GameState, now: Field) -> list[str]:
-        return []
-
     def next_round(self, state: GameState, now: Field) -> Verdict[GameState]:
         return Verdict(state, winner="draw")
-
-    def statuses(self, state: GameState, stage: Stage, now: Field) -> list[PlayerStatus]:
-        return [PlayerStatus(name=n, team="t", role="r", state="s", may_move=True, radius=0.3) for n in ALL]
-
-    def zones(self, state: GameState) -> list[Zone]:
-        return []
-
-    def score(self, state: GameState) -> dict[str, int]:
-        return {"t": 0}
-
-    def speed_limits(self) -> dict[str, float]:
-        return {}
-
-    def overrule(self, state: GameState, action: OfficialAction, subject: str, value: str) -> GameState:
-        raise ConfigError(["nothing can be overruled here"])
 
 
 HERE = {name: Pose(0.0, 0.0, 0.0) for name in ALL}

@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from vrg.coordinator.marks import MARK_REACH, away, not_lined_up, on_marks
-from vrg.coordinator.rulebook import Field
+from vrg.coordinator.rulebook import MARK_REACH, Field, away, not_lined_up, on_marks
 from vrg.types import Pose
 
 MARKS = {"a": Pose(1.0, 2.0, 0.0), "b": Pose(5.0, 5.0, 1.0)}

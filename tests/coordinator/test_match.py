@@ -3,79 +3,50 @@
 from collections.abc import Sequence
 
 import pytest
-from msgspec import structs
 
-from vrg.bus.messages import Official, OfficialAction, PlayerStatus, Stage, Zone
+from vrg.bus.messages import Official, OfficialAction, Stage
 from vrg.coordinator.decisions import decide
 from vrg.coordinator.match import PLACE_AGAIN, Match
 from vrg.coordinator.outcome import Outcome
-from vrg.coordinator.rulebook import Call, Field, GameState, Verdict
-from vrg.errors import ConfigError
+from vrg.coordinator.rulebook import Call, Contestant, Field, GameState, RuleBook, Verdict
 from vrg.types import Pose
 
 
-class State(GameState, frozen=True, kw_only=True):
-    """Points of the only team."""
-
-    points: int = 0
-
-
-class Book:
+class Book(RuleBook[GameState]):
     """A game of two rounds: a player scores by being right of x = 10, fouls left of x = 0; 3 points end a round."""
 
     name = "test-game"
-    round_word = "round"
     rounds = 2
-    state_type = State
-    lineup_limit = 60.0
+    state_type = GameState
 
-    def initial(self) -> State:
-        return State()
+    def __init__(self) -> None:
+        super().__init__([Contestant(name="a", role="team", start=Pose(0, 0, 0), size=(0.5, 0.3), v_max=50.0)])
 
-    def obstacles_to_start(self, state: State, now: Field) -> dict[str, str]:
+    def initial(self) -> GameState:
+        return GameState()
+
+    def marks(self, state: GameState) -> dict[str, Pose]:
+        return {"a": Pose(0, 0, 0)}
+
+    def obstacles_to_start(self, state: GameState, now: Field) -> dict[str, str]:
         return {} if "a" in now.poses and now.poses["a"].x < 5 else {"a": "is not at home"}
 
-    def judge(self, state: State, before: Field, now: Field, clock: float) -> Verdict[State]:
+    def judge(self, state: GameState, before: Field, now: Field, clock: float) -> Verdict[GameState]:
         x = now.poses["a"].x
         if x < 0:
             return Verdict(state, [_call("foul", foul=True)])
         if x > 10:
-            state = structs.replace(state, points=state.points + 1)
-            return Verdict(state, [_call("goal")], round_over=state.points % 3 == 0)
+            points = self.score(state)["team"] + 1
+            return Verdict(state.with_points("team", points), [_call("goal")], round_over=points % 3 == 0)
         return Verdict(state)
 
-    def obstacles_to_resume(self, state: State, now: Field) -> list[str]:
+    def obstacles_to_resume(self, state: GameState, now: Field) -> list[str]:
         return [] if now.poses["a"].x >= 0 else ["a is still outside"]
 
-    def next_round(self, state: State, now: Field) -> Verdict[State]:
+    def next_round(self, state: GameState, now: Field) -> Verdict[GameState]:
         if state.round == 2:
-            return Verdict(state, winner="team" if state.points > 3 else "nature")
-        return Verdict(structs.replace(state, round=state.round + 1))
-
-    def statuses(self, state: State, stage: Stage, now: Field) -> list[PlayerStatus]:
-        return [
-            PlayerStatus(
-                name="a", team="team", role="r", state="s", may_move=True, radius=0.3, mark=Pose(0, 0, 0),
-                pose=now.poses.get("a"),
-            )
-        ]  # fmt: skip
-
-    def marks(self, state: State) -> dict[str, Pose]:
-        return {"a": Pose(0, 0, 0)}
-
-    def zones(self, state: State) -> list[Zone]:
-        return []
-
-    def score(self, state: State) -> dict[str, int]:
-        return {"team": state.points}
-
-    def speed_limits(self) -> dict[str, float]:
-        return {}
-
-    def overrule(self, state: State, action: OfficialAction, subject: str, value: str) -> State:
-        if action is not OfficialAction.SET_SCORE:
-            raise ConfigError(["only scores here"])
-        return structs.replace(state, points=int(value))
+            return Verdict(state, winner="team" if state.points["team"] > 3 else "nature")
+        return super().next_round(state, now)
 
 
 def _call(rule: str, foul: bool = False) -> Call:
@@ -193,7 +164,7 @@ def test_what_moved_during_a_halt_is_not_swept() -> None:
     seen: list[Field] = []
     book_judge = match._book.judge
 
-    def judge(state: State, before: Field, now: Field, clock: float) -> Verdict[State]:
+    def judge(state: GameState, before: Field, now: Field, clock: float) -> Verdict[GameState]:
         seen.append(before)
         return book_judge(state, before, now, clock)
 
@@ -255,14 +226,14 @@ def test_an_official_overrules_and_the_call_says_so() -> None:
     match = playing()
     outcome = decide(match, official(OfficialAction.SET_SCORE, "team", "2"), at(1), [])
     assert outcome.calls[0].text == "ann: set-score team 2 (because)"
-    assert match.game.points == 2
+    assert match.game.points == {"team": 2}
 
 
 def test_an_impossible_decision_changes_nothing() -> None:
     match = playing()
     outcome = decide(match, official(OfficialAction.SET_ROLE, "a", "b"), at(1), [])
     assert rules(outcome) == ["refused"]
-    assert "only scores here" in outcome.calls[0].text
+    assert "cannot be set in this game" in outcome.calls[0].text
 
 
 def test_after_the_end_nothing_can_be_decided() -> None:
@@ -277,10 +248,10 @@ def test_players_that_do_not_line_up_are_put_on_their_marks_again_and_again() ->
     class Stubborn(Book):
         lineup_limit = 5.0
 
-        def obstacles_to_start(self, state: State, now: Field) -> dict[str, str]:
+        def obstacles_to_start(self, state: GameState, now: Field) -> dict[str, str]:
             return {"a": "is 3.0 m from its mark"}
 
-        def marks(self, state: State) -> dict[str, Pose]:
+        def marks(self, state: GameState) -> dict[str, Pose]:
             return {"a": Pose(0.0, 0.0, 0.0)}
 
     match = Match(Stubborn())
@@ -304,7 +275,7 @@ def test_a_match_taken_up_again_stands_where_it_was_in_halt() -> None:
     assert again.halted == "the coordinator was restarted"
     decide(again, official(OfficialAction.RESUME), at(1), [])
     assert play(again, [11]) == ["goal"]
-    assert again.game.points == 2
+    assert again.game.points == {"team": 2}
 
 
 def test_a_match_that_was_over_stays_over() -> None:
@@ -338,9 +309,11 @@ def test_how_a_halt_is_left_does_not_repeat_its_reason() -> None:
 
 
 def test_an_official_has_a_virtual_robot_put_on_its_mark_or_anywhere() -> None:
-    match = playing()
+    match = Match(Book())
     outcome = decide(match, official(OfficialAction.PLACE, "a"), at(1), [])
     assert outcome.place == {"a": Pose(0, 0, 0)}
+    match = playing()
+    assert rules(decide(match, official(OfficialAction.PLACE, "a"), at(1), [])) == ["refused"], "it has no mark now"
     outcome = decide(match, official(OfficialAction.PLACE, "a", "1.5 -2 90"), at(1), [])
     assert outcome.place["a"].x == 1.5
     assert outcome.place["a"].theta == pytest.approx(1.5708, abs=1e-4)
@@ -348,6 +321,26 @@ def test_an_official_has_a_virtual_robot_put_on_its_mark_or_anywhere() -> None:
     assert rules(outcome) == [], "only the world knows whether there is room"
     assert outcome.once_placed is not None
     assert outcome.once_placed.text == "a is put at (1.50, -2.00), 90 degrees: by ann (because)"
+
+
+def test_a_robot_that_cannot_have_driven_is_judged_where_it_is_and_not_on_a_way() -> None:
+    seen: list[Field] = []
+
+    class Watching(Book):
+        def judge(self, state: GameState, before: Field, now: Field, clock: float) -> Verdict[GameState]:
+            seen.append(before)
+            return Verdict(state)
+
+    def field(x: float, time: float) -> Field:
+        return Field({"a": Pose(x, 0.0, 0.0)}, time=time)
+
+    match = Match(Watching())  # its player drives at most 50 m/s
+    match.step(0.1, field(0.0, 1.0), [])
+    for step, (x, before) in enumerate([(4.0, 0.0), (9.4, 4.0), (15.0, 15.0), (20.4, 15.0), (10.0, 10.0)], 1):
+        match.step(0.1, field(x, 1.0 + 0.1 * step), [])
+        assert seen[-1].poses["a"].x == before, f"step {step}"
+    match.step(0.4, field(30.0, 1.9), [])
+    assert seen[-1].poses["a"].x == 10.0, "it had four times as long"
 
 
 def test_an_official_says_where_a_physical_robot_has_been_put() -> None:

@@ -8,9 +8,9 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 from vrg.bus.messages import FAILED, Official, OfficialAction
-from vrg.coordinator.match import NOBODY, Match
+from vrg.coordinator.match import Match
 from vrg.coordinator.outcome import Outcome, announce
-from vrg.coordinator.rulebook import Field
+from vrg.coordinator.rulebook import NOBODY, Field
 from vrg.errors import ConfigError
 from vrg.types import Pose
 

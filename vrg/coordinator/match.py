@@ -18,7 +18,7 @@ from vrg.coordinator import disqualifying
 from vrg.coordinator.auctions import auctioned, published
 from vrg.coordinator.disqualifying import kept_out, readmitted
 from vrg.coordinator.outcome import Outcome, announce
-from vrg.coordinator.rulebook import Disqualification, Field, RuleBook
+from vrg.coordinator.rulebook import DRAW, NOBODY, Disqualification, Field, RuleBook, away
 from vrg.regions import Region
 from vrg.types import Pose
 
@@ -28,12 +28,10 @@ ROUND_PAUSE = 2.0
 """The match time in s that ROUND_OVER lasts, so that everybody sees how the round ended."""
 PLACE_AGAIN = 10.0
 """The match time in s after which players that are still not on their marks are put there again."""
+JUMP = 0.5
+"""The distance in m beyond what it can drive between two looks from which a robot has not driven there."""
 LONGEST = 1500
 """The length in characters to which all reasons of a halt together are cut, so that they fit into a message."""
-NOBODY = "nobody"
-"""The winner of a match that an official has ended."""
-DRAW = "draw"
-"""The winner of a match that nobody has won."""
 
 
 class Standing(Struct, frozen=True, kw_only=True):
@@ -301,7 +299,7 @@ class Match:
         game, refused = auctioned(self.game, now.offers, self.clock)
         if refused:
             log.info("%s%s", refused[0], f" (and {len(refused) - 1} more)" if len(refused) > 1 else "")
-        verdict = self._book.judge(game, self._before or now, now, self.clock)
+        verdict = self._book.judge(game, self._settled(self._before or now, now), now, self.clock)
         self._before = now
         self.game = verdict.state
         stages: list[Stage] = []
@@ -315,6 +313,19 @@ class Match:
             stages.append(self._enter(Stage.ROUND_OVER))
         place = {name: pose for name, pose in verdict.place.items() if name not in now.physical}
         return Outcome(verdict.calls, stages, place=place)
+
+    def _settled(self, before: Field, now: Field) -> Field:
+        """The field before, where robots that cannot have driven to where they are now stand there already.
+
+        They were put there, or their measured poses have jumped: they are judged at their new places, not on a way.
+        """
+        dt = max(0.0, now.time - before.time)
+        put = {
+            name: pose
+            for name, pose in now.poses.items()
+            if name in before.poses and away(before.poses[name], pose) > JUMP + self._book.contestants[name].v_max * dt
+        }
+        return replace(before, poses={**before.poses, **put}) if put else before
 
     def _foul(self, now: Field) -> Outcome:
         self.waiting = self._book.obstacles_to_resume(self.game, now)

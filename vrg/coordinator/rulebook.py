@@ -1,19 +1,28 @@
-"""The interface of a game's rule book: an object that judges a field. It uses no bus, no clock and no files.
+"""The base class of the rule books of all games: objects that judge a field. They use no bus, no clock and no files.
 
 A rule book remembers nothing itself. Its whole memory is one frozen state that is passed in and returned, so that it
 can be written to the journal and another process can go on from it.
 """
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, Self, TypeVar
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrg.bus.messages import Auction, FieldObject, OfficialAction, PlayerStatus, Sighting, Stage, Zone
 from vrg.errors import ConfigError
+from vrg.geometry import circumradius
 from vrg.regions import Region
 from vrg.types import Pose
+
+MARK_REACH = 0.4
+"""The distance in m from its mark within which a player is lined up."""
+NOBODY = "nobody"
+"""The winner of a match that an official has ended."""
+DRAW = "draw"
+"""The winner of a match that nobody has won."""
 
 
 class Disqualification(Struct, frozen=True, kw_only=True):
@@ -35,6 +44,8 @@ class GameState(Struct, frozen=True, kw_only=True):
 
     Args:
         round: the number of the round, from 1.
+        states: the state of each player, in the game's own words; a player that is missing is `active`.
+        points: the points of each team.
         disqualified: the players that are out because they have failed. A rule book treats them as obstacles: they
             neither score nor are scored on, and no round waits for them. `Match` keeps them from moving.
         auctions: the auctions, by lot. A rule book opens and closes them; `Match` takes in bids and decides who wins.
@@ -45,11 +56,26 @@ class GameState(Struct, frozen=True, kw_only=True):
     """
 
     round: int = 1
+    states: dict[str, str] = {}
+    points: dict[str, int] = {}
     disqualified: dict[str, Disqualification] = {}
     auctions: dict[str, Auction] = {}
     objects: list[FieldObject] = []
     numbers: dict[str, float] = {}
     driven: dict[str, Region] = {}
+
+    def with_state(self, names: Iterable[str], state: str) -> Self:
+        """The same, but with these players in state `state`."""
+        changed = {name: state for name in names if self.states.get(name) != state}
+        return structs.replace(self, states={**self.states, **changed}) if changed else self
+
+    def in_state(self, *states: str) -> list[str]:
+        """The players in one of these states that are not disqualified."""
+        return [name for name, state in self.states.items() if state in states and name not in self.disqualified]
+
+    def with_points(self, team: str, points: int) -> Self:
+        """The same, but with so many points of a team."""
+        return structs.replace(self, points={**self.points, team: points})
 
 
 S = TypeVar("S", bound=GameState)
@@ -141,71 +167,179 @@ class Verdict(Generic[S]):
     place: Mapping[str, Pose] = field(default_factory=dict)
 
 
-def points(action: OfficialAction, value: str) -> int:
-    """The number of points that an official sets.
-
-    Raises:
-        ConfigError: it is no whole number from 0 to 999999.
-    """
-    if not (value.isascii() and value.isdigit() and len(value) <= 6):
-        raise ConfigError([f"{action}: expected a whole number from 0 to 999999, got {value!r}"])
-    return int(value)
+ACTIVE = "active"
+"""The state of a player of which the game tells no other."""
 
 
-class RuleBook(Protocol[S]):
+class RuleBook(Generic[S]):
     """The rules of one game. The result of every method depends on its arguments and on the set-up alone.
 
-    A rule book is made from the game's settings, the list of contestants, and the seed of the match.
+    A game overrides what its rules say otherwise: at least `initial`, `judge` and `team_of`. Its class is constructed
+    from the settings, which are the [rules] table of the match file, the contestants, and the seed of the match.
+
+    Args:
+        contestants: the players.
 
     Attributes:
         name: the name of the game. round_word: what a round is called. rounds: how many there are.
         state_type: the class of the game's state.
+        lineup_limit: the match time in s after which virtual robots that are not on their marks are put there.
+        contestants: the players, by name.
     """
 
     name: str
-    round_word: str
-    rounds: int
+    round_word: str = "round"
+    rounds: int = 1
     state_type: type[S]
-    lineup_limit: float
-    """The match time in s after which virtual robots that are not on their marks are put there."""
+    lineup_limit: float = 60.0
+
+    def __init__(self, contestants: Sequence[Contestant]) -> None:
+        self.contestants = {contestant.name: contestant for contestant in contestants}
 
     def initial(self) -> S:
         """The state before the first round."""
+        raise NotImplementedError
+
+    def marks(self, state: S) -> dict[str, Pose]:
+        """Where players line up before this round: their starts. Virtual robots that are late are put there."""
+        return {name: contestant.start for name, contestant in self.contestants.items()}
 
     def obstacles_to_start(self, state: S, now: Field) -> dict[str, str]:
         """The reasons why the round cannot begin, by player, such as `is 3.2 m from its mark`; empty if it can."""
-
-    def marks(self, state: S) -> dict[str, Pose]:
-        """Where players line up before this round. Virtual robots that are late are put there."""
+        return not_lined_up(self.marks(state), now)
 
     def judge(self, state: S, before: Field, now: Field, clock: float) -> Verdict[S]:
         """Judge what happened between two instants of play.
 
         Args:
+            before: the field at the look before. A robot that was put somewhere since stands there in it already.
             clock: the time of play in this round at `now`, s.
         """
+        raise NotImplementedError
 
     def obstacles_to_resume(self, state: S, now: Field) -> list[str]:
-        """The reasons, in words, why play cannot go on after a foul; empty if it can."""
+        """The reasons, in words, why play cannot go on after a foul; empty if it can, as it can at once by default."""
+        return []
 
     def next_round(self, state: S, now: Field) -> Verdict[S]:
-        """Judge what follows when a round is over: the end of the game, or the state of the next round."""
+        """Judge what follows when a round is over: the end of the game, or the state of the next round.
+
+        By default the game ends after its rounds, and the team with the most points has won.
+        """
+        if state.round < self.rounds:
+            return Verdict(structs.replace(state, round=state.round + 1))
+        score = self.score(state)
+        best = [team for team, count in score.items() if count == max(score.values())]
+        return Verdict(state, winner=best[0] if len(best) == 1 else DRAW)
+
+    def team_of(self, name: str) -> str:
+        """The team of a player: by default its role at the start of the match."""
+        return self.contestants[name].role
+
+    def role_of(self, state: S, name: str) -> str:
+        """The role of a player: by default that at the start of the match."""
+        return self.contestants[name].role
+
+    def may_play(self, state: S, name: str) -> bool:
+        """True if a player may move in play, as by default everybody may."""
+        return True
 
     def statuses(self, state: S, stage: Stage, now: Field) -> list[PlayerStatus]:
-        """The status of each player, as everybody may see it. If `may_move` is False, its robot is stopped."""
+        """The status of each player, as everybody may see it. If `may_move` is False, its robot is stopped.
+
+        By default everybody sees all poses. Before a round players may drive to their marks, where they are held.
+        """
+        lining_up, playing = stage is Stage.INITIALIZE, stage is Stage.PLAY_ROUND
+        marks = self.marks(state) if lining_up else {}
+        held = on_marks(marks, now)
+        return [
+            PlayerStatus(
+                name=name,
+                team=self.team_of(name),
+                role=self.role_of(state, name),
+                state=state.states.get(name, ACTIVE),
+                may_move=name in marks and name not in held if lining_up else playing and self.may_play(state, name),
+                radius=circumradius(contestant.size),
+                pose=now.poses.get(name),
+                mark=marks.get(name),
+            )
+            for name, contestant in self.contestants.items()
+        ]
 
     def zones(self, state: S) -> list[Zone]:
         """The marked parts of the field."""
+        return []
 
     def score(self, state: S) -> dict[str, int]:
         """The points of each team."""
+        teams = dict.fromkeys((self.team_of(name) for name in self.contestants), 0)
+        return {**teams, **state.points}
 
     def speed_limits(self) -> dict[str, float]:
         """The top speed of each player's robot in this match, m/s. A player that is missing has its model's own."""
+        return {}
 
     def overrule(self, state: S, action: OfficialAction, subject: str, value: str) -> S:
-        """Apply an official's decision.
+        """Apply an official's decision on a score, a role or a state.
 
         Raises:
             ConfigError: there is no such player, team, role, state or score.
         """
+        known = self.score(state) if action is OfficialAction.SET_SCORE else self.contestants
+        if subject not in known:
+            raise ConfigError([f"{action}: expected one of {', '.join(sorted(known))}, got {subject!r}"])
+        if action is OfficialAction.SET_SCORE:
+            if not (value.isascii() and value.isdigit() and len(value) <= 6):
+                raise ConfigError([f"{action}: expected a whole number from 0 to 999999, got {value!r}"])
+            return state.with_points(subject, int(value))
+        roles = action is OfficialAction.SET_ROLE
+        allowed = self.roles_of(subject) if roles else self.states_of(subject)
+        if not allowed:
+            raise ConfigError([f"{action} {subject}: its {'role' if roles else 'state'} cannot be set in this game"])
+        if value not in allowed:
+            raise ConfigError([f"{action}: expected {' or '.join(allowed)}, got {value!r}"])
+        return self.with_role(state, subject, value) if roles else self.put_into(state, subject, value)
+
+    def roles_of(self, name: str) -> Sequence[str]:
+        """The roles that an official may give a player; none by default."""
+        return ()
+
+    def states_of(self, name: str) -> Sequence[str]:
+        """The states into which an official may put a player; none by default."""
+        return ()
+
+    def with_role(self, state: S, name: str, role: str) -> S:
+        """The state after an official has given a player one of `roles_of`."""
+        raise NotImplementedError
+
+    def put_into(self, state: S, name: str, value: str) -> S:
+        """The state after an official has put a player into one of `states_of`.
+
+        Raises:
+            ConfigError: it cannot be in that state now.
+        """
+        return state.with_state([name], value)
+
+
+def away(pose: Pose, mark: Pose) -> float:
+    """The distance of a player from its mark, m."""
+    return math.hypot(pose.x - mark.x, pose.y - mark.y)
+
+
+def on_marks(marks: Mapping[str, Pose], now: Field) -> set[str]:
+    """The players that are within MARK_REACH of their marks."""
+    return {name for name, mark in marks.items() if name in now.poses and away(now.poses[name], mark) <= MARK_REACH}
+
+
+def not_lined_up(marks: Mapping[str, Pose], now: Field) -> dict[str, str]:
+    """The reasons why players do not yet stand still on their marks, by player."""
+    reasons = {}
+    for name, mark in marks.items():
+        pose = now.poses.get(name)
+        if pose is None:
+            reasons[name] = "is not in the world"
+        elif away(pose, mark) > MARK_REACH:
+            reasons[name] = f"is {away(pose, mark):.1f} m from its mark"
+        elif name in now.moving:
+            reasons[name] = "is moving"
+    return reasons

@@ -9,7 +9,8 @@ from vrg import __version__
 from vrg.bus.messages import RefereeState
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import Record, read_journal
-from vrg.coordinator.match import DRAW, NOBODY, won
+from vrg.coordinator.match import won
+from vrg.coordinator.rulebook import DRAW, NOBODY
 from vrg.errors import JournalError
 from vrg.games import game_of
 from vrg.launch.run_folder import RunFolder, write_json

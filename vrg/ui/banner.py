@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from vrg.bus.messages import Stage
 from vrg.colours import Rgb
-from vrg.coordinator.match import DRAW, NOBODY
+from vrg.coordinator.rulebook import DRAW, NOBODY
 from vrg.games import game_of
 from vrg.games.game import title
 from vrg.ui import palette

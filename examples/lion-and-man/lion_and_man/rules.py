@@ -1,22 +1,18 @@
 """The settings and the rules: the lion wins by catching the man, and the man by not being caught in time."""
 
 from collections.abc import Sequence
-from typing import Literal
 
-import msgspec
 from pydantic import Field as Setting
 from pydantic import model_validator
 
 from lion_and_man import GAME, LION, MAN
-from vrg.bus.messages import OfficialAction, PlayerStatus, Stage, Zone
-from vrg.coordinator.marks import not_lined_up
-from vrg.coordinator.rulebook import Call, Contestant, Field, GameState, Verdict
+from vrg.bus.messages import Zone
+from vrg.coordinator.rulebook import Call, Contestant, Field, GameState, RuleBook, Verdict
 from vrg.errors import ConfigError, Problem
-from vrg.geometry import circumradius, interpolate
+from vrg.geometry import interpolate
 from vrg.regions import Circle, Polygon
 from vrg.segments import in_disc
 from vrg.tables import Table
-from vrg.types import Pose
 
 OTHER = {LION: MAN, MAN: LION}
 
@@ -48,22 +44,16 @@ class Settings(Table):
         return Circle(*self.centre, self.radius) if self.corners is None else Polygon(self.corners)
 
 
-class State(GameState, frozen=True, kw_only=True):
-    """Who has won: `lion`, `man`, or nobody yet."""
-
-    winner: Literal["lion", "man"] | None = None
-
-
-class LionAndMan:
-    """The rule book."""
+class LionAndMan(RuleBook[GameState]):
+    """The rule book. Who has won has a point."""
 
     name = GAME.name
     round_word = GAME.round_word
-    rounds = 1
-    state_type = State
+    state_type = GameState
     lineup_limit = 30.0
 
     def __init__(self, settings: Settings, contestants: Sequence[Contestant], seed: int) -> None:
+        super().__init__(contestants)
         self.settings = settings
         self.players = {c.role: c for c in contestants}
         if sorted(c.role for c in contestants) != [LION, MAN]:
@@ -72,19 +62,11 @@ class LionAndMan:
         if outside:
             raise ConfigError([Problem("starts outside the arena", ("players", name)) for name in outside])
 
-    def initial(self) -> State:
+    def initial(self) -> GameState:
         """Nobody has won."""
-        return State()
+        return GameState()
 
-    def marks(self, state: State) -> dict[str, Pose]:
-        """Both line up where they start."""
-        return {c.name: c.start for c in self.players.values()}
-
-    def obstacles_to_start(self, state: State, now: Field) -> dict[str, str]:
-        """Both stand where they start."""
-        return not_lined_up(self.marks(state), now)
-
-    def judge(self, state: State, before: Field, now: Field, clock: float) -> Verdict[State]:
+    def judge(self, state: GameState, before: Field, now: Field, clock: float) -> Verdict[GameState]:
         """The man is caught, somebody leaves the arena, or the time is up."""
         lion, man = self.players[LION].name, self.players[MAN].name
         if lion not in now.poses or man not in now.poses:
@@ -111,46 +93,14 @@ class LionAndMan:
         return Verdict(state)
 
     @staticmethod
-    def _won(role: str, call: Call, state: State) -> Verdict[State]:
-        return Verdict(msgspec.structs.replace(state, winner=role), [call], round_over=True)
+    def _won(role: str, call: Call, state: GameState) -> Verdict[GameState]:
+        return Verdict(state.with_points(role, 1), [call], round_over=True)
 
-    def obstacles_to_resume(self, state: State, now: Field) -> list[str]:
-        """There are no fouls."""
-        return []
-
-    def next_round(self, state: State, now: Field) -> Verdict[State]:
-        """There is one round."""
-        return Verdict(state, winner=state.winner)
-
-    def statuses(self, state: State, stage: Stage, now: Field) -> list[PlayerStatus]:
-        """Both know where the other is."""
-        return [
-            PlayerStatus(
-                name=c.name, team=role, role=role, state="active", may_move=stage is Stage.PLAY_ROUND,
-                radius=circumradius(c.size), pose=now.poses.get(c.name), mark=self._mark(c, stage),
-            )
-            for role, c in self.players.items()
-        ]  # fmt: skip
-
-    @staticmethod
-    def _mark(contestant: Contestant, stage: Stage) -> Pose | None:
-        return contestant.start if stage is Stage.INITIALIZE else None
-
-    def zones(self, state: State) -> list[Zone]:
+    def zones(self, state: GameState) -> list[Zone]:
         """The arena."""
         return [Zone(name="arena", kind="field", region=self.settings.arena)]
-
-    def score(self, state: State) -> dict[str, int]:
-        """A point for who has won."""
-        return {role: int(state.winner == role) for role in (LION, MAN)}
 
     def speed_limits(self) -> dict[str, float]:
         """Both are as fast as the slower one."""
         slower = min(c.v_max for c in self.players.values())
         return {c.name: slower for c in self.players.values()}
-
-    def overrule(self, state: State, action: OfficialAction, subject: str, value: str) -> State:
-        """Nothing can be overruled but who has won: `set-score lion 1`."""
-        if action is not OfficialAction.SET_SCORE or subject not in OTHER or value not in ("0", "1"):
-            raise ConfigError([f"{action}: expected set-score, lion or man, and 0 or 1; got {subject!r} {value!r}"])
-        return msgspec.structs.replace(state, winner=subject if value == "1" else OTHER[subject])

@@ -12,8 +12,8 @@ from vrg.bus.messages import Stage
 from vrg.cli import make_app
 from vrg.commands.practice import match_text
 from vrg.config.loading import load_match
-from vrg.coordinator.match import NOBODY, Match
-from vrg.coordinator.rulebook import Contestant, Field
+from vrg.coordinator.match import Match
+from vrg.coordinator.rulebook import NOBODY, Contestant, Field
 from vrg.errors import ConfigError
 from vrg.games.practice.rules import Practice, Settings
 from vrg.testing.rulebook import RuleBookContract

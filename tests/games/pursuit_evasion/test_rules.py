@@ -24,8 +24,8 @@ from tests.games.pursuit_evasion.making import (
 )
 from vrg.bus.messages import Auction, Official, OfficialAction, Stage
 from vrg.coordinator.decisions import decide
-from vrg.coordinator.match import DRAW, Match
-from vrg.coordinator.rulebook import Contestant, Field
+from vrg.coordinator.match import Match
+from vrg.coordinator.rulebook import DRAW, Contestant, Field
 from vrg.errors import ConfigError
 from vrg.games.pursuit_evasion.rules import PursuitEvasion
 from vrg.games.pursuit_evasion.state import State
@@ -180,7 +180,7 @@ def test_one_pursuer_captures_two_at_once() -> None:
     now = {"i0": (5, 5), "i1": (5, 6), "p0": (5, 5.5)}
     verdict = move(rules, crossing(rules, "i0", "i1"), now, now)
     assert [c.players for c in verdict.calls[:2]] == [("i0", "p0"), ("i1", "p0")]
-    assert verdict.state.captured == 2
+    assert verdict.state.points["pursuers"] == 2
     assert verdict.round_over
 
 
@@ -191,13 +191,13 @@ def test_an_intruder_that_waits_or_is_out_of_play_is_not_captured() -> None:
         state = rules.initial().with_state(["i1"], kind)
         verdict = move(rules, state, {**now, "p0": (-2.0, 3.5)}, {**now, "p0": (-2.0, 3.5)}, clock=0.5)
         assert verdict.state.states["i1"] == kind
-    assert move(rules, out(crossing(rules, "i0"), "i0"), now, now).state.captured == 0
+    assert move(rules, out(crossing(rules, "i0"), "i0"), now, now).state.points["pursuers"] == 0
 
 
 def test_a_pursuer_that_is_out_captures_nobody() -> None:
     rules = book()
     now = {"i0": (5, 5), "p0": (5, 5.5)}
-    assert move(rules, out(crossing(rules, "i0"), "p0"), now, now).state.captured == 0
+    assert move(rules, out(crossing(rules, "i0"), "p0"), now, now).state.points["pursuers"] == 0
 
 
 def test_who_is_not_in_the_world_neither_captures_nor_is_captured_nor_escapes() -> None:
@@ -267,7 +267,7 @@ def test_it_is_an_escape_with_any_number_of_detections_and_the_call_says_which(d
     state = crossing(rules, "i0", detected={"i0": [9.0 + n for n in range(detections)]})
     verdict = move(rules, state, {"i0": (9.9, 5)}, {"i0": (10.1, 5)})
     assert verdict.calls[0].text == f"i0 escapes after {words} detections"
-    assert verdict.state.escaped == 1
+    assert verdict.state.points["intruders"] == 1
 
 
 def test_captured_first_and_out_of_the_area_then_is_captured() -> None:
@@ -288,7 +288,7 @@ def test_each_ends_once() -> None:
     rules = book()
     first = move(rules, crossing(rules, "i0"), {"i0": (9.9, 5)}, {"i0": (10.1, 5)})
     again = move(rules, first.state, {"i0": (10.1, 5)}, {"i0": (10.3, 5)})
-    assert again.state.escaped == 1
+    assert again.state.points["intruders"] == 1
     back = move(rules, first.state, {"i0": (10.1, 5), "p0": (9, 5)}, {"i0": (9.5, 5), "p0": (9, 5)})
     assert rules.score(back.state) == {"pursuers": 0, "intruders": 1}
 
@@ -475,7 +475,7 @@ def test_what_happens_in_the_last_tick_counts() -> None:
     state = crossing(rules, "i0").with_state(["i1"], "captured")
     where = {"i0": (10.5, 5)}
     verdict = move(rules, state, where, where, clock=120.0)
-    assert verdict.state.escaped == 1
+    assert verdict.state.points["intruders"] == 1
     assert [c.rule for c in verdict.calls] == ["escape", "all_done"]
 
 
@@ -495,7 +495,7 @@ def test_the_game_ends_also_when_nobody_detects_anything() -> None:
             break
     assert match.winner == "intruders"
     assert match.game.auctions == {}
-    assert match.game.escaped == 2
+    assert match.game.points["intruders"] == 2
 
 
 def test_the_game_ends_also_when_nobody_moves_and_is_a_draw() -> None:
@@ -532,7 +532,7 @@ def test_the_game_ends_when_everybody_is_out() -> None:
 )
 def test_who_has_more_points_has_won(captured: int, escaped: int, winner: str) -> None:
     rules = book()
-    state = msgspec.structs.replace(rules.initial(), captured=captured, escaped=escaped)
+    state = msgspec.structs.replace(rules.initial(), points={"pursuers": captured, "intruders": escaped})
     assert rules.next_round(state, field(rules)).winner == winner
 
 
@@ -743,8 +743,8 @@ def test_who_is_refused_is_who_does_not_come_in_when_driven_step_by_step(x: floa
 def test_an_official_sets_scores_and_states_of_intruders() -> None:
     rules = book()
     state = seen_twice(rules, "i0", winner="p0")
-    assert rules.overrule(state, OfficialAction.SET_SCORE, "intruders", "3").escaped == 3
-    assert rules.overrule(state, OfficialAction.SET_SCORE, "pursuers", "0").captured == 0
+    assert rules.overrule(state, OfficialAction.SET_SCORE, "intruders", "3").points["intruders"] == 3
+    assert rules.overrule(state, OfficialAction.SET_SCORE, "pursuers", "0").points["pursuers"] == 0
     taken = rules.overrule(state, OfficialAction.SET_STATE, "i0", "captured")
     assert (taken.states["i0"], taken.states["p0"]) == ("captured", "returning")
     assert taken.auctions == taken.dispatched == {}

@@ -16,8 +16,8 @@ Stretch = tuple[float, float]
 """A part of the time between two ticks, as fractions of it."""
 ROUNDING = 1e-9
 """What numbers may be wrong by, m."""
-JUMP = 1.5
-"""Whoever is farther than this from where it was, m, has been put there: its way does not count."""
+JUMP = 0.5
+"""Whoever is farther than this from where it can have driven since, m, has been put there: no way counts."""
 Ruling = tuple[str, tuple[str, ...]]
 """A rule and the players whom it concerns: whoever it happens to first, then the others in the order of their names."""
 
@@ -79,6 +79,7 @@ class SlowReferee:
         ground: the field. teams: the team of each player.
         tick: the time between two ticks, s; exact, so that the end of a round is.
         round_time, sudden_death: how long rounds last, s. enough: the captures that end the game at once.
+        speed: the top speed of all players, m/s.
     """
 
     ground: Ground
@@ -87,6 +88,7 @@ class SlowReferee:
     round_time: Fraction
     sudden_death: Fraction
     enough: int = 3
+    speed: float = 0.7
 
     round: int = 1
     ticks: int = 0
@@ -135,7 +137,7 @@ class SlowReferee:
     def _way(self, name: str, place: Place) -> Way:
         """The way of a player since the tick before; it stood where it is if that is not known."""
         start = self.before.get(name, place)
-        return (start, place) if near(start, place, JUMP) else (place, place)
+        return (start, place) if near(start, place, JUMP + self.speed * float(self.tick)) else (place, place)
 
     def go_on(self) -> list[Ruling]:
         """What follows after a round: the end of the game with its winner, or the next round."""

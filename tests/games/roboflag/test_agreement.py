@@ -100,7 +100,7 @@ class Game:
         self.starts = {name: self._start(team) for name, team in self.teams.items()}
         long, last = rng.choice([30, 61, 100]), rng.choice([1, 9, 40])
         enough = rng.choice([1, 2, 3, 3])
-        self.slow = SlowReferee(self.ground, self.teams, TICK, long * TICK, last * TICK, enough)
+        self.slow = SlowReferee(self.ground, self.teams, TICK, long * TICK, last * TICK, enough, self.speed)
         self.book = RoboFlag(self._settings(long, last, enough), self._contestants())
         self.match = Match(self.book)
         self.boldness = rng.choice([0.1, 0.4, 0.7])
@@ -108,6 +108,7 @@ class Game:
         self.jumps = rng.choice([0.02, 0.1, 0.3])
         """How likely a player appears at a decisive place."""
         self.places = dict(self.starts)
+        self.time = 0.0
         self.back: set[str] = set()
         """The disqualified players that play again from the next round."""
         self.counted: Counter[str] = Counter()
@@ -242,7 +243,9 @@ class Game:
         )
 
     def _step(self, places: dict[str, Place], dt: float = float(TICK)) -> Outcome:
-        return self.match.step(dt, Field({name: Pose(x, y, 0.0) for name, (x, y) in places.items()}), [])
+        self.time += dt
+        poses = {name: Pose(x, y, 0.0) for name, (x, y) in places.items()}
+        return self.match.step(dt, Field(poses, time=self.time), [])
 
     def _compare(self, outcome: Outcome, rulings: list[Ruling]) -> None:
         """Both have made the same calls, in the order of the rules, and tell the same states, flags and scores."""

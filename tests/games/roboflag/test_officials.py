@@ -34,7 +34,7 @@ def test_a_capture_that_an_official_takes_back_counts_no_longer() -> None:
     play.match.overrule(SCORE, "red", "1")
     play.capture("red1")
     assert play.match.stage is Stage.PLAY_ROUND
-    assert play.state.captures["red"] == 2
+    assert play.state.points["red"] == 2
 
 
 def test_a_third_capture_that_is_taken_back_in_the_pause_does_not_end_the_game() -> None:
@@ -94,14 +94,14 @@ def test_a_flag_that_has_a_carrier_is_not_given_to_another_player() -> None:
 @pytest.mark.parametrize(
     ("action", "subject", "value", "told"),
     [
-        (SCORE, "green", "1", "red or blue"),
-        (SCORE, "red1", "1", "red or blue"),
+        (SCORE, "green", "1", "expected one of blue, red"),
+        (SCORE, "red1", "1", "expected one of blue, red"),
         (SCORE, "red", "-1", "whole number"),
         (SCORE, "red", "one", "whole number"),
         (STATE, "red9", NORMAL, "expected one of"),
         (STATE, "red", NORMAL, "expected one of"),
-        (STATE, "red1", "asleep", "normal, tagged or flagged"),
-        (ROLE, "red1", "blue", "never changes its team"),
+        (STATE, "red1", "asleep", "normal or tagged or flagged"),
+        (ROLE, "red1", "blue", "cannot be set in this game"),
         (ROLE, "red9", "blue", "expected one of"),
     ],
 )
@@ -119,12 +119,12 @@ def test_an_official_disqualifies_a_carrier_and_the_flag_returns() -> None:
     assert play.match.disqualified["red1"].by_official
     play.tick({"red1": HOMES["red"]})
     assert play.calls[-1] == ("flag_returns", "red1")
-    assert play.state.captures == {"red": 0, "blue": 0}
+    assert play.state.points == {"red": 0, "blue": 0}
 
 
 def test_the_game_goes_on_when_a_whole_team_is_disqualified_and_the_other_can_still_score() -> None:
     play = Play(book(red=1, blue=1))
     play.match.disqualify("blue1", "it has failed", Field({}))
     play.capture("red1")
-    assert play.state.captures == {"red": 1, "blue": 0}
+    assert play.state.points == {"red": 1, "blue": 0}
     assert play.match.stage is Stage.PLAY_ROUND

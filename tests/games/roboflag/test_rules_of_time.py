@@ -4,8 +4,7 @@ import pytest
 
 from tests.games.roboflag.making import AWAY, DT, FLAGS, HOMES, Play, book, field, starts
 from vrg.bus.messages import Stage
-from vrg.coordinator.match import DRAW
-from vrg.coordinator.rulebook import Field
+from vrg.coordinator.rulebook import DRAW, Field
 from vrg.games.roboflag import FLAGGED, NORMAL, TAGGED
 from vrg.games.roboflag.rules import RoboFlag
 
@@ -63,7 +62,7 @@ def test_scores_carry_over_but_positions_and_flags_do_not() -> None:
     assert play.state.flag("blue").carrier == "red1"
     play.pause()
     assert play.match.game.round == 2
-    assert play.state.captures == {"red": 1, "blue": 0}
+    assert play.state.points == {"red": 1, "blue": 0}
     assert set(play.state.states.values()) == {NORMAL}
     assert [thing.carrier for thing in play.state.objects] == [None, None]
     assert play.state.driven == {}

@@ -143,7 +143,7 @@ def test_an_inactive_minnow_is_not_tagged_again() -> None:
 def test_one_shark_tags_two_minnows_at_once() -> None:
     verdict = still(book(), {"s0": (5, 10), "m0": (5.6, 10), "m1": (4.4, 10)})
     assert [f.players[0] for f in verdict.calls] == ["m0", "m1"]
-    assert verdict.state.caught == 2
+    assert verdict.state.points["sharks"] == 2
 
 
 def test_two_sharks_that_tag_at_the_same_instant_are_both_named() -> None:
@@ -178,7 +178,7 @@ def test_a_shark_out_of_bounds_becomes_inactive_and_stays_a_shark() -> None:
     verdict = still(rules, {"s0": (-0.1, 10)})
     assert verdict.state.states["s0"] == "inactive"
     assert verdict.state.roles["s0"] == "shark"
-    assert verdict.state.caught == 0
+    assert verdict.state.points["sharks"] == 0
 
 
 def test_the_centre_counts_and_the_border_belongs_to_the_field() -> None:
@@ -213,7 +213,7 @@ def test_a_pass_ends_when_every_remaining_minnow_is_home() -> None:
     rules = book()
     verdict = still(rules, {**HOME, "s0": (9, 15)})
     assert verdict.round_over
-    assert verdict.state.crossed == 4
+    assert verdict.state.points["minnows"] == 4
     assert [f.rule for f in verdict.calls] == ["pass_over"]
 
 
@@ -226,7 +226,7 @@ def test_inactive_minnows_are_not_waited_for() -> None:
     state = rules.initial().with_state(["m3"], "inactive")
     verdict = still(rules, {**HOME, "m3": (7.0, 10), "s0": (9, 15)}, state)
     assert verdict.round_over
-    assert verdict.state.crossed == 3
+    assert verdict.state.points["minnows"] == 3
 
 
 def test_minnows_win_when_the_passes_are_used_up_and_one_is_left() -> None:
@@ -257,7 +257,7 @@ def test_a_tag_in_the_tick_that_ends_the_pass_counts() -> None:
     rules = book()
     verdict = still(rules, {**HOME, "m3": (7.0, 10), "s0": (7.5, 10)})
     assert verdict.round_over
-    assert (verdict.state.caught, verdict.state.crossed) == (1, 3)
+    assert (verdict.state.points["sharks"], verdict.state.points["minnows"]) == (1, 3)
 
 
 def test_between_passes_inactive_players_become_sharks_and_the_ends_swap() -> None:
@@ -420,7 +420,7 @@ def test_a_disqualified_player_is_out_and_nobody_scores_by_it() -> None:
     where = {**HOME, "m3": (7.0, 10), "s0": (7.3, 10)}
     verdict = still(rules, where, state)
     assert verdict.round_over, "nobody waits for it, and it tags nobody"
-    assert (verdict.state.caught, verdict.state.crossed) == (0, 3)
+    assert (verdict.state.points["sharks"], verdict.state.points["minnows"]) == (0, 3)
     after = rules.next_round(verdict.state, field(rules, where)).state
     assert not rules.judge(after, field(rules, where), field(rules, where), 1.0).state.active("shark"), "still out"
     assert [c.players for c in rules.next_round(verdict.state, field(rules, where)).calls] == []

@@ -5,12 +5,10 @@ from collections.abc import Sequence
 from pydantic import Field as Setting
 from pydantic import model_validator
 
-from vrg.bus.messages import OfficialAction, PlayerStatus, Stage, Zone
-from vrg.coordinator.match import NOBODY
-from vrg.coordinator.rulebook import Contestant, Field, GameState, Verdict
+from vrg.bus.messages import OfficialAction, Zone
+from vrg.coordinator.rulebook import NOBODY, Contestant, Field, GameState, RuleBook, Verdict
 from vrg.errors import ConfigError
 from vrg.games.practice import GAME, TEAM
-from vrg.geometry import circumradius
 from vrg.regions import Rectangle
 from vrg.tables import Table
 from vrg.types import Pose
@@ -38,7 +36,7 @@ class Settings(Table):
         return self
 
 
-class Practice:
+class Practice(RuleBook[GameState]):
     """The rule book of practice.
 
     Args:
@@ -49,13 +47,12 @@ class Practice:
 
     name = GAME.name
     round_word = GAME.round_word
-    rounds = 1
     state_type = GameState
     lineup_limit = 1.0
 
     def __init__(self, settings: Settings, contestants: Sequence[Contestant], seed: int = 0) -> None:
+        super().__init__(contestants)
         self._settings = settings
-        self._contestants = {c.name: c for c in contestants}
 
     def initial(self) -> GameState:
         """The only state that there is."""
@@ -63,7 +60,7 @@ class Practice:
 
     def obstacles_to_start(self, state: GameState, now: Field) -> dict[str, str]:
         """The players that the world has not reported yet."""
-        return {name: "is not in the world" for name in self._contestants if name not in now.poses}
+        return {name: "is not in the world" for name in self.contestants if name not in now.poses}
 
     def marks(self, state: GameState) -> dict[str, Pose]:
         """Nobody lines up."""
@@ -73,28 +70,13 @@ class Practice:
         """Judge nothing but the time."""
         return Verdict(state, round_over=0.0 < self._settings.time <= clock)
 
-    def obstacles_to_resume(self, state: GameState, now: Field) -> list[str]:
-        """Always empty: there are no fouls."""
-        return []
-
     def next_round(self, state: GameState, now: Field) -> Verdict[GameState]:
         """The time is up, and nobody has won."""
         return Verdict(state, winner=NOBODY)
 
-    def statuses(self, state: GameState, stage: Stage, now: Field) -> list[PlayerStatus]:
-        """Everybody may move while it lasts."""
-        return [
-            PlayerStatus(
-                name=name,
-                team=TEAM,
-                role=contestant.role,
-                state="active",
-                may_move=stage is Stage.PLAY_ROUND,
-                radius=circumradius(contestant.size),
-                pose=now.poses.get(name),
-            )
-            for name, contestant in self._contestants.items()
-        ]
+    def team_of(self, name: str) -> str:
+        """The only team."""
+        return TEAM
 
     def zones(self, state: GameState) -> list[Zone]:
         """The field, if there is one."""
@@ -102,14 +84,6 @@ class Practice:
         if x is None or y is None:
             return []
         return [Zone(name="field", kind="field", region=Rectangle(x[0], y[0], x[1], y[1]))]
-
-    def score(self, state: GameState) -> dict[str, int]:
-        """Nobody scores."""
-        return {TEAM: 0}
-
-    def speed_limits(self) -> dict[str, float]:
-        """Every robot may be as fast as its model."""
-        return {}
 
     def overrule(self, state: GameState, action: OfficialAction, subject: str, value: str) -> GameState:
         """Refuse: there is nothing to overrule.

@@ -14,10 +14,8 @@ from collections.abc import Sequence
 import numpy as np
 from msgspec import structs
 
-from vrg.bus.messages import OfficialAction, PlayerStatus, Stage, Zone
-from vrg.coordinator.marks import not_lined_up, on_marks
-from vrg.coordinator.match import DRAW
-from vrg.coordinator.rulebook import Call, Contestant, Field, Verdict, points
+from vrg.bus.messages import PlayerStatus, Stage, Zone
+from vrg.coordinator.rulebook import Call, Contestant, Field, RuleBook, Verdict, on_marks
 from vrg.errors import ConfigError
 from vrg.games.pursuit_evasion import (
     AREA,
@@ -40,7 +38,6 @@ from vrg.games.pursuit_evasion.dispatching import DETECTIONS, dispatch, reset
 from vrg.games.pursuit_evasion.settings import Settings
 from vrg.games.pursuit_evasion.state import State
 from vrg.geometry import circumradius, wrap
-from vrg.types import Pose
 
 HEADING_REACH = math.radians(10)
 """The angle in rad to its course within which an intruder is lined up."""
@@ -50,7 +47,7 @@ OLDEST_SIGHTING = 2.0
 """The age in s of the oldest sighting that counts."""
 
 
-class PursuitEvasion:
+class PursuitEvasion(RuleBook[State]):
     """The rule book of pursuit-evasion.
 
     Args:
@@ -64,20 +61,19 @@ class PursuitEvasion:
 
     name = GAME.name
     round_word = GAME.round_word
-    rounds = 1
     state_type = State
 
     def __init__(self, settings: Settings, contestants: Sequence[Contestant], seed: int = 0) -> None:
+        super().__init__(contestants)
         self.settings = settings
         self.area = settings.region
-        self.contestants = {c.name: c for c in contestants}
         if problems := problems_of(self.area, contestants, settings.capture_distance):
             raise ConfigError(problems)
         self.pursuers = sorted(c.name for c in contestants if c.role == PURSUER)
         self.intruders = [c.name for c in contestants if c.role == INTRUDER]
         self.posts = {name: self.contestants[name].start for name in self.pursuers}
         self.launches = {name: self._launch(name, seed) for name in self.intruders}
-        self.lineup_limit = settings.lineup_limit
+        self.lineup_limit = settings.patience
 
     def _launch(self, name: str, seed: int) -> float:
         """The time of play at which an intruder starts, s."""
@@ -90,6 +86,7 @@ class PursuitEvasion:
         """The state in which pursuers watch and intruders wait."""
         return State(
             states={c.name: WATCHING if c.role == PURSUER else WAITING for c in self.contestants.values()},
+            points={PURSUERS: 0, INTRUDERS: 0},
         )
 
     def obstacles_to_start(self, state: State, now: Field) -> dict[str, str]:
@@ -97,17 +94,13 @@ class PursuitEvasion:
 
         An intruder must also head where it is to go, because its heading is its course.
         """
-        reasons = not_lined_up(self.marks(state), now)
+        reasons = super().obstacles_to_start(state, now)
         for name in self.intruders:
             if name in now.poses and name not in reasons:
                 off = wrap(now.poses[name].theta - self.contestants[name].start.theta)
                 if abs(off) > HEADING_REACH:
                     reasons[name] = f"is turned {math.degrees(off):.0f} degrees away from its course"
         return reasons
-
-    def marks(self, state: State) -> dict[str, Pose]:
-        """Everybody lines up where it starts. Where intruders start is told to nobody."""
-        return {c.name: c.start for c in self.contestants.values()}
 
     def judge(self, state: State, before: Field, now: Field, clock: float) -> Verdict[State]:
         """Judge the whole way between two instants: who starts, is seen, captured or escapes, and who is dispatched."""
@@ -165,31 +158,26 @@ class PursuitEvasion:
                 text = f"{name} is captured by {by.pursuer}"
                 players, poses = (name, by.pursuer), (by.intruder_pose, by.pursuer_pose)
                 calls.append(Call(rule="capture", text=text, players=players, poses=poses))
-                state = structs.replace(state.with_state([name], CAPTURED), captured=state.captured + 1)
+                state = state.with_state([name], CAPTURED).with_points(PURSUERS, state.points[PURSUERS] + 1)
             elif ends.left is not None:
                 after = f"{'two or more' if state.detections(name) >= DETECTIONS else 'fewer than two'} detections"
                 text = f"{name} escapes after {after}"
                 calls.append(Call(rule="escape", text=text, players=(name,), poses=(ends.left,)))
-                state = structs.replace(state.with_state([name], ESCAPED), escaped=state.escaped + 1)
+                state = state.with_state([name], ESCAPED).with_points(INTRUDERS, state.points[INTRUDERS] + 1)
             else:
                 continue
             state = reset(state, name)
         return state
 
-    def obstacles_to_resume(self, state: State, now: Field) -> list[str]:
-        """Always empty, because this game has no fouls."""
-        return []
-
-    def next_round(self, state: State, now: Field) -> Verdict[State]:
-        """The game is over, and the team with more points has won."""
-        if state.captured == state.escaped:
-            return Verdict(state, winner=DRAW)
-        return Verdict(state, winner=PURSUERS if state.captured > state.escaped else INTRUDERS)
+    def team_of(self, name: str) -> str:
+        """The team of a player."""
+        return PURSUERS if self.contestants[name].role == PURSUER else INTRUDERS
 
     def statuses(self, state: State, stage: Stage, now: Field) -> list[PlayerStatus]:
         """The status of each player.
 
         A pose is published only of who is out of play, so that robots can avoid it and nobody takes it for an intruder.
+        Where intruders start is told to nobody.
         """
         lining_up, playing = stage is Stage.INITIALIZE, stage is Stage.PLAY_ROUND
         misplaced = self.obstacles_to_start(state, now) if lining_up else {}
@@ -200,7 +188,7 @@ class PursuitEvasion:
             statuses.append(
                 PlayerStatus(
                     name=name,
-                    team=PURSUERS if chases else INTRUDERS,
+                    team=self.team_of(name),
                     role=contestant.role,
                     state=own,
                     may_move=name in misplaced if lining_up else playing and not out and own not in (WATCHING, WAITING),
@@ -216,34 +204,19 @@ class PursuitEvasion:
         """The area that the pursuers guard."""
         return [Zone(name="surveillance area", kind=AREA, region=self.area)]
 
-    def score(self, state: State) -> dict[str, int]:
-        """The captures of the pursuers, and the escapes of the intruders."""
-        return {PURSUERS: state.captured, INTRUDERS: state.escaped}
-
     def speed_limits(self) -> dict[str, float]:
         """The same top speed for everybody, that of the slowest robot, unless the match file says another."""
         slowest = min(c.v_max for c in self.contestants.values())
         own = {PURSUER: self.settings.pursuer_speed or slowest, INTRUDER: self.settings.intruder_speed or slowest}
         return {name: min(c.v_max, own[c.role]) for name, c in self.contestants.items()}
 
-    def overrule(self, state: State, action: OfficialAction, subject: str, value: str) -> State:
-        """Set a team's score, or a player's state.
+    def states_of(self, name: str) -> Sequence[str]:
+        """The states into which an official may put an intruder. Those of pursuers follow from theirs."""
+        return (WAITING, CROSSING, CAPTURED, ESCAPED) if name in self.launches else ()
 
-        Raises:
-            ConfigError: there is no such player, team, state or score, or it would be another role.
-        """
-        if action is OfficialAction.SET_SCORE:
-            if subject not in (PURSUERS, INTRUDERS):
-                raise ConfigError([f"{action}: expected pursuers or intruders, got {subject!r}"])
-            return structs.replace(state, **{"captured" if subject == PURSUERS else "escaped": points(action, value)})
-        if subject not in state.states:
-            raise ConfigError([f"{action}: expected one of {', '.join(sorted(state.states))}, got {subject!r}"])
-        if action is not OfficialAction.SET_STATE or subject not in self.launches:
-            raise ConfigError([f"{action} {subject}: roles, and the states of pursuers, cannot be set in this game"])
-        known = (WAITING, CROSSING, CAPTURED, ESCAPED)
-        if value not in known:
-            raise ConfigError([f"{action}: expected one of {', '.join(known)}, got {value!r}"])
-        state = state.with_state([subject], value)
+    def put_into(self, state: State, name: str, value: str) -> State:
+        """The state after an official has put an intruder into another one."""
+        state = state.with_state([name], value)
         if value in (WAITING, CROSSING):
-            state = state.unseen(subject)
-        return state if value == CROSSING else reset(state, subject)
+            state = state.unseen(name)
+        return state if value == CROSSING else reset(state, name)

@@ -7,19 +7,17 @@ from typing import Annotated
 from pydantic import Field as Setting
 from pydantic import field_validator, model_validator
 
+from vrg.games.settings import Coordinate, LineUp
 from vrg.geometry import wrap
 from vrg.regions import Polygon
 from vrg.segments import cross
-from vrg.tables import Table
 from vrg.types import Vector
 
 CROSSES = "expected a convex polygon, but its border crosses itself: name the corners in order around it"
-Coordinate = Annotated[float, Setting(ge=-1e4, le=1e4)]
-"""A coordinate of a corner, m."""
 
 
-class Settings(Table):
-    """The [rules] table of a match file. Lengths in m, times in s, speeds in m/s.
+class Settings(LineUp):
+    """The [rules] table of a match file, with that of `LineUp`. Lengths in m, times in s, speeds in m/s.
 
     Args:
         area: the corners (x, y) of the convex surveillance area, in order around it.
@@ -30,7 +28,6 @@ class Settings(Table):
         lost_after: an intruder that nobody has seen for so long is lost, and is auctioned again.
         pursuer_speed, intruder_speed: the top speeds of the two teams. The default is the same for both: the top speed
             of the slowest robot.
-        lineup_limit: the time after which virtual pursuers that are not on their posts are put there.
     """
 
     area: Annotated[tuple[tuple[Coordinate, Coordinate], ...], Setting(min_length=3, max_length=100)]
@@ -41,7 +38,6 @@ class Settings(Table):
     lost_after: float = Setting(4.0, gt=0, le=1e6)
     pursuer_speed: float | None = Setting(None, gt=0, le=100)
     intruder_speed: float | None = Setting(None, gt=0, le=100)
-    lineup_limit: float = Setting(60.0, gt=0)
 
     @field_validator("area")
     @classmethod

@@ -1,6 +1,5 @@
 """The state of a match of pursuit-evasion."""
 
-from collections.abc import Iterable
 from typing import TypeVar
 
 from msgspec import field, structs
@@ -21,31 +20,18 @@ class State(GameState, frozen=True, kw_only=True):
     """Everything that the rule book of this game remembers. There is one round.
 
     Args:
-        states: the state of each player.
         entered: the intruders that have been inside the area.
         detected: the first two times at which each intruder was seen, as they were told, match time, s.
         seen: the time of play at which an intruder was last seen, s.
         evidence: sightings of each intruder, oldest first.
         dispatched: the pursuer that was sent to each intruder, and when (time of play, s).
-        captured, escaped: how many.
     """
 
-    states: dict[str, str]
     entered: list[str] = field(default_factory=list)
     detected: dict[str, list[float]] = field(default_factory=dict)
     seen: dict[str, float] = field(default_factory=dict)
     evidence: dict[str, list[Sighting]] = field(default_factory=dict)
     dispatched: dict[str, tuple[str, float]] = field(default_factory=dict)
-    captured: int = 0
-    escaped: int = 0
-
-    def with_state(self, names: Iterable[str], state: str) -> "State":
-        """The same, but with these players in state `state`."""
-        return structs.replace(self, states={**self.states, **dict.fromkeys(names, state)})
-
-    def in_state(self, *states: str) -> list[str]:
-        """The players in one of these states that are not disqualified."""
-        return [name for name, state in self.states.items() if state in states and name not in self.disqualified]
 
     def crossing(self) -> list[str]:
         """The intruders in play, by name."""

@@ -24,8 +24,6 @@ Stretch = tuple[float, float]
 """A part of the time between two looks, as two fractions of it."""
 ROUNDING = 1e-9
 """The distance in m by which a player may be farther away than a limit, because numbers are rounded."""
-PLACED = 1.5
-"""The distance in m between two looks beyond which a player did not drive but was put there: its way does not count."""
 
 
 @dataclass(frozen=True)
@@ -45,17 +43,11 @@ class Ways:
         """Where a player was and is, m."""
         now, before = self.now[name], self.before.get(name)
         end = (now.x, now.y)
-        if before is None or math.hypot(now.x - before.x, now.y - before.y) > PLACED:
-            return end, end
-        return (before.x, before.y), end
+        return (end, end) if before is None else ((before.x, before.y), end)
 
     def pose(self, name: str, at: float) -> Pose:
         """The pose of a player at a fraction of the time between the looks."""
-        (x, y), _ = self.of(name)
-        before = self.before.get(name)
-        if before is None or (before.x, before.y) != (x, y):
-            return self.now[name]
-        return interpolate(before, self.now[name], at)
+        return interpolate(self.before.get(name, self.now[name]), self.now[name], at)
 
     def within(self, name: str, place: Vector, reach: float) -> Stretch | None:
         """When a player was within `reach` m of a place; None if it never was."""
@@ -87,8 +79,8 @@ def judge_homes(state: State, layout: Layout, ways: Ways) -> Judged:
         if before == TAGGED:
             calls.append(ways.call("home", f"{name} is at home and plays again", stretch[0], name))
             continue
-        state = state.with_carrier(other(team), None).with_captures(team, state.captures[team] + 1)
-        score = " to ".join(str(state.captures[t]) for t in (team, other(team)))
+        state = state.with_carrier(other(team), None).with_points(team, state.points[team] + 1)
+        score = " to ".join(str(state.points[t]) for t in (team, other(team)))
         text = f"{name} captures the flag of {other(team)}: {score} for {team}"
         calls.append(ways.call("capture", text, stretch[0], name))
     return state, calls

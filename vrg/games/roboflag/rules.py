@@ -4,11 +4,9 @@ from collections.abc import Sequence
 
 from msgspec import structs
 
-from vrg.bus.messages import Auction, FieldObject, OfficialAction, PlayerStatus, Stage, Zone
+from vrg.bus.messages import Auction, FieldObject, Zone
 from vrg.coordinator.auctions import closed, opened
-from vrg.coordinator.marks import not_lined_up, on_marks
-from vrg.coordinator.match import DRAW
-from vrg.coordinator.rulebook import Call, Contestant, Field, Verdict, points
+from vrg.coordinator.rulebook import DRAW, Call, Contestant, Field, RuleBook, Verdict
 from vrg.errors import ConfigError
 from vrg.games.roboflag import FLAG, FLAGGED, GAME, NORMAL, TAG_DISTANCE, TAGGED, TEAMS, attack_of, flag_of, other
 from vrg.games.roboflag.checks import problems_of
@@ -16,15 +14,13 @@ from vrg.games.roboflag.judging import Ways, judge_flags, judge_homes, judge_tag
 from vrg.games.roboflag.layout import Layout
 from vrg.games.roboflag.settings import Settings
 from vrg.games.roboflag.state import State
-from vrg.geometry import circumradius
-from vrg.types import Pose
 
 ROUNDS = 2
 SUDDEN_DEATH = 3
 """The number of the round that decides a tie."""
 
 
-class RoboFlag:
+class RoboFlag(RuleBook[State]):
     """The rule book of RoboFlag.
 
     Args:
@@ -44,11 +40,11 @@ class RoboFlag:
     def __init__(self, settings: Settings, contestants: Sequence[Contestant], seed: int = 0) -> None:
         if problems := problems_of(settings, contestants):
             raise ConfigError(problems)
+        super().__init__(contestants)
         self.settings = settings
         self.layout = Layout(settings)
-        self.contestants = {c.name: c for c in contestants}
         self.teams = {c.name: c.role for c in contestants}
-        self.lineup_limit = 0.0 if settings.lineup == "place" else settings.lineup_limit
+        self.lineup_limit = settings.patience
 
     def initial(self) -> State:
         """The state in which every player is normal, both flags are in their places, and nobody has scored."""
@@ -59,18 +55,10 @@ class RoboFlag:
         ]
         return State(
             states=dict.fromkeys(self.contestants, NORMAL),
-            captures=dict.fromkeys(TEAMS, 0),
+            points=dict.fromkeys(TEAMS, 0),
             objects=flags,
             numbers={TAG_DISTANCE: self.layout.tag_distance},
         )
-
-    def obstacles_to_start(self, state: State, now: Field) -> dict[str, str]:
-        """The reasons why a player does not yet stand still on its start, by player."""
-        return not_lined_up(self.marks(state), now)
-
-    def marks(self, state: State) -> dict[str, Pose]:
-        """Where players line up before each round: their starts in the match file."""
-        return {c.name: c.start for c in self.contestants.values()}
 
     def judge(self, state: State, before: Field, now: Field, clock: float) -> Verdict[State]:
         """Judge the ways between two instants: homes, flags, tags, then who bids, and the end of the round."""
@@ -83,13 +71,9 @@ class RoboFlag:
         state = self._led_home(self._auctions(state, clock))
         return self._end_of_round(state, clock, calls)
 
-    def obstacles_to_resume(self, state: State, now: Field) -> list[str]:
-        """Always empty, because this game has no fouls."""
-        return []
-
     def next_round(self, state: State, now: Field) -> Verdict[State]:
         """End the game, or begin the next round: scores carry over, positions and flags do not."""
-        first, second = (state.captures[team] for team in TEAMS)
+        first, second = (state.points[team] for team in TEAMS)
         leader = TEAMS[0] if first > second else TEAMS[1]
         last = self._decided(state) or state.round >= ROUNDS
         if last and first != second:
@@ -99,7 +83,7 @@ class RoboFlag:
         fresh = structs.replace(
             self.initial(),
             round=SUDDEN_DEATH if last else state.round + 1,
-            captures=state.captures,
+            points=state.points,
             disqualified=state.disqualified,
         )
         if not last:
@@ -107,59 +91,27 @@ class RoboFlag:
         text = f"a tie, {first} to {second}: sudden death, in which the first capture wins"
         return Verdict(fresh, [Call(rule="sudden_death", text=text)])
 
-    def statuses(self, state: State, stage: Stage, now: Field) -> list[PlayerStatus]:
-        """The status of each player. A tagged player may move, because the coordinator drives it home."""
-        lining_up = stage is Stage.INITIALIZE
-        lined_up = on_marks(self.marks(state), now)
-        return [
-            PlayerStatus(
-                name=name,
-                team=c.role,
-                role=c.role,
-                state=state.states[name],
-                may_move=name not in lined_up if lining_up else stage is Stage.PLAY_ROUND,
-                radius=circumradius(c.size),
-                pose=now.poses.get(name),
-                mark=c.start if lining_up else None,
-            )
-            for name, c in self.contestants.items()
-        ]
-
     def zones(self, state: State) -> list[Zone]:
         """The field, and the half, the home zone and the flag zone of each team."""
         return self.layout.zones()
 
-    def score(self, state: State) -> dict[str, int]:
-        """The number of flags that each team has captured."""
-        return state.captures
+    def states_of(self, name: str) -> Sequence[str]:
+        """The states into which an official may put a player."""
+        return NORMAL, TAGGED, FLAGGED
 
-    def speed_limits(self) -> dict[str, float]:
-        """Every robot may be as fast as it can."""
-        return {}
-
-    def overrule(self, state: State, action: OfficialAction, subject: str, value: str) -> State:
-        """Set a team's score or a player's state.
+    def put_into(self, state: State, name: str, value: str) -> State:
+        """The state after an official has put a player into another one.
 
         Raises:
-            ConfigError: there is no such player, team, state or score, or the flag has another carrier.
+            ConfigError: the flag has another carrier.
         """
-        if action is OfficialAction.SET_SCORE:
-            if subject not in TEAMS:
-                raise ConfigError([f"{action}: expected {' or '.join(TEAMS)}, got {subject!r}"])
-            return state.with_captures(subject, points(action, value))
-        if subject not in self.teams:
-            raise ConfigError([f"{action}: expected one of {', '.join(sorted(self.teams))}, got {subject!r}"])
-        if action is OfficialAction.SET_ROLE:
-            raise ConfigError([f"{action}: a player of this game never changes its team"])
-        if value not in (NORMAL, TAGGED, FLAGGED):
-            raise ConfigError([f"{action}: expected {NORMAL}, {TAGGED} or {FLAGGED}, got {value!r}"])
-        opponents = other(self.teams[subject])
+        opponents = other(self.teams[name])
         carrier = state.flag(opponents).carrier
-        if value == FLAGGED and carrier not in (None, subject):
-            raise ConfigError([f"{action}: {carrier} has the flag of {opponents} already"])
-        if value == FLAGGED or carrier == subject:
-            state = state.with_carrier(opponents, subject if value == FLAGGED else None)
-        return self._led_home(state.with_state([subject], value))
+        if value == FLAGGED and carrier not in (None, name):
+            raise ConfigError([f"{carrier} has the flag of {opponents} already"])
+        if value == FLAGGED or carrier == name:
+            state = state.with_carrier(opponents, name if value == FLAGGED else None)
+        return self._led_home(state.with_state([name], value))
 
     def _returned(self, state: State) -> tuple[State, list[Call]]:
         """Put back the flag of a carrier that is disqualified."""
@@ -202,7 +154,7 @@ class RoboFlag:
 
     def _decided(self, state: State) -> bool:
         """Whether a team has captured enough flags to end the game."""
-        return any(captured >= self.settings.captures for captured in state.captures.values())
+        return any(captured >= self.settings.captures for captured in state.points.values())
 
     def _end_of_round(self, state: State, clock: float, calls: list[Call]) -> Verdict[State]:
         sudden = state.round == SUDDEN_DEATH

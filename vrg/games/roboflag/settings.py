@@ -1,13 +1,11 @@
 """The [rules] table of a match of RoboFlag."""
 
-from typing import Annotated, Literal
+from typing import Literal
 
 from pydantic import Field as Setting
 
+from vrg.games.settings import Coordinate, LineUp
 from vrg.tables import Table
-
-Coordinate = Annotated[float, Setting(ge=-1e4, le=1e4)]
-"""A coordinate, m."""
 
 
 class Side(Table):
@@ -22,8 +20,8 @@ class Side(Table):
     flag: tuple[Coordinate, Coordinate]
 
 
-class Settings(Table):
-    """The [rules] table of a match file. Lengths in m at scale 1, times in s.
+class Settings(LineUp):
+    """The [rules] table of a match file, with that of `LineUp`. Lengths in m at scale 1, times in s.
 
     Args:
         centre: the centre (x, y) of the field, m in the map's frame. `scale` does not change it.
@@ -37,8 +35,6 @@ class Settings(Table):
         captures: the number of captures that ends the game at once.
         epoch: the time after which the teams bid anew for who attacks.
         bidding: the time for which bids are taken before the lowest one wins.
-        lineup: `drive` lets players drive to their starts before a round; `place` puts virtual robots there at once.
-        lineup_limit: the time after which virtual robots that are not on their starts are put there.
     """
 
     centre: tuple[Coordinate, Coordinate] = (0.0, 0.0)
@@ -56,8 +52,6 @@ class Settings(Table):
     captures: int = Setting(3, ge=1, le=1000)
     epoch: float = Setting(10.0, ge=1, le=1e6)
     bidding: float = Setting(0.3, ge=0.1, le=1e3)
-    lineup: Literal["drive", "place"] = "drive"
-    lineup_limit: float = Setting(60.0, gt=0)
 
     def side(self, team: str) -> Side:
         """What the half of a team looks like."""

@@ -9,9 +9,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from msgspec import structs
 
-from vrg.bus.messages import OfficialAction, PlayerStatus, Stage, Zone
-from vrg.coordinator.marks import not_lined_up, on_marks
-from vrg.coordinator.rulebook import Call, Contestant, Field, Verdict, points
+from vrg.bus.messages import Zone
+from vrg.coordinator.rulebook import Call, Contestant, Field, RuleBook, Verdict
 from vrg.errors import ConfigError
 from vrg.games.sharks_and_minnows import ACTIVE, GAME, INACTIVE, MINNOW, MINNOWS, SHARK, SHARKS
 from vrg.games.sharks_and_minnows.checks import passes, problems_of
@@ -19,7 +18,7 @@ from vrg.games.sharks_and_minnows.lineup import Extent, line_up
 from vrg.games.sharks_and_minnows.settings import Settings
 from vrg.games.sharks_and_minnows.state import State, opposite
 from vrg.games.sharks_and_minnows.tagging import Hunters, Motion, first_tags
-from vrg.geometry import circumradius, interpolate
+from vrg.geometry import interpolate
 from vrg.regions import Region
 from vrg.types import Pose
 
@@ -27,7 +26,7 @@ PATIENCE = 3.0
 """The default time limit of a pass, in terms of what the slowest player may need for the length of the field."""
 
 
-class SharksAndMinnows:
+class SharksAndMinnows(RuleBook[State]):
     """The rule book of Sharks and Minnows.
 
     Args:
@@ -44,16 +43,16 @@ class SharksAndMinnows:
     state_type = State
 
     def __init__(self, settings: Settings, contestants: Sequence[Contestant], seed: int = 0) -> None:
+        super().__init__(contestants)
         self._seed = seed
         self.settings = settings
         self._field = settings.field
         self._ends = {end: settings.end_zone(end) for end in ("low", "high")}
-        self.contestants = {c.name: c for c in contestants}
         self._extent = Extent.of(contestants)
         if problems := problems_of(settings, contestants, self._extent):
             raise ConfigError(problems)
         self.rounds = settings.passes or passes(contestants)
-        self.lineup_limit = 0.0 if settings.lineup == "place" else settings.lineup_limit
+        self.lineup_limit = settings.patience
         slowest = settings.slowest * min(c.v_max for c in contestants)
         limit = settings.pass_limit
         self.pass_limit = PATIENCE * settings.length / slowest if limit is None else limit
@@ -63,14 +62,10 @@ class SharksAndMinnows:
         return State(
             roles={c.name: c.role for c in self.contestants.values()},
             states=dict.fromkeys(self.contestants, ACTIVE),
-            round=1,
+            points={SHARKS: 0, MINNOWS: 0},
             goal=self.settings.first_goal,
             marks={c.name: c.start for c in self.contestants.values()},
         )
-
-    def obstacles_to_start(self, state: State, now: Field) -> dict[str, str]:
-        """The reasons why a player does not yet stand still on its mark, by player."""
-        return not_lined_up(state.marks, now)
 
     def marks(self, state: State) -> dict[str, Pose]:
         """Where everybody lines up for this pass."""
@@ -101,9 +96,8 @@ class SharksAndMinnows:
             )
         calls += self._late(state, now, clock, {f.players[0] for f in calls})
         hit = {f.players[0] for f in calls}
-        caught = state.caught + sum(state.roles[n] == MINNOW for n in hit)
-        if hit:
-            state = structs.replace(state.with_state(hit, INACTIVE), caught=caught)
+        caught = sum(state.roles[name] == MINNOW for name in hit)
+        state = state.with_state(hit, INACTIVE).with_points(SHARKS, state.points[SHARKS] + caught)
         return self._end_of_pass(state, now, calls)
 
     def _exits(self, state: State, before: Field, now: Field) -> dict[str, float]:
@@ -149,7 +143,7 @@ class SharksAndMinnows:
 
     def _late(self, state: State, now: Field, clock: float, hit: set[str]) -> list[Call]:
         """The calls for minnows that are outside the end zone when the time of the pass is up (an extension)."""
-        if not self.pass_limit or clock < self.pass_limit:
+        if not self.pass_limit or clock < self.pass_limit - 1e-9:
             return []
         zone = self._ends[state.goal]
         return [
@@ -169,7 +163,7 @@ class SharksAndMinnows:
         home = [n for n in sorted(remaining) if n in now.poses and zone.contains(now.poses[n].x, now.poses[n].y)]
         if len(home) < len(remaining):
             return Verdict(state, calls)
-        state = structs.replace(state, crossed=state.crossed + len(home))
+        state = state.with_points(MINNOWS, state.points[MINNOWS] + len(home))
         left = f"{len(home)} minnow{'' if len(home) == 1 else 's'} left"
         calls.append(
             Call(
@@ -185,10 +179,6 @@ class SharksAndMinnows:
         if not state.active(MINNOW):
             return SHARKS
         return MINNOWS if state.round >= self.rounds else None
-
-    def obstacles_to_resume(self, state: State, now: Field) -> list[str]:
-        """Always empty, because a foul stops only the player that committed it, and play goes on at once."""
-        return []
 
     def next_round(self, state: State, now: Field) -> Verdict[State]:
         """End the game, or let inactive players become sharks and the teams swap ends."""
@@ -230,28 +220,17 @@ class SharksAndMinnows:
         """The end zone in which minnows are safe in this pass."""
         return self._ends[state.goal]
 
-    def statuses(self, state: State, stage: Stage, now: Field) -> list[PlayerStatus]:
-        """The status of each player. Everybody knows all positions and roles, but not the top speeds.
+    def team_of(self, name: str) -> str:
+        """The team of a player, which a minnow that becomes a shark does not leave."""
+        return SHARKS if self.contestants[name].role == SHARK else MINNOWS
 
-        Before a round a player may drive to its mark. There it is held until the round begins.
-        """
-        lining_up = stage is Stage.INITIALIZE
-        lined_up = on_marks(state.marks, now) if lining_up else set()
-        return [
-            PlayerStatus(
-                name=name,
-                team=SHARKS if contestant.role == SHARK else MINNOWS,
-                role=state.roles[name],
-                state=state.states[name],
-                may_move=name not in lined_up
-                if lining_up
-                else stage is Stage.PLAY_ROUND and state.states[name] == ACTIVE,
-                radius=circumradius(contestant.size),
-                pose=now.poses.get(name),
-                mark=state.marks[name] if lining_up else None,
-            )
-            for name, contestant in self.contestants.items()
-        ]
+    def role_of(self, state: State, name: str) -> str:
+        """The role of a player in this pass."""
+        return state.roles[name]
+
+    def may_play(self, state: State, name: str) -> bool:
+        """True if a player is active. Everybody knows all positions and roles, but not the top speeds."""
+        return state.states[name] == ACTIVE
 
     def zones(self, state: State) -> list[Zone]:
         """The field, the end zone where minnows are safe, and the end zone where they start."""
@@ -262,10 +241,6 @@ class SharksAndMinnows:
         )
         return [Zone(name=name, kind=kind, region=region) for name, kind, region in named]
 
-    def score(self, state: State) -> dict[str, int]:
-        """The points of each team: minnows taken out for the sharks, safe crossings for the minnows."""
-        return {SHARKS: state.caught, MINNOWS: state.crossed}
-
     def speed_limits(self) -> dict[str, float]:
         """The top speeds, drawn by the seed and the player's name. The order of the players does not matter."""
         limits = {}
@@ -274,21 +249,14 @@ class SharksAndMinnows:
             limits[name] = self.contestants[name].v_max * float(rng.uniform(self.settings.slowest, 1.0))
         return limits
 
-    def overrule(self, state: State, action: OfficialAction, subject: str, value: str) -> State:
-        """Set a team's score, or a player's role or state.
+    def roles_of(self, name: str) -> Sequence[str]:
+        """The roles that an official may give a player."""
+        return SHARK, MINNOW
 
-        Raises:
-            ConfigError: there is no such player, team, role, state or score.
-        """
-        if action is OfficialAction.SET_SCORE:
-            if subject not in (SHARKS, MINNOWS):
-                raise ConfigError([f"{action}: expected sharks or minnows, got {subject!r}"])
-            return structs.replace(state, **{"caught" if subject == SHARKS else "crossed": points(action, value)})
-        if subject not in state.roles:
-            raise ConfigError([f"{action}: expected one of {', '.join(sorted(state.roles))}, got {subject!r}"])
-        known = (SHARK, MINNOW) if action is OfficialAction.SET_ROLE else (ACTIVE, INACTIVE)
-        if value not in known:
-            raise ConfigError([f"{action}: expected {' or '.join(known)}, got {value!r}"])
-        if action is OfficialAction.SET_ROLE:
-            return structs.replace(state, roles={**state.roles, subject: value})
-        return state.with_state([subject], value)
+    def states_of(self, name: str) -> Sequence[str]:
+        """The states into which an official may put a player."""
+        return ACTIVE, INACTIVE
+
+    def with_role(self, state: State, name: str, role: str) -> State:
+        """The state after an official has given a player a role."""
+        return structs.replace(state, roles={**state.roles, name: role})

@@ -1,19 +1,16 @@
 """The [rules] table of a match of Sharks and Minnows."""
 
-from typing import Annotated, Literal
+from typing import Literal
 
 from pydantic import Field as Setting
 from pydantic import model_validator
 
+from vrg.games.settings import Coordinate, LineUp
 from vrg.regions import Rectangle
-from vrg.tables import Table
-
-Border = Annotated[float, Setting(ge=-1e4, le=1e4)]
-"""A coordinate of a border of the field, m."""
 
 
-class Settings(Table):
-    """The [rules] table of a match file. Lengths in m, times in s.
+class Settings(LineUp):
+    """The [rules] table of a match file, with that of `LineUp`. Lengths in m, times in s.
 
     Args:
         x, y: the (low, high) borders of the field.
@@ -25,12 +22,10 @@ class Settings(Table):
         pass_limit: the time after which minnows outside the end zone become inactive; 0 means no limit. The default is
             three times what the slowest player may need for the length of the field; this is an extension.
         slowest: each player's top speed is drawn between this fraction of its model's and the whole.
-        lineup: `drive` lets players drive to their marks; `place` puts virtual robots there at once.
-        lineup_limit: the time after which virtual robots that are not on their marks are put there.
     """
 
-    x: tuple[Border, Border]
-    y: tuple[Border, Border]
+    x: tuple[Coordinate, Coordinate]
+    y: tuple[Coordinate, Coordinate]
     along: Literal["x", "y"] = "y"
     first_goal: Literal["low", "high"] = "low"
     zone_depth: float = Setting(3.0, gt=0)
@@ -38,8 +33,6 @@ class Settings(Table):
     passes: int | None = Setting(None, ge=1)
     pass_limit: float | None = Setting(None, ge=0)
     slowest: float = Setting(0.6, gt=0, le=1)
-    lineup: Literal["drive", "place"] = "drive"
-    lineup_limit: float = Setting(60.0, gt=0)
 
     @model_validator(mode="after")
     def _playable(self) -> "Settings":
