@@ -72,7 +72,7 @@ def test_a_full_disk_halts_the_match_and_loses_nothing(start: Callable[..., Matc
     assert FULL in (observer.state.halted or "")
     observer.wait_until(observer.standing, "all robots to stand")
     _, records = read_journal(match.run.journal)
-    assert records[-1].standing.game["caught"] == score - 1, "what was announced is what was written"
+    assert records[-1].standing.game["points"]["sharks"] == score - 1, "what was announced is what was written"
     assert set(read_tracks(match.run.recording)) == set(PLAYERS)
     observer.decide(OfficialAction.RESUME)
     observer.time_passes(0.5, "asked to resume on a full disk")
