@@ -50,6 +50,15 @@ def test_what_was_written_is_read_back(path: Path) -> None:
     assert records[2].calls == [call(3)]
 
 
+def test_a_journal_of_another_release_is_refused_in_words(path: Path) -> None:
+    filled(path)
+    text = path.read_text()
+    assert '"journal":2' in text
+    path.write_text(text.replace('"journal":2', '"journal":1', 1))
+    with pytest.raises(JournalError, match="expected a journal of version 2, got 1: use the VRG that recorded it"):
+        read_journal(path)
+
+
 def test_the_standing_is_read_with_the_clock_of_the_newest_tick(path: Path) -> None:
     with Journal(path, HEADER) as journal:
         assert read_standing(path) is None

@@ -28,7 +28,8 @@ log = logging.getLogger(__name__)
 
 T = TypeVar("T", bound=Struct)
 
-FORMAT = 1
+FORMAT = 2
+"""The version of the records; from 2 on a game's state has the points of the teams in one table."""
 EVIDENCE = "evidence.bin"
 """The name of the file with what the referee decided by, beside the journal."""
 
@@ -207,7 +208,7 @@ def read_journal(path: Path) -> tuple[Header, list[Record]]:
     """Read all complete lines of a journal.
 
     Raises:
-        JournalError: the file cannot be read, is empty, or has a damaged complete line.
+        JournalError: the file cannot be read, is empty, of another version, or has a damaged complete line.
     """
     try:
         content = path.read_bytes()
@@ -216,8 +217,12 @@ def read_journal(path: Path) -> tuple[Header, list[Record]]:
     lines = content[: content.rfind(b"\n") + 1].splitlines()
     if not lines:
         raise JournalError(f"{path}: expected a journal, got an empty file")
-    records = [_decode(line, Record, path, number) for number, line in enumerate(lines[1:], 2)]
-    return _decode(lines[0], Header, path, 1), records
+    header = _decode(lines[0], Header, path, 1)
+    if header.journal != FORMAT:
+        raise JournalError(
+            f"{path}: expected a journal of version {FORMAT}, got {header.journal}: use the VRG that recorded it"
+        )
+    return header, [_decode(line, Record, path, number) for number, line in enumerate(lines[1:], 2)]
 
 
 def read_standing(path: Path) -> Standing | None:
