@@ -2,20 +2,25 @@
 
 import importlib
 import re
+import stat
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from msgspec import structs
 
 from vrg.config.loading import check_strategies, load_match, match_path
 from vrg.config.rules import rulebook_of
-from vrg.config.setup import MatchSetup, read_setup, write_setup
+from vrg.config.setup import NOISE, RULES, MatchSetup, radio_seed, read_setup, team_seed, write_setup
 from vrg.errors import ConfigError, LaunchError
 from vrg.hal.models import MODELS
 from vrg.hal.sensors.camera import CameraSpec
 from vrg.hal.sim.map import load_map
 from vrg.launch.nodes import strategy_of
+from vrg.launch.run_folder import RunFolder
 
 GOOD = match_path("sharks-and-minnows").read_text(encoding="utf-8")
 
@@ -299,6 +304,44 @@ def test_only_the_robots_that_have_a_feed_are_located_by_a_tracker(load: Load) -
     line, wired = CAN_SHARK
     assert load(WIRED.replace(line, wired)).roster.fed == ()
     assert load(WIRED.replace(line, f'{wired}\nlocalisation = "feed"')).roster.fed == ("player1",)
+
+
+def test_what_a_player_gets_tells_no_other_number_of_the_match(load: Load, tmp_path: Path) -> None:
+    setup = load(WIRED.replace(*CAN_SHARK)).with_secret("3f")
+    folder = RunFolder(tmp_path)
+    folder.hand_out(setup)
+    for player in setup.players:
+        got = folder.setup_of(player.name)
+        assert stat.S_IMODE(got.stat().st_mode) == 0o600
+        own = {team_seed(player.team), radio_seed(player.name)}
+        assert read_setup(got).drawn == {purpose: setup.draw(purpose) for purpose in own}
+        assert strategy_of(read_setup(got), player.name).seed == strategy_of(setup, player.name).seed
+        with pytest.raises(KeyError):
+            read_setup(got).draw(RULES)
+        assert '"secret":""' in got.read_text()
+        assert "seed = " not in got.read_text(), "the match file has the seed"
+    assert read_setup(folder.setup) == setup
+
+
+@given(seed=st.integers(0, 2**40), secret=st.text(max_size=16), other=st.text(max_size=16))
+def test_each_purpose_and_each_secret_has_numbers_of_its_own(seed: int, secret: str, other: str) -> None:
+    setup = structs.replace(load_match(match_path("sharks-and-minnows")), seed=seed)
+    first, second = setup.with_secret(secret), setup.with_secret(other)
+    purposes = [RULES, NOISE, team_seed("shark"), radio_seed("shark")]
+    drawn = [first.draw(purpose) for purpose in purposes]
+    assert len(set(drawn)) == len(purposes)
+    assert all(0 <= number < 2**63 for number in drawn)
+    assert (drawn == [second.draw(purpose) for purpose in purposes]) is (secret == other)
+    assert first.world.seed == first.draw(NOISE)
+
+
+def test_a_match_has_one_secret_even_if_its_processes_are_started_again(tmp_path: Path) -> None:
+    first, second = RunFolder(tmp_path / "a"), RunFolder(tmp_path / "b")
+    first.prepare()
+    second.prepare()
+    assert len(first.secret()) == 32
+    assert RunFolder(first.path).secret() == first.secret() != second.secret()
+    assert stat.S_IMODE((first.path / "secret").stat().st_mode) == 0o600
 
 
 def test_the_set_up_that_processes_read_is_the_one_that_was_checked(load: Load, tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ from vrg.bus.session import DEFAULT_ENDPOINT, Session, open_session
 from vrg.bus.stopping import Stop
 from vrg.commands.foxglove import told
 from vrg.commands.page import print_links
-from vrg.config.setup import HERE, MatchSetup, write_setup
+from vrg.config.setup import HERE, MatchSetup
 from vrg.errors import LaunchError
 from vrg.launch.endpoints import host_of, port_of
 from vrg.launch.events import EventLog
@@ -158,7 +158,10 @@ def _served(
     Raises:
         ConfigError, LaunchError: see `play_processes`; no process then runs.
     """
-    write_setup(setup, folder.setup)
+    if security.wanted or any(setup.sandboxed(player.name, seats=False) for player in setup.players):
+        # Where players cannot read the match's other files, its seed must not tell them what those hold.
+        setup = setup.with_secret(folder.secret())
+    folder.hand_out(setup)
     listening = Listening(setup.keys, EventLog(folder.events))
     remote = remote_hosts(
         setup, folder, window=show.window, record=show.record, announce=show.announce, notes=listening

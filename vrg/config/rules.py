@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from vrg.config.setup import MatchSetup
+from vrg.config.setup import RULES, MatchSetup
 from vrg.coordinator.rulebook import Contestant, RuleBook
 from vrg.games import GAMES
 
@@ -21,4 +21,4 @@ def rulebook_of(setup: MatchSetup) -> RuleBook[Any]:
         for p in setup.players
     ]
     make: Callable[..., RuleBook[Any]] = game.load_rules()
-    return make(settings, contestants, setup.seed)
+    return make(settings, contestants, setup.draw(RULES))

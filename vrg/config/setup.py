@@ -3,6 +3,7 @@
 A process that is given a set-up needs neither the match file nor the code that checks match files.
 """
 
+import hashlib
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,20 @@ from vrg.types import Pose
 
 HERE = "here"
 """The name of the machine where the match is launched."""
+
+
+RULES, NOISE = "rules", "noise"
+"""The purposes of `MatchSetup.draw` that the referee and the world have."""
+
+
+def team_seed(team: str) -> str:
+    """The purpose of what the players of a team draw."""
+    return f"team {team}"
+
+
+def radio_seed(player: str) -> str:
+    """The purpose of what is drawn for the messages that a player hears."""
+    return f"radio {player}"
 
 
 class PlayerSetup(Struct, frozen=True, kw_only=True):
@@ -103,6 +118,9 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
             what is missing runs where the match is launched.
         idle: the further machines of the match file, on which nothing runs.
         developer: its window is the developers' view.
+        secret: what keeps the random numbers of the match from those who know its seed; empty if the match is to be
+            repeatable by its seed.
+        drawn: the numbers of one player, by purpose, in the set-up of its process, which has no secret.
     """
 
     text: str
@@ -132,6 +150,36 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
     place: dict[str, str] = {}
     idle: list[str] = []
     developer: bool = False
+    secret: str = ""
+    drawn: dict[str, int] = {}
+
+    def draw(self, purpose: str) -> int:
+        """The seed of what is random for a purpose, from 0 to 2**63 - 1: a keyed hash of the seed and the purpose.
+
+        Nobody can tell the secret or the number of another purpose from it.
+
+        Raises:
+            KeyError: this is the set-up of one player's process, and the purpose is not one of that player's.
+        """
+        if self.drawn:
+            return self.drawn[purpose]
+        text = f"{self.seed} {purpose}".encode()
+        return int.from_bytes(hashlib.blake2b(text, key=self.secret.encode(), digest_size=8).digest()) >> 1
+
+    def with_secret(self, secret: str) -> "MatchSetup":
+        """Return the same match with a secret of at most 64 bytes; an empty one makes it repeatable by its seed."""
+        return structs.replace(self, secret=secret)
+
+    def for_player(self, name: str) -> "MatchSetup":
+        """Return the same match as the process of one player gets it: without what other players' numbers come from.
+
+        Raises:
+            ConfigError: there is no such player.
+        """
+        purposes = (team_seed(self.player(name).team), radio_seed(name))
+        return structs.replace(
+            self, secret="", seed=0, text="", drawn={purpose: self.draw(purpose) for purpose in purposes}
+        )
 
     @property
     def keys(self) -> Keys:
@@ -180,7 +228,7 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
         return WorldConfig(
             map=self.map,
             engine=self.engine,
-            seed=self.seed,
+            seed=self.draw(NOISE),
             rate=self.rate,
             lasers=self.lasers,
             noise=self.noise,
@@ -234,12 +282,13 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
 
 
 def write_setup(setup: MatchSetup, path: Path) -> None:
-    """Write a set-up for the processes of a match.
+    """Write a set-up for the processes of a match. Other users of the machine cannot read it.
 
     Raises:
         LaunchError: the file cannot be written.
     """
     try:
+        path.touch(mode=0o600)
         path.write_bytes(msgspec.json.encode(setup))
     except OSError as error:
         raise LaunchError(f"{path}: cannot be written: {error.strerror}: choose another place") from error

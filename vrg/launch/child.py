@@ -77,7 +77,8 @@ def main(arguments: Sequence[str]) -> int:
             stop = serve_router(router, upstream=upstream, setup=setup, keys=keys, leash=True)
         else:
             run = Path(rest[0])
-            setup = read_setup(RunFolder(run).setup)
+            folder = RunFolder(run)
+            setup = read_setup(folder.setup_of(rest[1]) if kind == "player" else folder.setup)
             if len(rest) > 2:
                 setup = setup.substituted(rest[1], rest[2])
             name, secret = rest[1] if len(rest) > 1 else "", read_secret() if kind == "web" else ""

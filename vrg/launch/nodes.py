@@ -4,13 +4,12 @@ Each node is imported when it is made, so that a process loads only what it need
 processes only a player's own process imports a student's code.
 """
 
-import zlib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vrg.blame import failure_of
 from vrg.bus.mailbox import Mailbox
-from vrg.config.setup import MatchSetup
+from vrg.config.setup import MatchSetup, radio_seed, team_seed
 from vrg.errors import ConfigError, StrategyError
 from vrg.launch.run_folder import RunFolder
 
@@ -103,7 +102,8 @@ def strategy_of(setup: MatchSetup, name: str) -> "Strategy":
         strategy = kind(name, player.robot)
     except (Exception, SystemExit) as error:
         raise ConfigError([f"{player.strategy}: cannot be made: {failure_of(error)}"]) from error
-    strategy.seed = zlib.crc32(f"{setup.seed} {player.team}".encode())
+    # numpy's older generators take no more than 32 bits.
+    strategy.seed = setup.draw(team_seed(player.team)) % 2**32
     return strategy
 
 
@@ -143,7 +143,7 @@ def player_node(setup: MatchSetup, name: str, medium: "Medium | None" = None) ->
     driver = open_driver(player.backend, context)
     clock = REAL_CLOCK if medium is None else medium.clock
     device = Device(driver, keys, mailbox, start=player.pose, localisation=player.localisation, clock=clock)
-    radio = Radio(keys, mailbox, name, player.team, link_of(setup.radio, setup.seed))
+    radio = Radio(keys, mailbox, name, player.team, link_of(setup.radio, setup.draw(radio_seed(name))))
     return Player(mailbox, keys, device, strategy, team=player.team, radio=radio)
 
 

@@ -2,11 +2,13 @@
 
 import json
 import os
+import secrets
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+from vrg.config.setup import MatchSetup, write_setup
 from vrg.errors import LaunchError
 
 
@@ -66,6 +68,39 @@ class RunFolder:
     def setup(self) -> Path:
         """The set-up of the checked match, for its processes."""
         return self.path / "setup.json"
+
+    def setup_of(self, name: str) -> Path:
+        """The set-up of the match as the process of a player gets it."""
+        return self.path / "setups" / f"{name}.json"
+
+    def hand_out(self, setup: MatchSetup) -> None:
+        """Write the set-up of the match for its processes, and for each player's process one of its own.
+
+        Raises:
+            LaunchError: a file cannot be written.
+        """
+        write_setup(setup, self.setup)
+        for player in setup.players:
+            path = self.setup_of(player.name)
+            path.parent.mkdir(mode=0o700, exist_ok=True)
+            write_setup(setup.for_player(player.name), path)
+
+    def secret(self) -> str:
+        """The secret of the match that is played here. It is drawn at the first call, and outlives a restart.
+
+        Raises:
+            LaunchError: its file cannot be written or read.
+        """
+        path = self.path / "secret"
+        try:
+            try:
+                with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
+                    file.write(secrets.token_hex(16))
+            except FileExistsError:
+                pass
+            return path.read_text()
+        except OSError as error:
+            raise LaunchError(f"{path}: cannot be written or read: {error.strerror}: choose another place") from error
 
     @property
     def journal(self) -> Path:

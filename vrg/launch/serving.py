@@ -74,6 +74,9 @@ def serve(
     folder = RunFolder(run or Path("runs") / setup.name)
     if run is not None or kind not in ("player", "spectator", "developer", "hud"):
         folder.prepare()
+    if kind in ("world", "coordinator") and keys is not None and not setup.secret:
+        # Where no launcher has drawn one; nothing that these two draw is the same.
+        setup = setup.with_secret(folder.secret())
     credentials = None if keys is None else find_credentials(keys, seats_of_node(kind, name))
     sealed = kind == "player" and setup.sandboxed(name, seats=keys is not None)
     if sealed:

@@ -74,12 +74,12 @@ def test_a_player_reads_what_it_needs_and_no_more(match: MatchSetup) -> None:
         "blue_tricks.py",
         "shared.py",
         "weights.bin",
-        "match.toml",
         "keys/player.ann/seat.key",
         "runs/now/players/ann/notes",
         "runs/now/logs/ann.json",
     }
     others = {
+        "match.toml",
         "red.py",
         "red_tricks.py",
         "keys/player.bob/seat.key",
@@ -87,6 +87,9 @@ def test_a_player_reads_what_it_needs_and_no_more(match: MatchSetup) -> None:
         "runs/before/red.py",
         "runs/now/red.py",
         "runs/now/world.snapshot",
+        "runs/now/setup.json",
+        "runs/now/setups/bob.json",
+        "runs/now/secret",
         "runs/now/logs/referee.log",
         "runs/now/players/bob/notes",
     }

@@ -20,7 +20,7 @@ from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import open_session
 from vrg.bus.stopping import StopSignal
 from vrg.config.loading import load_match
-from vrg.config.setup import MatchSetup, write_setup
+from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError, VrgError
 from vrg.launch.endpoints import free_endpoint
 from vrg.launch.events import What
@@ -165,8 +165,8 @@ class Agent:
     def _(self, message: wire.Load) -> None:
         folder = self._run_folder
         self._window, self._record = message.window, message.record
-        self._setup = setup = load_match(folder.match_file)
-        write_setup(setup, folder.setup)
+        self._setup = setup = load_match(folder.match_file).with_secret(message.secret)
+        folder.hand_out(setup)
         planned = specs(setup, folder.path, "", window=self._window, record=self._record, machine=self._machine)
         address = message.address or _addresses()[0]
         endpoint = free_endpoint(address) if address and planned and planned[0].is_router else ""

@@ -33,12 +33,13 @@ class Visit:
 
     Args:
         run: the name of the run. window: True if a spectator is opened somewhere.
-        record: True if the recorder runs somewhere.
+        record: True if the recorder runs somewhere. secret: see `vrg.config.setup.MatchSetup`.
     """
 
     run: str
     window: bool
     record: bool
+    secret: str = ""
 
 
 @dataclass(frozen=True, order=True)
@@ -221,7 +222,10 @@ class Conversation:
         for name in self._travelling:
             for part in file_parts(self._folder.path / name, name):
                 self.say(part)
-        self.say(wire.Load(window=self._visit.window, record=self._visit.record, address=self._reached.address))
+        visit = self._visit
+        self.say(
+            wire.Load(window=visit.window, record=visit.record, address=self._reached.address, secret=visit.secret)
+        )
 
     @_take.register
     def _(self, message: wire.Loaded) -> None:

@@ -38,7 +38,8 @@ def remote_hosts(
         notes: told what happens to their processes.
     """
     # Two launchers may have begun in the same second, and may use the same machine.
-    visit = Visit(run=f"{folder.path.name}-{secrets.token_hex(3)}", window=window, record=record)
+    run = f"{folder.path.name}-{secrets.token_hex(3)}"
+    visit = Visit(run=run, window=window, record=record, secret=setup.secret)
     told = notes or NoNotes()
     return {
         name: RemoteHost(name, Conversation(name, machine, folder, visit, announce, told), announce)

@@ -55,11 +55,13 @@ class Load(Struct, frozen=True, tag=True):
     Args:
         window: True if a spectator is opened on some machine. record: True if some machine runs the recorder.
         address: the address or name of that machine for its router; None if it runs none, or to take the one of ssh.
+        secret: the secret of the match, see `vrg.config.setup.MatchSetup`.
     """
 
     window: bool
     record: bool
     address: str | None
+    secret: str
 
 
 class Serve(Struct, frozen=True, tag=True):

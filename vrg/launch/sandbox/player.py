@@ -99,12 +99,16 @@ def _hidden(setup: MatchSetup, player: PlayerSetup, run: Path, home: Path, *, ke
         kept.journal,
         kept.events,
         kept.setup,
+        kept.setup_of("").parent,
+        kept.path / "secret",
         kept.snapshot,
         kept.of_player("").resolve(),
         run / "files",
         run / "substitutes",
         run / LOCK,
     }
+    # The match file has the settings of other teams, too.
+    files_of_run |= {Path(setup.origin)}
     files_of_run |= {kept.match_file, kept.result, *kept.recordings()}
     # The runs beside this one have the code of all players, too.
     hidden = theirs | files_of_run | {run, run.parent, keys, base / "keys"}
