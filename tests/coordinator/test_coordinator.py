@@ -44,6 +44,7 @@ class Table:
         self.node = Coordinator(self.mailbox, KEYS, self.book, self.journal, disqualify=disqualify)
         self.places = {c.name: c.start for c in self.book.contestants.values()}
         self.silent: set[str] = set()
+        self.blind = False
         self.stopped: set[str] = set()
         self.faults: dict[str, str] = {}
         self.ages: dict[str, float] = {}
@@ -67,7 +68,8 @@ class Table:
                 m.Body(name=n, pose=p, v=0.0, w=0.0, physical=n in self.ages, age=self.ages.get(n, 0.0))
                 for n, p in self.places.items()
             ]
-            self.hear(KEYS.poses, m.Poses(bodies=bodies))
+            if not self.blind:
+                self.hear(KEYS.poses, m.Poses(bodies=bodies))
             self.world_tick += 5
             self.hear(KEYS.clock, m.Clock(time=self.time, tick=self.world_tick, epoch=0, rate=self.rate, estop=estop))
             for name in self.places:
@@ -376,14 +378,30 @@ def test_a_physical_robot_whose_pose_is_too_old_halts_the_match_and_is_waited_fo
     assert table.decide(m.OfficialAction.RESUME).halted is None
 
 
-def test_an_old_pose_halts_a_foul_too(table: Table, monkeypatch: pytest.MonkeyPatch) -> None:
-    table.ages = {"m1": 0.0}
+@pytest.mark.parametrize(("physical", "longest"), [(False, 2.0), (True, 0.5)])
+def test_a_match_without_new_poses_is_halted_and_not_resumed(table: Table, physical: bool, longest: float) -> None:
+    if physical:
+        table.ages = {"m1": 0.0}
+    assert table.ticks(3).stage is m.Stage.PLAY_ROUND
+    table.blind = True
+    assert table.ticks(round(longest / 0.1)).halted is None
+    said = f"no poses come: the newest are older than {longest:g} s"
+    assert table.tick().halted == said
+    assert table.decide(m.OfficialAction.RESUME).halted == said
+    table.blind = False
+    assert table.tick().halted == said, "an official ends it"
+    assert table.decide(m.OfficialAction.RESUME).halted is None
+
+
+def test_a_round_does_not_begin_by_old_poses(table: Table) -> None:
+    table.silent = {"m1"}
     table.ticks(3)
-    table.node.match.stage = m.Stage.FOUL
-    monkeypatch.setattr(table.book, "obstacles_to_resume", lambda *_: ["m1 is in the way"])
-    assert table.tick().halted is None
-    table.ages = {"m1": 2.0}
-    assert table.tick().halted
+    table.blind = True
+    table.ticks(25)
+    table.silent = set()
+    state = table.ticks(3)
+    assert state.stage is m.Stage.INITIALIZE
+    assert state.waiting == ["no poses come: the newest are older than 2 s"]
 
 
 class TestLatchedFaults:

@@ -53,9 +53,9 @@ def test_what_was_written_is_read_back(path: Path) -> None:
 def test_a_journal_of_another_release_is_refused_in_words(path: Path) -> None:
     filled(path)
     text = path.read_text()
-    assert '"journal":2' in text
-    path.write_text(text.replace('"journal":2', '"journal":1', 1))
-    with pytest.raises(JournalError, match="expected a journal of version 2, got 1: use the VRG that recorded it"):
+    assert '"journal":3' in text
+    path.write_text(text.replace('"journal":3', '"journal":1', 1))
+    with pytest.raises(JournalError, match="expected a journal of version 3, got 1: use the VRG that recorded it"):
         read_journal(path)
 
 

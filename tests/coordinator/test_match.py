@@ -1,10 +1,13 @@
 """The stages of Algorithm 3.1 and what an official may do, with a rule book made for it."""
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import pytest
 
 from vrg.bus.messages import Official, OfficialAction, Stage
+from vrg.config.loading import load_match
+from vrg.config.rules import rulebook_of
 from vrg.coordinator.decisions import decide
 from vrg.coordinator.match import PLACE_AGAIN, Match
 from vrg.coordinator.outcome import Outcome
@@ -34,14 +37,11 @@ class Book(RuleBook[GameState]):
     def judge(self, state: GameState, before: Field, now: Field, clock: float) -> Verdict[GameState]:
         x = now.poses["a"].x
         if x < 0:
-            return Verdict(state, [_call("foul", foul=True)])
+            return Verdict(state, [_call("foul")])
         if x > 10:
             points = self.score(state)["team"] + 1
             return Verdict(state.with_points("team", points), [_call("goal")], round_over=points % 3 == 0)
         return Verdict(state)
-
-    def obstacles_to_resume(self, state: GameState, now: Field) -> list[str]:
-        return [] if now.poses["a"].x >= 0 else ["a is still outside"]
 
     def next_round(self, state: GameState, now: Field) -> Verdict[GameState]:
         if state.round == 2:
@@ -49,8 +49,8 @@ class Book(RuleBook[GameState]):
         return super().next_round(state, now)
 
 
-def _call(rule: str, foul: bool = False) -> Call:
-    return Call(rule=rule, text=rule, players=("a",), poses=(Pose(0, 0, 0),), foul=foul)
+def _call(rule: str) -> Call:
+    return Call(rule=rule, text=rule, players=("a",), poses=(Pose(0, 0, 0),))
 
 
 def at(x: float) -> Field:
@@ -98,19 +98,11 @@ def test_the_clock_runs_in_play_alone() -> None:
     match = playing()
     play(match, [1] * 10)
     assert match.clock == pytest.approx(1.0)
-    play(match, [-1, -1, -1])
-    assert match.stage is Stage.FOUL
-    assert match.clock == pytest.approx(1.1), "the tick in which the foul happened was play"
-
-
-def test_after_a_foul_play_goes_on_when_the_rules_say_so() -> None:
-    match = playing()
     assert play(match, [-1]) == ["foul"]
-    assert play(match, [-1]) == []
-    assert match.waiting == ["a is still outside"]
-    play(match, [1])
-    assert match.stage is Stage.PLAY_ROUND
-    assert match.waiting == []
+    assert match.clock == pytest.approx(1.1), "a foul does not stop play"
+    match.halt("because")
+    play(match, [1] * 10)
+    assert match.clock == pytest.approx(1.1)
 
 
 def test_a_round_ends_then_the_next_is_set_up() -> None:
@@ -358,6 +350,21 @@ def test_where_a_physical_robot_stands_is_not_told_to_a_player_that_is_away() ->
     outcome = decide(playing(), official(OfficialAction.PLACE, "a", "1.5 -2 90"), physical, [], silent=["a"])
     assert rules(outcome) == ["refused"]
     assert "a does not report" in outcome.calls[0].text
+
+
+def test_a_physical_robot_stands_neither_outside_the_map_nor_in_a_wall() -> None:
+    setup = load_match(Path("examples/mixed.toml"))
+    match, name = Match(rulebook_of(setup)), setup.physical[0]
+    now = Field({player.name: player.pose for player in setup.players}, physical=frozenset(setup.physical))
+    for value, why in (
+        ("500 0 0", "expected a pose inside map courtyard"),
+        ("20 -8.1 0", "is in a wall or obstacle"),
+        ("20 -20 0", ""),
+    ):
+        outcome = decide(match, official(OfficialAction.PLACE, name, value), now, [])
+        assert rules(outcome) == (["refused"] if why else ["place"])
+        assert why in outcome.calls[0].text
+        assert bool(outcome.placed) is not bool(why)
 
 
 @pytest.mark.parametrize("value", ["here", "1 2", "nan 0 0", "1e9 0 0"])

@@ -6,6 +6,8 @@ from typing import Any
 from vrg.config.setup import RULES, MatchSetup
 from vrg.coordinator.rulebook import Contestant, RuleBook
 from vrg.games import GAMES
+from vrg.hal.sim.config import place_problems
+from vrg.types import Pose
 
 
 def rulebook_of(setup: MatchSetup) -> RuleBook[Any]:
@@ -21,4 +23,19 @@ def rulebook_of(setup: MatchSetup) -> RuleBook[Any]:
         for p in setup.players
     ]
     make: Callable[..., RuleBook[Any]] = game.load_rules()
-    return make(settings, contestants, setup.draw(RULES))
+    book = make(settings, contestants, setup.draw(RULES))
+    if setup.physical:
+        book.no_room = _no_room(setup)
+    return book
+
+
+def _no_room(setup: MatchSetup) -> Callable[[str, Pose], str | None]:
+    """A function that returns the reason why the map has no room for a player's robot at a pose, or None.
+
+    Raises:
+        ConfigError: the map cannot be read.
+    """
+    from vrg.hal.sim.map import load_map  # noqa: PLC0415 - a match of virtual robots needs no map here
+
+    map_, robots = load_map(setup.map), {player.name: player.robot for player in setup.players}
+    return lambda name, pose: place_problems(map_, name, robots[name], pose)

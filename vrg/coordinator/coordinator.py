@@ -52,7 +52,7 @@ PERIOD = 0.1
 ADOPTING = 1.0
 """The match time in s after a release in which others may still report the emergency stop that was released."""
 STALL_TICKS = 20
-"""The ticks in real time (one in 0.1 s) for which the clock of a virtual match may stand without a halt."""
+"""The ticks in real time (one in 0.1 s) for which a virtual match goes on without its clock, or without poses."""
 OFFERS_LIMIT = 20
 """The number of bids of one player that the referee looks at in a tick."""
 RECORD_PERIOD = 1.0
@@ -229,11 +229,25 @@ class Coordinator(Node):
 
     def _absent(self, tick: Tick) -> list[str]:
         reasons = [] if tick.live else ["the world's clock has stopped"]
+        if tick.live and (stale := self._stale(tick)):
+            reasons.append(stale)
         if self._estop:
             reasons.append("the emergency stop is engaged: release it with the key U or `vrg estop --release`")
         needed, passing = self._attendance.absent(tick, self.match.disqualified)
         # What somebody must do something about comes first, because short messages name the first reason only.
         return [*reasons, *needed, *passing]
+
+    def _stale(self, tick: Tick) -> str | None:
+        """That the poses are too old to judge by, in words; None if they are not."""
+        # A world that runs as fast as possible may be a hundred times as fast as real time.
+        limit = POSE_TIMEOUT if self._field.physical else STALL_TICKS * PERIOD * max(1.0, self._rate or 100.0)
+        age = tick.time - self._field.time
+        return f"no poses come: the newest are older than {limit:g} s" if self._bodies and age > limit else None
+
+    @property
+    def _rate(self) -> float:
+        """The match seconds per real second."""
+        return self._clock.latest.body.rate if self._clock.latest is not None else 1.0
 
     def _call_the_roll(self, tick: Tick) -> tuple[list[Outcome], list[Outcome]]:
         """Who is out or back again; and halts for reasons outside the rules: no clock, a faulty robot, a lost pose."""
@@ -248,10 +262,11 @@ class Coordinator(Node):
         match = self.match
         may_return = [name for name, d in match.disqualified.items() if not (d.by_official or d.returns)]
         changes = [self._enact(Reinstated(name)) for name in self._attendance.back(tick, may_return)]
-        if match.stage not in (Stage.PLAY_ROUND, Stage.FOUL) or match.halted is not None:
+        if match.stage is not Stage.PLAY_ROUND or match.halted is not None:
             return changes, []
-        rate = self._clock.latest.body.rate if self._clock.latest is not None else 1.0
-        silent, reasons = self._attendance.failing(tick, match.disqualified, rate=rate, patient=self._disqualify)
+        silent, reasons = self._attendance.failing(tick, match.disqualified, rate=self._rate, patient=self._disqualify)
+        if stale := self._stale(tick):
+            reasons.append(stale)
         left = [name for name in self._names if name not in match.disqualified]
         if silent and len(silent) == len(left):
             # It is not each of them that has failed, but what they have in common.

@@ -108,7 +108,8 @@ def _place(match: Match, official: Official, now: Field, who: str, silent: Colle
     """Put a virtual robot somewhere, or tell a physical one where a person has put it.
 
     Raises:
-        ConfigError: there is no such player, or the pose cannot be read or is missing.
+        ConfigError: there is no such player, the pose cannot be read or is missing, or a physical robot has no room
+            there.
     """
     name = _player(match, official.subject or "")
     pose = _pose(official.value) if official.value else match.mark(name, now)
@@ -120,6 +121,8 @@ def _place(match: Match, official: Official, now: Field, who: str, silent: Colle
     physical = name in now.physical
     if physical and name in silent:
         raise ConfigError([f"{name} does not report, so its robot cannot be told: ask again when it does"])
+    if physical and (why := match.no_room(name, pose)):
+        raise ConfigError([f"{name}: {why}"])
     verb = "stands" if physical else "is put"
     outcome = announce("place", f"{name} {verb} {at}: by {who}", official.id)
     places = {name: pose}

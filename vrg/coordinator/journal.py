@@ -28,8 +28,8 @@ log = logging.getLogger(__name__)
 
 T = TypeVar("T", bound=Struct)
 
-FORMAT = 2
-"""The version of the records; from 2 on a game's state has the points of the teams in one table."""
+FORMAT = 3
+"""The version of the records; from 3 on no stage is called `foul`."""
 EVIDENCE = "evidence.bin"
 """The name of the file with what the referee decided by, beside the journal."""
 

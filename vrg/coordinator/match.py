@@ -1,6 +1,8 @@
 """The stages of a match (thesis, Algorithm 3.1), as a pure state machine around any rule book.
 
-    INITIALIZE -> PLAY_ROUND <-> FOUL -> ROUND_OVER -> INITIALIZE ... -> GAME_OVER
+    INITIALIZE -> PLAY_ROUND -> ROUND_OVER -> INITIALIZE ... -> GAME_OVER
+
+A foul has its consequences at once, and play goes on.
 
 HALT is possible in every stage but the last: the clock is stopped and robots stand still until an official ends it.
 """
@@ -180,8 +182,6 @@ class Match:
             return self._initialize(now, absent)
         if self.stage is Stage.PLAY_ROUND:
             return self._play(dt, now)
-        if self.stage is Stage.FOUL:
-            return self._foul(now)
         return self._round_over(now)
 
     def halt(self, reason: str) -> Outcome:
@@ -235,6 +235,10 @@ class Match:
             ConfigError: there is no such player, team, role, state or score.
         """
         self.game = self._book.overrule(self.game, action, subject, value)
+
+    def no_room(self, name: str, pose: Pose) -> str | None:
+        """The reason why a player's physical robot cannot stand at a pose, or None if it can."""
+        return self._book.no_room(name, pose)
 
     def mark(self, name: str, now: Field) -> Pose | None:
         """The pose at which a player is asked to line up; None if it is not asked to."""
@@ -302,15 +306,7 @@ class Match:
         verdict = self._book.judge(game, self._settled(self._before or now, now), now, self.clock)
         self._before = now
         self.game = verdict.state
-        stages: list[Stage] = []
-        if any(call.foul for call in verdict.calls) and not verdict.round_over:
-            stages.append(self._enter(Stage.FOUL))
-            # The rule book has already dealt with the foul in its verdict. Play goes on at once if the rules allow it.
-            if not self._book.obstacles_to_resume(self.game, now):
-                stages.append(self._enter(Stage.PLAY_ROUND))
-                self._before = now
-        if verdict.round_over:
-            stages.append(self._enter(Stage.ROUND_OVER))
+        stages = [self._enter(Stage.ROUND_OVER)] if verdict.round_over else []
         place = {name: pose for name, pose in verdict.place.items() if name not in now.physical}
         return Outcome(verdict.calls, stages, place=place)
 
@@ -326,14 +322,6 @@ class Match:
             if name in before.poses and away(before.poses[name], pose) > JUMP + self._book.contestants[name].v_max * dt
         }
         return replace(before, poses={**before.poses, **put}) if put else before
-
-    def _foul(self, now: Field) -> Outcome:
-        self.waiting = self._book.obstacles_to_resume(self.game, now)
-        if self.waiting:
-            return Outcome()
-        self._enter(Stage.PLAY_ROUND)
-        self._before = now
-        return Outcome(stages=[Stage.PLAY_ROUND])
 
     def _round_over(self, now: Field) -> Outcome:
         """Begin the next round or end the game, after a pause in which an official may still overrule the last call."""

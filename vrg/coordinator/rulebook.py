@@ -5,7 +5,7 @@ can be written to the journal and another process can go on from it.
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Generic, Self, TypeVar
 
@@ -137,7 +137,6 @@ class Call:
         rule: the rule's short name, such as `tag`. text: the call in words.
         players: the players that it concerns. poses: the poses of the first of them at the instant of the call, in the
             same order; those that not everybody may know are left out.
-        foul: True if the match enters the stage FOUL, until the rule book finds that play can go on.
         answers: the id of the official's decision that this call answers; None if it answers none.
     """
 
@@ -145,7 +144,6 @@ class Call:
     text: str
     players: tuple[str, ...] = ()
     poses: tuple[Pose, ...] = ()
-    foul: bool = False
     answers: str | None = None
 
 
@@ -185,6 +183,7 @@ class RuleBook(Generic[S]):
         state_type: the class of the game's state.
         lineup_limit: the match time in s after which virtual robots that are not on their marks are put there.
         contestants: the players, by name.
+        no_room: returns the reason why no physical robot of a player can stand at a pose, or None if one can.
     """
 
     name: str
@@ -195,6 +194,7 @@ class RuleBook(Generic[S]):
 
     def __init__(self, contestants: Sequence[Contestant]) -> None:
         self.contestants = {contestant.name: contestant for contestant in contestants}
+        self.no_room: Callable[[str, Pose], str | None] = lambda _name, _pose: None
 
     def initial(self) -> S:
         """The state before the first round."""
@@ -216,10 +216,6 @@ class RuleBook(Generic[S]):
             clock: the time of play in this round at `now`, s.
         """
         raise NotImplementedError
-
-    def obstacles_to_resume(self, state: S, now: Field) -> list[str]:
-        """The reasons, in words, why play cannot go on after a foul; empty if it can, as it can at once by default."""
-        return []
 
     def next_round(self, state: S, now: Field) -> Verdict[S]:
         """Judge what follows when a round is over: the end of the game, or the state of the next round.

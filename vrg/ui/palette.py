@@ -35,7 +35,6 @@ ECHO: Final[Rgb] = (86, 180, 233)
 STAGE_COLOURS: Final[dict[Stage, Rgb]] = {
     Stage.INITIALIZE: CALM,
     Stage.PLAY_ROUND: GOOD,
-    Stage.FOUL: CAUTION,
     Stage.ROUND_OVER: CALM,
     Stage.GAME_OVER: LOST,
 }

@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Call, Stage
+from vrg.bus.messages import Call
 from vrg.bus.node import Node, Tick, due_index
 from vrg.bus.topics import Keys
 from vrg.colours import Rgb
@@ -180,7 +180,7 @@ def _heading(scene: Scene) -> Text:
     text = Text()
     if scene.stage is None:
         return text
-    text.append(title(scene.stage.value), style="bold yellow" if scene.stage is Stage.FOUL else "bold green")
+    text.append(title(scene.stage.value), style="bold green")
     text.append(f"   {game_of(scene.game).round_word} {scene.round} of {scene.rounds}   ")
     text.append(clock_text(scene.clock), style="bold")
     for team, points in scene.score:

@@ -12,11 +12,10 @@ from vrg.types import Count, Metres, Name, Pose, Seconds, Twist
 
 
 class Stage(enum.StrEnum):
-    """The stages of a match (thesis, Algorithm 3.1)."""
+    """The stages of a match (thesis, Algorithm 3.1, without its stage for fouls, which no game of VRG stops for)."""
 
     INITIALIZE = "initialize"
     PLAY_ROUND = "play_round"
-    FOUL = "foul"
     ROUND_OVER = "round_over"
     GAME_OVER = "game_over"
 
@@ -140,7 +139,7 @@ class RefereeState(Message, frozen=True, kw_only=True):
         estop: True while the emergency stop is engaged.
     """
 
-    version = 4
+    version = 5
 
     game: Name
     stage: Stage

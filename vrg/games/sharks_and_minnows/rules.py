@@ -91,7 +91,6 @@ class SharksAndMinnows(RuleBook[State]):
                     text=f"{name} is out of bounds at ({pose.x:.2f}, {pose.y:.2f}) and inactive",
                     players=(name,),
                     poses=(pose,),
-                    foul=True,
                 )
             )
         calls += self._late(state, now, clock, {f.players[0] for f in calls})
