@@ -1,13 +1,15 @@
 """Who may command a robot, from the strongest to the weakest."""
 
+import re
 import sys
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from tests.hal.fake_driver import MODEL, POSE, FakeDriver
-from vrg.agents.player import NONSENSE_LIMIT, REFEREE_TIMEOUT, Player
+from vrg.agents.player import NONSENSE_LIMIT, Player
 from vrg.agents.strategy import Action, Strategy, View
 from vrg.bus import messages as m
 from vrg.bus.codec import Received
@@ -17,6 +19,7 @@ from vrg.bus.radio import Radio
 from vrg.bus.topics import Keys
 from vrg.errors import StrategyError
 from vrg.hal.device import Device
+from vrg.hal.gate import REFEREE_TIMEOUT
 from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.spec import Sample
 from vrg.types import STILL, Twist
@@ -341,10 +344,13 @@ def test_what_a_player_says_goes_to_its_team_and_is_heard_there(bench: Bench) ->
     assert seen[1].heard == [], "what was heard once is not heard again"
 
 
-def test_a_player_cannot_say_more_than_the_radio_carries(bench: Bench) -> None:
-    bench.strategy.act = lambda _view: Action(STILL, "x" * 5000)  # type: ignore[method-assign]
-    with pytest.raises(StrategyError, match=r"Ahead\.act: what it says cannot be sent: expected at most 1024 bytes"):
-        bench.tick()
+def test_a_player_cannot_say_more_than_the_radio_carries(bench: Bench, caplog: pytest.LogCaptureFixture) -> None:
+    for number in range(100):
+        told = telling(bench, Action(Twist(0.2, 0.1), "x" * (5000 + number // 50), sightings=[SIGHTING]))
+        assert told == [m.Sightings(seen=[SIGHTING])]
+    assert bench.robot.told[-1] == "drive 0.20 0.10"
+    assert "Ahead.act: say left out: expected at most 1024 bytes to be said at a tick, got 5003" in caplog.text
+    assert len(caplog.messages) == 2, "each text is logged once"
 
 
 def test_a_loop_outside_may_look_and_drive_in_place_of_a_strategy(bench: Bench) -> None:
@@ -402,10 +408,18 @@ def test_an_action_that_says_nothing_publishes_nothing(bench: Bench) -> None:
         Action(bids=[1.0]),  # type: ignore[arg-type]
     ],
 )
-def test_what_cannot_be_told_is_a_failure_of_the_strategy_with_its_place(bench: Bench, action: Action) -> None:
+def test_what_cannot_be_told_is_left_out_with_a_warning(
+    bench: Bench, action: Action, caplog: pytest.LogCaptureFixture
+) -> None:
     bench.tick()
-    with pytest.raises(StrategyError, match="what it says cannot be sent"):
-        telling(bench, action)
+    bench.sent()
+    good: dict[str, Any] = {"sketch": []} if action.sketch is None else {"bids": {"b": 1.0}}
+    assert telling(bench, replace(action, **good)) == (
+        [m.Sketch(strokes=[])] if "sketch" in good else [m.Bid(lot="b", cost=1.0)]
+    )
+    assert re.fullmatch(
+        r"Ahead\.act: (bids|sightings|sketch) left out: .+ \(.*, line \d+, in act\)", caplog.messages[0]
+    )
 
 
 def test_what_the_radio_brought_is_published_once_a_second_and_kept_for_the_result(bench: Bench) -> None:

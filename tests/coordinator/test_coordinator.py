@@ -407,8 +407,9 @@ def test_a_round_does_not_begin_by_old_poses(table: Table) -> None:
 class TestLatchedFaults:
     FAULT = "axis 2: overvoltage"
 
-    def report(self, table: Table, fault: str | None = FAULT) -> None:
-        table.hear(KEYS.report("m1"), m.Report(mode="-", armed=False, fault=fault, latched=True))
+    def report(self, table: Table, fault: str | None = FAULT, *, pressed: bool = False) -> None:
+        report = m.Report(mode="-", armed=False, fault=fault, latched=True, pressed=pressed)
+        table.hear(KEYS.report("m1"), report)
 
     def test_one_halts_play_and_keeps_it_halted_until_it_is_cleared(self, table: Table) -> None:
         table.ticks(2)
@@ -439,9 +440,16 @@ class TestLatchedFaults:
     def test_a_button_at_a_drive_is_released_and_not_recovered(self, table: Table) -> None:
         table.silent = {"m1"}
         for _ in range(3):
-            self.report(table, fault="m1: the emergency stop was pressed at a drive")
+            self.report(table, fault="m1: somebody has pressed it", pressed=True)
             state = table.tick()
-        assert state.waiting == ["m1: the emergency stop was pressed at a drive"]
+        assert state.waiting == ["m1: somebody has pressed it"]
+
+    def test_a_fault_that_begins_with_the_letters_of_a_name_keeps_the_name(self, table: Table) -> None:
+        table.silent = {"m1"}
+        for _ in range(3):
+            self.report(table, fault="m12 amperes are too much", pressed=True)
+            state = table.tick()
+        assert state.waiting == ["m1: m12 amperes are too much"]
 
     def test_a_fault_that_is_not_latched_stops_nobody_else(self, table: Table) -> None:
         table.ticks(2)

@@ -93,11 +93,6 @@ class Odd(Strategy):
 class Interrupts(Strategy):
     def act(self, view):
         raise KeyboardInterrupt("two\\nlines \\udcff")
-
-
-class Says(Strategy):
-    def act(self, view):
-        return Action(Twist(0.0, 0.0), say=2**70)
 """
 BROKEN = BROKEN.replace("import Strategy, Twist", "import Action, Strategy, Twist") + SLOW_EATER
 
@@ -111,7 +106,6 @@ CULPRITS = {
     "Nibbles": "MemoryError (broken.py, line 63, in act)",
     "Odd": "it fails too often: Odd.act: expected a Twist of two numbers, got Twist(v=1000000",
     "Interrupts": "it fails too often: KeyboardInterrupt: two lines \\udcff (broken.py, line 73, in act)",
-    "Says": "it fails too often: Says.act: what it says cannot be sent: ",
     "Silly": "it fails too often: Silly.act: expected a Twist(v, w) or an Action, got 'left' (broken.py, line 44,",
 }
 

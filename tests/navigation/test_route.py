@@ -2,12 +2,14 @@
 
 import itertools
 import math
+from typing import Any
 
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from vrg.navigation.route import ROOM, grown, route
+from vrg.navigation import route as module
+from vrg.navigation.route import ROOM, Effort, grown, route
 from vrg.regions import Circle, Polygon, Rectangle, Region
 from vrg.types import Vector
 
@@ -79,6 +81,27 @@ def test_there_is_no_way_out_of_a_closed_ring() -> None:
     assert route((5, 0), (0, 0), ring) is None
     walls = [Rectangle(-2, 1, 2, 2), Rectangle(-2, -2, 2, -1), Rectangle(1, -2, 2, 2), Rectangle(-2, -2, -1, 2)]
     assert route((0, 0), (5, 0), walls) is None
+
+
+def test_a_search_ends_where_its_effort_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    tested = []
+
+    def counted(*args: Any) -> bool:
+        tested.append(args)
+        return meets(*args)
+
+    meets = module._meets
+    monkeypatch.setattr(module, "_meets", counted)
+    ring = [Circle(2 * math.cos(i * math.tau / 12), 2 * math.sin(i * math.tau / 12), 0.7) for i in range(12)]
+    gap = [obstacle for number, obstacle in enumerate(ring) if number != 6]
+    assert route((0, 0), (5, 0), gap) is not None
+    whole, tested[:] = len(tested), []
+    assert route((0, 0), (5, 0), gap, effort=Effort(whole // 10)) is None
+    assert len(tested) < whole / 4
+    effort = Effort(10 * whole)
+    assert route((0, 0), (5, 0), gap, effort=effort) is not None
+    while route((0, 0), (5, 0), gap, effort=effort) is not None:
+        assert len(tested) < 20 * whole, "several searches share it"
 
 
 def test_a_ring_with_one_gap_is_left_by_it() -> None:

@@ -9,7 +9,7 @@ from tests.system.harness import Match
 from tests.vcan import UDP
 from vrg.bus.messages import OfficialAction, PlayerStatus
 from vrg.hal.can.link import Link
-from vrg.hal.gate import LEASE_TIMEOUT
+from vrg.hal.gate import REFEREE_TIMEOUT
 
 LED = ("red1", "red2", "red3", "red4")
 BRAKING = 1.2
@@ -97,7 +97,7 @@ def check_leases(match: Match, names: tuple[str, ...], fault: signal.Signals) ->
     # The next referee may speak before they stand: it holds them in its halt.
     silent = max(state.stamp for state in observer.heard.states if state.sender == sender)
     moved = {name: observer.last_motion(name, before) for name in names}
-    assert all(at is not None and at <= silent + LEASE_TIMEOUT + BRAKING for at in moved.values()), (silent, moved)
+    assert all(at is not None and at <= silent + REFEREE_TIMEOUT + BRAKING for at in moved.values()), (silent, moved)
 
     match.wait_replaced("coordinator", old)
     observer.wait_until(

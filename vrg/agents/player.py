@@ -8,6 +8,7 @@ A tick has two halves. `look` returns the view, or None if the robot has to stan
 outer loop can ask for views and give actions in place of a strategy.
 """
 
+import logging
 from collections.abc import Mapping
 from typing import Any
 
@@ -23,6 +24,7 @@ from vrg.bus.radio import Radio
 from vrg.bus.topics import Keys
 from vrg.errors import RobotError, StaleDataError, StrategyError
 from vrg.hal.device import Device
+from vrg.hal.gate import REFEREE_TIMEOUT
 from vrg.hal.readings import Readings
 from vrg.navigation.motion import VelocityEstimator
 from vrg.shared import shared
@@ -33,12 +35,15 @@ NO_REFEREE = "no referee"
 
 PERIOD = 0.1
 """The match time in s between two decisions."""
-REFEREE_TIMEOUT = 0.3
-"""The match time in s without the referee's state after which a player stops."""
 SENSOR_TIMEOUT = 0.3
 """The match time in s without a reading after which a player stops."""
 NONSENSE_LIMIT = 10
 """The number of decisions in a row that are no finite motion, after which the strategy has failed."""
+
+
+WARNINGS_LIMIT = 50
+"""The number of different warnings about what a strategy says that are logged."""
+log = logging.getLogger(__name__)
 
 
 class Player(Node):
@@ -76,12 +81,14 @@ class Player(Node):
         self._motion = VelocityEstimator()
         self._fault: str | None = None
         self._latched = False
+        self._pressed = False
         self._armed = False
         self._manual = False
         self._mode = "-"
         self._command: Twist | None = None
         self._battery: float | None = None
         self._nonsense = 0
+        self._warned: set[str] = set()
 
     def start(self) -> None:
         """Connect to the robot.
@@ -106,7 +113,8 @@ class Player(Node):
 
     def look(self, tick: Tick) -> View | None:
         """Return what the player sees, or None if its robot has to stand still. The robot is then stopped already."""
-        self._fault, self._latched, self._manual, self._command, self._battery = None, False, False, None, None
+        self._fault, self._latched, self._pressed, self._manual = None, False, False, False
+        self._command, self._battery = None, None
         self._device.hear()
         referee = self._referee.latest
         readings = self._read()
@@ -126,13 +134,13 @@ class Player(Node):
     def drive(self, view: View, action: Action) -> None:
         """Carry out an action. Its twist does not count while the referee or a human leases the robot.
 
+        What it says that cannot be sent is left out, with a warning in the log.
+
         Raises:
-            StrategyError: what the action says cannot be sent to the team, or it has been no finite motion for long.
+            StrategyError: it has been no finite motion for long.
         """
-        try:
-            self._telling.tell(action, view.position)
-        except Exception as error:
-            raise self._wrong(f"what it says cannot be sent: {error}") from None
+        for problem in self._telling.tell(action, view.position):
+            self._warn(f"{self._wrong(problem)}")
         twist = action.twist if self._makes_sense(action.twist) else STILL
         lease, manual = view.me.lease, self._device.lease(view.time)
         self._manual = manual is not None and lease is None
@@ -163,6 +171,7 @@ class Player(Node):
                 manual=self._manual,
                 fault=None if self._fault is None else shortened(self._fault),
                 latched=self._latched,
+                pressed=self._pressed,
                 estop=self._device.estop,
                 command=self._command,
                 battery=self._battery,
@@ -230,6 +239,12 @@ class Player(Node):
         except TypeError as error:
             raise self._wrong(str(error)) from None
 
+    def _warn(self, text: str) -> None:
+        """Log what is wrong, each text once, and so many texts at most."""
+        if text not in self._warned and len(self._warned) < WARNINGS_LIMIT:
+            self._warned.add(text)
+            log.warning("%s", text)
+
     def _makes_sense(self, twist: Twist) -> bool:
         """Whether a motion is finite. If it is not, the robot stands and says why.
 
@@ -258,6 +273,7 @@ class Player(Node):
             self._fault = str(error)
             return None
         self._latched = readings.latched
+        self._pressed = readings.latched and readings.estop and not self._device.estop
         battery = readings.battery
         self._battery = None if battery is None else battery.value.charge
         if readings.age > SENSOR_TIMEOUT:

@@ -1,11 +1,12 @@
 """How a player tells others what its strategy answers: its team over the radio, the referee, and the windows."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from msgspec import to_builtins
 
 from vrg.agents.strategy import Action
+from vrg.blame import DecisionTimeoutError
 from vrg.bus.codec import checked
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Bid, Links, Message, Sightings, Sketch
@@ -34,28 +35,43 @@ class Telling:
         self._sketch, self._links = keys.sketch(name), keys.links(name)
         self._count_at = 0.0
 
-    def tell(self, action: Action, place: Vector) -> None:
-        """Send what an action says.
+    def tell(self, action: Action, place: Vector) -> list[str]:
+        """Send what an action says, and return what cannot be sent, and why, in words.
+
+        That is what has numbers out of range, is of another type or too long. It is left out; the rest is sent.
 
         Args:
             place: where the player measures itself to be, m.
-
-        Raises:
-            Exception: it cannot be sent, as numbers are out of range or something is of another type or too long.
         """
+        problems: list[str] = []
+
+        def attempt(what: str, send: Callable[[], None]) -> None:
+            try:
+                send()
+            except DecisionTimeoutError:
+                raise
+            except Exception as error:  # it comes from a student's code, and so may its attributes
+                problems.append(f"{what} left out: {error}")
+
         if action.say is not None:
-            self._radio.say(action.say, place)
-        told: list[tuple[Topic[Any], Message]] = []
+            attempt("say", lambda: self._radio.say(action.say, place))
         if action.sightings:
-            told.append((self._sightings, Sightings(seen=list(action.sightings))))
-        if len(action.bids) > BIDS_LIMIT:
-            raise ValueError(f"expected at most {BIDS_LIMIT} bids at a tick, got {len(action.bids)}")
-        for lot, cost in action.bids.items():
-            told.append((self._bid, Bid(lot=lot, cost=None if cost is None else float(cost))))
+            attempt("sightings", lambda: self._send(self._sightings, Sightings(seen=list(action.sightings))))
+        attempt("bids", lambda: self._tell_bids(action.bids))
         if action.sketch is not None:
-            told.append((self._sketch, Sketch(strokes=list(action.sketch))))
-        for topic, message in told:
-            self._mailbox.publish(topic, checked(message))
+            attempt("sketch", lambda: self._send(self._sketch, Sketch(strokes=list(action.sketch or ()))))
+        return problems
+
+    def _tell_bids(self, bids: Mapping[str, float | None]) -> None:
+        if len(bids) > BIDS_LIMIT:
+            raise ValueError(f"expected at most {BIDS_LIMIT} bids at a tick, got {len(bids)}")
+        # All are checked before the first is sent.
+        checked_bids = [checked(Bid(lot=lot, cost=None if cost is None else float(cost))) for lot, cost in bids.items()]
+        for bid in checked_bids:
+            self._mailbox.publish(self._bid, bid)
+
+    def _send(self, topic: Topic[Any], message: Message) -> None:
+        self._mailbox.publish(topic, checked(message))
 
     def heard(self, place: Vector) -> Sequence[Heard]:
         """What the team has said since the last call; `place` as for `tell`."""

@@ -80,7 +80,7 @@ class Attendance:
             elif not self.reports_now(name, tick):
                 passing.append(f"{name} does not report")
             elif fault := _fault(name, report.body):
-                if report.body.latched and not _by_button(fault):
+                if report.body.latched and not report.body.pressed:
                     reasons.append(f"{fault} (`vrg official recover {name}` or the key R clears it)")
                 else:
                     passing.append(fault)
@@ -157,9 +157,4 @@ def _fault(name: str, report: Report) -> str | None:
     fault = report.fault or ("its robot has latched a fault" if report.latched else None)
     if fault is None:
         return None
-    return (fault if fault.startswith(name) else f"{name}: {fault}")[:LONGEST]
-
-
-def _by_button(fault: str) -> bool:
-    """Whether a fault is an emergency stop, which must be released, because `recover` does not clear it."""
-    return "emergency stop" in fault
+    return (fault if fault.startswith(f"{name}: ") else f"{name}: {fault}")[:LONGEST]

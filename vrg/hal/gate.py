@@ -12,10 +12,8 @@ from vrg.bus.node import is_fresh
 from vrg.shared import shared
 from vrg.types import STILL, Twist
 
-REFEREE_TIMEOUT = 0.5
-"""The match time in s after which a silent referee is taken for dead, once one has been heard."""
-LEASE_TIMEOUT = 0.3
-"""The match time in s for which a state of the referee leases robots."""
+REFEREE_TIMEOUT = 0.3
+"""The match time in s for which a state of the referee holds. After it robots stand, until the referee is heard."""
 _EPS = 1e-9
 
 
@@ -58,10 +56,7 @@ class RefereeGate:
         """
         if wanted == STILL or self.closed(now) or self.holds(robot):
             return STILL
-        lease = self._leases.get(robot)
-        if lease is None:
-            return wanted
-        return lease if self._heard is not None and is_fresh(self._heard, now, LEASE_TIMEOUT + _EPS) else STILL
+        return self._leases.get(robot, wanted)
 
 
 @shared

@@ -23,8 +23,28 @@ ATTEMPTS = 12
 _EPS = 1e-9
 
 
+class Effort:
+    """A bound on the work of searches, so that one where there is no way does not hold up whoever asks.
+
+    Args:
+        tests: how many times a piece of a way may be tested against an obstacle, in all searches together.
+    """
+
+    def __init__(self, tests: int) -> None:
+        self._left = tests
+
+    def spend(self, tests: int) -> bool:
+        """Take that many tests; return False if there are none left."""
+        self._left -= tests
+        return self._left >= 0
+
+
 def route(
-    start: Vector, goal: Vector, obstacles: Sequence[Region], inside: Callable[[float, float], bool] = lambda x, y: True
+    start: Vector,
+    goal: Vector,
+    obstacles: Sequence[Region],
+    inside: Callable[[float, float], bool] = lambda x, y: True,
+    effort: Effort | None = None,
 ) -> list[Vector] | None:
     """The shortest way that meets no obstacle, or None if there is none.
 
@@ -33,6 +53,7 @@ def route(
         obstacles: what the way must not enter, already larger by the half width of what moves. If the start is inside
             a disc, the way must not lead farther into it; a polygon that the start is in is ignored.
         inside: whether a way may turn at the point (x, y), for example because it is inside the field.
+        effort: bounds the search: where none is left, no way is found. None searches to the end.
 
     Returns:
         the points at which the way turns, and the goal as the last one.
@@ -51,7 +72,7 @@ def route(
             return path
         near += met
         points = [p for o in near for p in _around(o) if inside(*p) and not any(_contains(other, p) for other in near)]
-        path = _shortest(start, goal, points, near)
+        path = _shortest(start, goal, points, near, effort)
     return None
 
 
@@ -115,7 +136,7 @@ def _around(obstacle: Region) -> list[Vector]:
 
 
 def _shortest(
-    start: Vector, goal: Vector, points: Sequence[Vector], obstacles: Sequence[Region]
+    start: Vector, goal: Vector, points: Sequence[Vector], obstacles: Sequence[Region], effort: Effort | None
 ) -> list[Vector] | None:
     """The shortest way over some of the points (A* search); each of its pieces is free."""
     nodes = [start, *points, goal]
@@ -135,7 +156,11 @@ def _shortest(
             if other in done:
                 continue
             cost = best[node] + math.dist(nodes[node], nodes[other])
-            if cost < best.get(other, math.inf) and not any(_meets(o, nodes[node], nodes[other]) for o in obstacles):
+            if cost >= best.get(other, math.inf):
+                continue
+            if effort is not None and not effort.spend(len(obstacles)):
+                return None
+            if not any(_meets(o, nodes[node], nodes[other]) for o in obstacles):
                 best[other], before[other] = cost, node
                 heapq.heappush(queue, (cost + math.dist(nodes[other], goal), other))
     return None

@@ -33,18 +33,20 @@ class Report(Message, frozen=True, kw_only=True):
         manual: True while a human holds the lease.
         fault: what keeps it from playing, in words; None if nothing does.
         latched: True if its robot has latched a fault that only an official's `recover` clears.
+        pressed: True if what has latched is an emergency stop that was pressed at the robot: a release clears it.
         estop: True if its device has latched the emergency stop.
         command: the motion that its robot was last told to make, after all limits; None while it is not driven.
         battery: the charge of its robot's battery, from 1 (full) to 0 (empty); None where that is not measured.
     """
 
-    version = 4
+    version = 5
 
     mode: Text
     armed: bool
     manual: bool = False
     fault: Text | None = None
     latched: bool = False
+    pressed: bool = False
     estop: bool = False
     command: Twist | None = None
     battery: Fraction | None = None
