@@ -12,7 +12,10 @@ from vrg.coordinator.decisions import decide
 from vrg.coordinator.match import PLACE_AGAIN, Match
 from vrg.coordinator.outcome import Outcome
 from vrg.coordinator.rulebook import Call, Contestant, Field, GameState, RuleBook, Verdict
+from vrg.launch.result import ended_of
 from vrg.types import Pose
+from vrg.ui.banner import banners
+from vrg.ui.scene import Scene
 
 
 class Book(RuleBook[GameState]):
@@ -212,6 +215,14 @@ def test_an_official_ends_a_match() -> None:
     assert rules(outcome) == ["ended"]
     assert match.over
     assert match.winner == "nobody"
+    taken_up = Match(Book(), match.standing())
+    for told in (match, taken_up):
+        state = told.state(at(1), estop=False)
+        assert state.ended == "ended by ann (because)"
+        assert ended_of(state) == "ended by ann (because)"
+        shown = banners(Scene(live=True, stage=state.stage, ended=state.ended))
+        assert shown[0].lines[0] == "Ended by ann (because)"
+    assert Match(Book()).state(at(1), estop=False).ended is None
 
 
 def test_an_official_overrules_and_the_call_says_so() -> None:

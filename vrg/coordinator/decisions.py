@@ -47,7 +47,7 @@ def _done(match: Match, official: Official, now: Field, silent: Collection[str])
             match.resume()
             outcome = announce("resume", f"resumed by {who}", number)
         case OfficialAction.END:
-            stage = match.end(NOBODY)
+            stage = match.end(NOBODY, f"ended by {who}")
             outcome = Outcome(announce("ended", f"ended by {who}", number).calls, [stage])
         case OfficialAction.RECOVER:
             outcome = _recover(match, official, who)

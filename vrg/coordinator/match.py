@@ -44,7 +44,7 @@ class Standing(Struct, frozen=True, kw_only=True):
         clock: the time of play in this round, s. total: the time of play in the match, s.
         in_stage: the time in this stage without halts, s.
         calls: the number of calls so far.
-        winner: the winner when the game is over.
+        winner: the winner when the game is over. ended: who ended it before its end, and why; None if nobody did.
         game: the rule book's own state, as plain data.
     """
 
@@ -56,6 +56,7 @@ class Standing(Struct, frozen=True, kw_only=True):
     calls: int
     winner: str | None
     game: dict[str, Any]
+    ended: str | None = None
 
 
 class Match:
@@ -77,6 +78,7 @@ class Match:
         self.clock = self.total = self.in_stage = 0.0
         self.calls = 0
         self.winner: str | None = None
+        self._ended: str | None = None
         self.game = book.initial()
         self._before: Field | None = None
         self._place_at = book.lineup_limit
@@ -123,6 +125,7 @@ class Match:
         self.stage, self.winner = standing.stage, standing.winner
         self.clock, self.total, self.in_stage = standing.clock, standing.total, standing.in_stage
         self.calls = standing.calls
+        self._ended = standing.ended
         self.game = msgspec.convert(standing.game, self._book.state_type)
 
     def standing(self) -> Standing:
@@ -136,6 +139,7 @@ class Match:
             calls=self.calls,
             winner=self.winner,
             game=msgspec.to_builtins(self.game),
+            ended=self._ended,
         )
 
     def state(self, now: Field, estop: bool) -> RefereeState:
@@ -162,6 +166,7 @@ class Match:
             objects=list(self.game.objects),
             numbers=dict(self.game.numbers),
             winner=self.winner,
+            ended=self._ended,
             estop=estop,
         )
 
@@ -195,10 +200,15 @@ class Match:
         """End the halt: forget all its reasons."""
         self._reasons.clear()
 
-    def end(self, winner: str) -> Stage:
-        """End the game now, and return the stage that is entered."""
+    def end(self, winner: str, why: str | None = None) -> Stage:
+        """End the game now, and return the stage that is entered.
+
+        Args:
+            why: who has ended it before its end, and why, in words.
+        """
         self._reasons.clear()
         self.winner = winner
+        self._ended = None if why is None else shortened(why)
         return self._enter(Stage.GAME_OVER)
 
     def disqualify(self, name: str, why: str, now: Field, *, by_official: bool = False) -> Outcome:

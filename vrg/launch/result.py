@@ -61,8 +61,7 @@ def write_result(setup: MatchSetup, folder: RunFolder, state: RefereeState | Non
 
 def ended_of(state: RefereeState) -> str:
     """How a match that is over has ended, in words."""
-    by_hand = state.winner == NOBODY and game_of(state.game).competitive
-    return "ended by an official" if by_hand else "game over"
+    return state.ended or "game over"
 
 
 def headline(result: dict[str, Any]) -> str:

@@ -56,7 +56,9 @@ def _stopped(heading: str, reason: str | None, way_out: str | None, colour: Rgb,
 
 def _result(scene: Scene) -> tuple[str, ...]:
     score = " · ".join(f"{title(team)} {points}" for team, points in scene.score)
-    if scene.winner is None or scene.winner == NOBODY:
+    if scene.ended is not None:
+        result = scene.ended[:1].upper() + scene.ended[1:]
+    elif scene.winner is None or scene.winner == NOBODY:
         result = "No winner"
     else:
         result = "A draw" if scene.winner == DRAW else f"Winner: {title(scene.winner)}"

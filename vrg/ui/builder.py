@@ -225,6 +225,7 @@ def _with_referee(scene: Scene, state: m.RefereeState, players: tuple[ScenePlaye
         rounds=state.rounds,
         score=tuple(state.score.items()),
         winner=state.winner,
+        ended=state.ended,
         players=players,
         zones=tuple(state.zones),
     )

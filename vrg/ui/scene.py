@@ -117,7 +117,7 @@ class Scene:
         live: the world's clock runs. time: match time, s. rate: match seconds per real second.
         game: its name, empty before the referee spoke; `vrg.games.game_of` says how it is shown.
         stage: None before the referee spoke.
-        halted, way_out, waiting, clock, round, rounds, score, winner: as in `RefereeState`.
+        halted, way_out, waiting, clock, round, rounds, score, winner, ended: as in `RefereeState`.
         estop: the emergency stop is latched anywhere. estop_reason: who pressed it and why, if that is known.
         calls: the last ones, oldest first. flashes: what was called a moment ago, oldest first.
         obstacles: the ground that walls and obstacles cover, m.
@@ -139,6 +139,7 @@ class Scene:
     rounds: int = 0
     score: tuple[tuple[str, int], ...] = ()
     winner: str | None = None
+    ended: str | None = None
     estop: bool = False
     estop_reason: str = ""
     players: tuple[ScenePlayer, ...] = ()

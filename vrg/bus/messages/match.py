@@ -136,6 +136,7 @@ class RefereeState(Message, frozen=True, kw_only=True):
         objects: the things of the game that are no robots, such as flags.
         numbers: numbers of the rules that players need to know, by name, such as a distance in m.
         winner: the winning team when the game is over; `draw` is possible.
+        ended: who ended the game before its end, and why, in words; None if nobody did.
         estop: True while the emergency stop is engaged.
     """
 
@@ -157,6 +158,7 @@ class RefereeState(Message, frozen=True, kw_only=True):
     objects: Annotated[list[FieldObject], Meta(max_length=OBJECTS_LIMIT)] = field(default_factory=list)
     numbers: dict[Name, float] = field(default_factory=dict)
     winner: Name | None = None
+    ended: Text | None = None
     estop: bool = False
 
     def player(self, name: str) -> PlayerStatus | None:

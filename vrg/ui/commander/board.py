@@ -104,6 +104,8 @@ class BoardPainter:
         stage = "waiting for the referee" if scene.stage is None else title(scene.stage.value)
         if scene.halted is not None and scene.stage is not Stage.GAME_OVER:
             stage = "Halt"
+        if scene.ended is not None:
+            stage = scene.ended[:1].upper() + scene.ended[1:]
         if self.limited:
             stage += ", limited view"
         score = "  ".join(f"{title(team)} {points}" for team, points in scene.score)
