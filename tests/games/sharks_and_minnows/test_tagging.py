@@ -6,9 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vrg.games.sharks_and_minnows import tagging
 from vrg.games.sharks_and_minnows.tagging import Hunters, first_tag, first_tags
 from vrg.geometry import interpolate, outline_distance
-from vrg.regions import Rectangle
+from vrg.regions import Circle, Rectangle, Region
 from vrg.types import Pose
 
 P2AT = (0.5, 0.49)
@@ -66,18 +67,40 @@ def test_a_minnow_that_leaves_the_refuge_can_be_tagged_from_there_on() -> None:
     assert 0.5 < fraction < 0.52
 
 
-@given(poses, poses, poses, poses)
-def test_the_first_tag_is_a_tag_and_none_comes_before_it(h0: Pose, h1: Pose, p0: Pose, p1: Pose) -> None:
-    fraction = first_tag((h0, h1, P2AT), (p0, p1, P2AT), 0.30, NOWHERE)
+REFUGES = st.sampled_from([NOWHERE, Rectangle(-1.0, -1.0, 1.5, 0.5), Circle(0.5, 0.0, 1.0)])
+
+
+@given(poses, poses, poses, poses, REFUGES)
+def test_the_first_tag_is_a_tag_and_none_comes_before_it(
+    h0: Pose, h1: Pose, p0: Pose, p1: Pose, refuge: Region
+) -> None:
+    fraction = first_tag((h0, h1, P2AT), (p0, p1, P2AT), 0.30, refuge)
 
     def gap(at: float) -> float:
-        return outline_distance(interpolate(h0, h1, at), interpolate(p0, p1, at), P2AT, P2AT) - 0.30
+        place = interpolate(p0, p1, at)
+        if refuge.signed_distance(place.x, place.y) < 1e-3:
+            return 1.0
+        return outline_distance(interpolate(h0, h1, at), place, P2AT, P2AT) - 0.30
+
+    def safe(at: float) -> bool:
+        place = interpolate(p0, p1, at)
+        return refuge.contains(place.x, place.y)
 
     if fraction is not None:
-        assert gap(fraction) <= 1e-9
+        assert not safe(fraction)
+        places = interpolate(h0, h1, fraction), interpolate(p0, p1, fraction)
+        assert outline_distance(*places, P2AT, P2AT) - 0.30 <= 1e-9
     end = 1.0 if fraction is None else fraction
     # RESOLUTION of motion is 1 mm: a graze of less may pass.
     assert fraction == 0.0 or all(gap(end * i / 50) > -1.1e-3 for i in range(50))
+
+
+def test_a_way_through_the_refuge_is_not_looked_at_in_small_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    looks = []
+    monkeypatch.setattr(tagging, "outline_distance", lambda *a: looks.append(a) or outline_distance(*a))
+    minnow = Pose(-1.0, -0.1, 0.0), Pose(1.0, -0.1, 0.0), P2AT
+    assert first_tag(_still(0.0, 0.2), minnow, 0.30, Rectangle(-5, -5, 5, 0)) is None
+    assert len(looks) < 5
 
 
 @given(poses, poses, poses, poses)

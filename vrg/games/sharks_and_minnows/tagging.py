@@ -101,6 +101,8 @@ def first_tag(hunter: Motion, prey: Motion, reach: float, refuge: Region) -> flo
         + abs(wrap(p1.theta - p0.theta)) * circumradius(p_size)
     )
     fraction = 0.0
+    # A refuge is convex, so the prey is in it on one stretch of its way only.
+    enters, leaves = refuge.inside((p0.x, p0.y), (p1.x, p1.y)) or (math.inf, math.inf)
     while True:
         h, p = interpolate(h0, h1, fraction), interpolate(p0, p1, fraction)
         gap = outline_distance(h, p, h_size, p_size) - reach
@@ -108,4 +110,6 @@ def first_tag(hunter: Motion, prey: Motion, reach: float, refuge: Region) -> flo
             return fraction
         if fraction >= 1.0 or motion == 0.0:
             return None
-        fraction = min(1.0, fraction + max(gap, RESOLUTION) / motion)
+        # The border belongs to the refuge: the prey is outside just behind it.
+        step = leaves + 1e-9 - fraction if enters <= fraction <= leaves else max(gap, RESOLUTION) / motion
+        fraction = min(1.0, fraction + step)
