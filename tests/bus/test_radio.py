@@ -3,7 +3,7 @@
 from vrg.bus.codec import Received, decode, encode
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Say
-from vrg.bus.radio import Heard, Link, Radio, Transmission
+from vrg.bus.radio import Heard, Link, Radio, Transmission, packed
 from vrg.bus.topics import Keys
 
 KEYS = Keys("m")
@@ -31,7 +31,7 @@ class Station:
 
     def say(self, words: object, now: float) -> list[Received[Say]]:
         self.mailbox.handover(now)
-        self.radio.say(words, (0.0, 0.0))
+        self.radio.say(packed(words), (0.0, 0.0))
         return [decode(encode(out.message), Say, out.message.key) for out in self.mailbox.collect()]
 
     def hear(self, messages: list[Received[Say]], now: float) -> list[Heard]:

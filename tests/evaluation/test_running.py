@@ -15,7 +15,7 @@ from vrg.errors import ConfigError, LaunchError
 from vrg.evaluation.contenders import check, contenders
 from vrg.evaluation.experiment import Definition, define
 from vrg.evaluation.folder import ExperimentFolder
-from vrg.evaluation.games import BROKEN_OFF, FAILED, OVER, Row
+from vrg.evaluation.games import BROKEN_OFF, OVER, Row
 from vrg.evaluation.playing import counted
 
 
@@ -72,11 +72,11 @@ def test_what_fails_is_visible_and_counts(play: Play, tmp_path: Path, capfd: pyt
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_process_that_dies_takes_only_its_own_game_with_it(play: Play) -> None:
+def test_a_strategy_that_ends_its_process_loses_and_its_game_goes_on(play: Play) -> None:
     rows = play("Dies", "Ahead", pairs=1)
-    assert [row.played.ended for row in rows] == [FAILED, FAILED]
-    assert [row.points for row in rows] == [0.5, 0.5]
-    assert "has ended with status 0" in rows[0].played.problem
+    assert [row.played.ended for row in rows] == [OVER, OVER]
+    assert [row.points for row in rows] == [0.0, 0.0]
+    assert "the process of the strategy is gone" in rows[0].played.failures[0]
 
 
 def test_a_game_that_takes_too_long_is_a_draw(play: Play) -> None:

@@ -12,17 +12,16 @@ import logging
 from collections.abc import Mapping
 from typing import Any
 
-from vrg.agents.strategy import Action, Strategy, View, action_of
+from vrg.agents.strategy import Action, Strategy, View, decided
 from vrg.agents.team import TeamChannel
 from vrg.agents.telling import Telling
-from vrg.blame import DecisionTimeoutError, failure_of, place_of_method
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import PlayerStatus, RefereeState, Report, shortened
 from vrg.bus.node import Node, Tick, is_fresh
 from vrg.bus.radio import Radio
 from vrg.bus.topics import Keys
-from vrg.errors import RobotError, StaleDataError, StrategyError
+from vrg.errors import RobotError, StaleDataError
 from vrg.hal.device import Device
 from vrg.hal.gate import REFEREE_TIMEOUT
 from vrg.hal.readings import Readings
@@ -140,7 +139,7 @@ class Player(Node):
             StrategyError: it has been no finite motion for long.
         """
         for problem in self._telling.tell(action, view.position):
-            self._warn(f"{self._wrong(problem)}")
+            self._warn(f"{self._strategy.complaint(problem)}")
         twist = action.twist if self._makes_sense(action.twist) else STILL
         lease, manual = view.me.lease, self._device.lease(view.time)
         self._manual = manual is not None and lease is None
@@ -222,22 +221,8 @@ class Player(Node):
         )
 
     def _decision(self, view: View) -> Action:
-        """What the strategy decides.
-
-        Raises:
-            StrategyError: it raises an exception, ends the program, or answers with something else.
-        """
-        try:
-            answer = self._strategy.act(view)
-            self._mode = str(self._strategy.mode)
-        except DecisionTimeoutError:
-            raise
-        except BaseException as error:  # a student's code may raise anything
-            raise failure_of(error) from error
-        try:
-            return action_of(answer)
-        except TypeError as error:
-            raise self._wrong(str(error)) from None
+        action, self._mode = decided(self._strategy, view)
+        return action
 
     def _warn(self, text: str) -> None:
         """Log what is wrong, each text once, and so many texts at most."""
@@ -255,16 +240,11 @@ class Player(Node):
             self._nonsense = 0
             return True
         self._nonsense += 1
-        wrong = self._wrong(f"expected finite numbers of m/s and rad/s, got {twist}")
+        wrong = self._strategy.complaint(f"expected finite numbers of m/s and rad/s, got {twist}")
         if self._nonsense >= NONSENSE_LIMIT:
             raise wrong
         self._fault = f"{self.name}: {wrong}"
         return False
-
-    def _wrong(self, what: str) -> StrategyError:
-        """What is wrong with an answer of the strategy, and where it comes from."""
-        place = place_of_method(self._strategy, "act")
-        return StrategyError(f"{type(self._strategy).__name__}.act: {what}{f' ({place})' if place else ''}")
 
     def _read(self) -> Readings | None:
         try:

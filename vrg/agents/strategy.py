@@ -5,8 +5,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
+from vrg.blame import DecisionTimeoutError, failure_of, place_of_method
 from vrg.bus.messages import PlayerStatus, RefereeState, Sighting, Stroke
 from vrg.bus.radio import Heard
+from vrg.errors import StrategyError
 from vrg.hal.models import RobotModel
 from vrg.hal.readings import Readings
 from vrg.regions import Region
@@ -113,6 +115,30 @@ class Strategy(ABC):
         It is called at each tick while the match is not halted and the robot has no fault. While the player may not
         move, the twist is ignored. Numbers may be Python's or numpy's.
         """
+
+    def complaint(self, what: str) -> StrategyError:
+        """What is wrong with an answer of the strategy, and where in the code it comes from."""
+        place = place_of_method(self, "act")
+        return StrategyError(f"{type(self).__name__}.act: {what}{f' ({place})' if place else ''}")
+
+
+def decided(strategy: Strategy, view: View) -> tuple[Action, str]:
+    """What a strategy decides, with Python's own numbers; and its mode.
+
+    Raises:
+        StrategyError: it raises an exception, ends the program, or answers with something else.
+    """
+    try:
+        answer = strategy.act(view)
+        mode = str(strategy.mode)
+    except (DecisionTimeoutError, StrategyError):
+        raise
+    except BaseException as error:  # a student's code may raise anything
+        raise failure_of(error) from error
+    try:
+        return action_of(answer), mode
+    except TypeError as error:
+        raise strategy.complaint(str(error)) from None
 
 
 def action_of(answer: object) -> Action:

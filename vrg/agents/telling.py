@@ -1,23 +1,67 @@
 """How a player tells others what its strategy answers: its team over the radio, the referee, and the windows."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
-from msgspec import to_builtins
+from msgspec import Struct, to_builtins
 
 from vrg.agents.strategy import Action
-from vrg.blame import DecisionTimeoutError
 from vrg.bus.codec import checked
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Bid, Links, Message, Sightings, Sketch
-from vrg.bus.radio import Heard, Radio
-from vrg.bus.topics import Keys, Topic
+from vrg.bus.messages import Bid, Links, Sightings, Sketch
+from vrg.bus.radio import Heard, Radio, packed
+from vrg.bus.topics import Keys
 from vrg.types import Vector
+
+T = TypeVar("T")
 
 BIDS_LIMIT = 20
 """The number of bids that a player may make at one tick. The referee looks at no more of them."""
 COUNT_PERIOD = 1.0
 """The match time in s between two messages about what came over the radio."""
+
+
+class Said(Struct, frozen=True):
+    """What an action says, as it can be sent.
+
+    Args:
+        say: the MessagePack of what it says to its team. sightings, bids, sketch: the messages.
+    """
+
+    say: bytes | None = None
+    sightings: Sightings | None = None
+    bids: Sequence[Bid] = ()
+    sketch: Sketch | None = None
+
+
+def sendable(action: Action) -> tuple[Said, list[str]]:
+    """What an action says, with numpy's numbers as Python's own; and what cannot be sent, and why, in words."""
+    problems: list[str] = []
+
+    def attempt(what: str, make: Callable[[], T], otherwise: T) -> T:
+        try:
+            return make()
+        except Exception as error:  # it comes from a student's code, and so may its attributes
+            problems.append(f"{what} left out: {error}")
+            return otherwise
+
+    said = Said(
+        None if action.say is None else attempt("say", lambda: packed(action.say), None),
+        attempt("sightings", lambda: checked(Sightings(seen=list(action.sightings))), None)
+        if action.sightings
+        else None,
+        attempt("bids", lambda: _bids(action.bids), []) if action.bids else [],
+        None
+        if action.sketch is None
+        else attempt("sketch", lambda: checked(Sketch(strokes=list(action.sketch or ()))), None),
+    )
+    return said, problems
+
+
+def _bids(bids: Mapping[str, float | None]) -> list[Bid]:
+    if len(bids) > BIDS_LIMIT:
+        raise ValueError(f"expected at most {BIDS_LIMIT} bids at a tick, got {len(bids)}")
+    return [checked(Bid(lot=lot, cost=None if cost is None else float(cost))) for lot, cost in bids.items()]
 
 
 class Telling:
@@ -43,35 +87,16 @@ class Telling:
         Args:
             place: where the player measures itself to be, m.
         """
-        problems: list[str] = []
-
-        def attempt(what: str, send: Callable[[], None]) -> None:
-            try:
-                send()
-            except DecisionTimeoutError:
-                raise
-            except Exception as error:  # it comes from a student's code, and so may its attributes
-                problems.append(f"{what} left out: {error}")
-
-        if action.say is not None:
-            attempt("say", lambda: self._radio.say(action.say, place))
-        if action.sightings:
-            attempt("sightings", lambda: self._send(self._sightings, Sightings(seen=list(action.sightings))))
-        attempt("bids", lambda: self._tell_bids(action.bids))
-        if action.sketch is not None:
-            attempt("sketch", lambda: self._send(self._sketch, Sketch(strokes=list(action.sketch or ()))))
-        return problems
-
-    def _tell_bids(self, bids: Mapping[str, float | None]) -> None:
-        if len(bids) > BIDS_LIMIT:
-            raise ValueError(f"expected at most {BIDS_LIMIT} bids at a tick, got {len(bids)}")
-        # All are checked before the first is sent.
-        checked_bids = [checked(Bid(lot=lot, cost=None if cost is None else float(cost))) for lot, cost in bids.items()]
-        for bid in checked_bids:
+        said, problems = sendable(action)
+        if said.say is not None:
+            self._radio.say(said.say, place)
+        if said.sightings is not None:
+            self._mailbox.publish(self._sightings, said.sightings)
+        for bid in said.bids:
             self._mailbox.publish(self._bid, bid)
-
-    def _send(self, topic: Topic[Any], message: Message) -> None:
-        self._mailbox.publish(topic, checked(message))
+        if said.sketch is not None:
+            self._mailbox.publish(self._sketch, said.sketch)
+        return problems
 
     def heard(self, place: Vector) -> Sequence[Heard]:
         """What the team has said since the last call; `place` as for `tell`."""

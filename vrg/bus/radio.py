@@ -70,6 +70,19 @@ class PerfectLink:
         return 0.0
 
 
+def packed(words: Any) -> bytes:
+    """What is said to the team as MessagePack, which numpy's numbers and arrays may be part of.
+
+    Raises:
+        TypeError: MessagePack cannot hold it.
+        ValueError: it is longer than SAY_LIMIT bytes.
+    """
+    data = msgspec.msgpack.encode(words, enc_hook=plain)
+    if len(data) > SAY_LIMIT:
+        raise ValueError(f"expected at most {SAY_LIMIT} bytes to be said at a tick, got {len(data)}")
+    return data
+
+
 class Radio:
     """The radio of one player.
 
@@ -88,20 +101,13 @@ class Radio:
         self._coming: list[tuple[float, Received[Say]]] = []
         self._counts: dict[str, _Count] = {}
 
-    def say(self, words: Any, place: Vector | None = None) -> None:
-        """Say something to the team: anything that MessagePack can hold, numpy's numbers and arrays included.
+    def say(self, words: bytes, place: Vector | None = None) -> None:
+        """Say something to the team.
 
         Args:
-            place: where this player measures itself to be, m.
-
-        Raises:
-            TypeError: MessagePack cannot hold it.
-            ValueError: it is longer than SAY_LIMIT bytes.
+            words: what `packed` returns. place: where this player measures itself to be, m.
         """
-        data = msgspec.msgpack.encode(words, enc_hook=plain)
-        if len(data) > SAY_LIMIT:
-            raise ValueError(f"expected at most {SAY_LIMIT} bytes to be said at a tick, got {len(data)}")
-        self._mailbox.publish(self._topic, Say(words=data, place=place))
+        self._mailbox.publish(self._topic, Say(words=words, place=place))
 
     def heard(self, place: Vector | None) -> Sequence[Heard]:
         """Return what has arrived since the last call, in the order of arrival.

@@ -20,7 +20,7 @@ from vrg.commands.evaluating import (
     make_console,
     show,
 )
-from vrg.commands.play import EngineOption
+from vrg.commands.play import EngineOption, SandboxOption
 
 
 def compare(
@@ -37,6 +37,7 @@ def compare(
     play_all: AllOption = False,
     limit: LimitOption = 3600.0,
     ray: RayOption = None,
+    sandbox: SandboxOption = None,
 ) -> None:
     """Let two strategies play many games, each seed twice with the sides swapped, until one is shown to be better.
 
@@ -46,7 +47,7 @@ def compare(
     from vrg.games import game_of
     from vrg.ui.comparison import plot_comparison
 
-    wish = Wish(match, games, seed, jobs, engine, lasers, out, confidence, play_all, limit, ray)
+    wish = Wish(match, games, seed, jobs, engine, lasers, out, confidence, play_all, limit, ray, sandbox)
     with experiment([first, second], wish, "compare") as played:
         console, folder = make_console(), played.folder
         [(pairing, series)] = played.series.items()

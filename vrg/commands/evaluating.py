@@ -1,5 +1,6 @@
 """What `vrg compare` and `vrg tournament` share: their options, and how an experiment is prepared, played and shown."""
 
+import contextlib
 import os
 import sys
 import time
@@ -66,6 +67,7 @@ class Wish:
     play_all: bool
     limit: float
     ray: str | None = None
+    sandbox: bool | None = None
 
 
 @contextmanager
@@ -85,19 +87,30 @@ def experiment(targets: Sequence[str], wish: Wish, name: str, *, mirror: bool = 
     from vrg.evaluation import contenders
     from vrg.evaluation.experiment import define
     from vrg.evaluation.folder import ExperimentFolder
+    from vrg.evaluation.game_process import strategies_to_seal
     from vrg.evaluation.games import Pairing
     from vrg.evaluation.running import Experiment
     from vrg.evaluation.series import Series
+    from vrg.launch.apart import Zygote
+    from vrg.launch.sandbox.seal import missing
 
     console = make_console()
     if wish.ray is not None:
         from vrg.evaluation.ray_cluster import require_ray
 
         require_ray()
-    setup = load_match(match_path(wish.match), engine=wish.engine, lasers=wish.lasers)
-    contenders.teams_of(setup)
-    found = contenders.contenders([whole_target(target) for target in targets])
-    contenders.check(setup, found)
+    lacking = missing()
+    # It is forked before this process has read the match.
+    with contextlib.nullcontext() if lacking is not None else Zygote() as zygote:
+        setup = load_match(match_path(wish.match), engine=wish.engine, lasers=wish.lasers, sandbox=wish.sandbox)
+        contenders.teams_of(setup)
+        found = contenders.contenders([whole_target(target) for target in targets])
+        contenders.check(setup, found, zygote)
+    playing = [contenders.with_strategies(setup, dict.fromkeys(contenders.teams_of(setup), c.target)) for c in found]
+    if lacking is not None and any(strategies_to_seal(setup) for setup in playing):
+        console.print(
+            f"[yellow]strategies decide where the referee does, and can change it: {escape(lacking)}[/yellow]"
+        )
     definition = define(setup, found, seed=wish.seed, limit=wish.limit)
     labels = [contender.label for contender in found]
     pairs = [Pairing(a, b) for i, a in enumerate(labels) for b in labels[i if mirror else i + 1 :]]

@@ -158,7 +158,8 @@ def _served(
     Raises:
         ConfigError, LaunchError: see `play_processes`; no process then runs.
     """
-    if security.wanted or any(setup.sandboxed(player.name, seats=False) for player in setup.players):
+    sealed = security.wanted or any(setup.sandboxed(player.name, seats=False) for player in setup.players)
+    if sealed and not setup.secret:
         # Where players cannot read the match's other files, its seed must not tell them what those hold.
         setup = setup.with_secret(folder.secret())
     folder.hand_out(setup)

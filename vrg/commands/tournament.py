@@ -22,7 +22,7 @@ from vrg.commands.evaluating import (
     make_console,
     show,
 )
-from vrg.commands.play import EngineOption
+from vrg.commands.play import EngineOption, SandboxOption
 from vrg.errors import ConfigError
 
 
@@ -41,6 +41,7 @@ def tournament(
     play_all: AllOption = False,
     limit: LimitOption = 3600.0,
     ray: RayOption = None,
+    sandbox: SandboxOption = None,
     mirror: Annotated[bool, typer.Option("--mirror", help="Let each strategy play against itself, too.")] = False,
 ) -> None:
     """Let each strategy play against each other one, as `vrg compare` does, and rate them all.
@@ -54,7 +55,7 @@ def tournament(
 
     if len(set(strategies)) < max(2, len(strategies)):
         raise ConfigError([f"expected two or more different strategies, got {', '.join(strategies)}"])
-    wish = Wish(match, games, seed, jobs, engine, lasers, out, confidence, play_all, limit, ray)
+    wish = Wish(match, games, seed, jobs, engine, lasers, out, confidence, play_all, limit, ray, sandbox)
     with experiment(strategies, wish, "tournament", mirror=mirror) as played:
         console, folder = make_console(), played.folder
         rows = played.rows()

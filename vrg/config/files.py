@@ -200,6 +200,7 @@ class MatchFile(Table):
         name: the name of the match, which is a part of every key on the bus.
         game: the name of the game. map: a map's name, or the path of its file. engine: the physics engine's name.
         seed: the seed of all random numbers in the match.
+        secret: makes the random numbers others than those of the seed alone, so that nobody can work them out from it.
         rate: match seconds per real second.
         lasers: False omits all range finders, to save time where no player looks at them. noise: False means perfect
             sensors: no noise and no drop-outs, whatever `sensors` says.
@@ -232,6 +233,7 @@ class MatchFile(Table):
     map: str
     engine: str = "pybullet"
     seed: int = Field(0, ge=0)
+    secret: str = Field("", max_length=64, pattern="^[!-~]*$")
     rate: float = Field(1.0, ge=0.1, le=100)
     lasers: bool = True
     noise: bool = True

@@ -187,6 +187,7 @@ class _Checker:
             map=file.map if "/" not in file.map and not file.map.endswith(".toml") else str(self._base / file.map),
             engine=file.engine,
             seed=file.seed,
+            secret=file.secret,
             rate=1.0 if any(player.physical for player in players) else file.rate,
             wanted_rate=file.rate,
             lasers=file.lasers,

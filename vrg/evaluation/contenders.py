@@ -1,6 +1,7 @@
 """The strategies that are compared."""
 
 import os
+import tempfile
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,7 +11,9 @@ from msgspec import Struct
 from vrg.bus.names import normal
 from vrg.config.setup import MatchSetup, PlayerSetup
 from vrg.errors import ConfigError
+from vrg.launch.apart import Zygote
 from vrg.launch.nodes import strategy_of
+from vrg.launch.run_folder import RunFolder
 
 
 class Contender(Struct, frozen=True, kw_only=True):
@@ -77,19 +80,26 @@ def seen_from(base: Path, target: str) -> str:
     return target
 
 
-def check(setup: MatchSetup, found: Sequence[Contender]) -> None:
+def check(setup: MatchSetup, found: Sequence[Contender], zygote: Zygote | None = None) -> None:
     """Check that every strategy can play for every player.
+
+    Args:
+        zygote: forks the processes of the strategies that are to be sealed; None makes all of them in this process.
 
     Raises:
         ConfigError: one cannot be imported or made. The error lists all such problems, each of them once.
     """
     problems: dict[str, None] = {}
-    for contender in found:
-        playing = with_strategies(setup, dict.fromkeys(teams_of(setup), contender.target))
-        for player in playing.players:
-            try:
-                strategy_of(playing, player.name)
-            except ConfigError as error:
-                problems.update(dict.fromkeys(map(str, error.problems)))
+    with tempfile.TemporaryDirectory(prefix="vrg-") as place:
+        for contender in found:
+            playing = with_strategies(setup, dict.fromkeys(teams_of(setup), contender.target))
+            for player in playing.players:
+                try:
+                    if zygote is not None and playing.sandboxed(player.name, seats=True):
+                        zygote.strategy(playing, player.name, RunFolder(Path(place))).close()
+                    else:
+                        strategy_of(playing, player.name)
+                except ConfigError as error:
+                    problems.update(dict.fromkeys(map(str, error.problems)))
     if problems:
         raise ConfigError(list(problems))

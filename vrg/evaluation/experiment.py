@@ -5,8 +5,7 @@ one. How many games are played, how many at a time and with which confidence is 
 """
 
 import hashlib
-import inspect
-import sys
+import importlib.util
 import tomllib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -20,8 +19,8 @@ from vrg.errors import ConfigError
 from vrg.errors import Path as Place
 from vrg.evaluation.contenders import Contender, teams_of, with_strategies
 from vrg.evaluation.games import Game, Pairing
+from vrg.games import STRATEGIES
 from vrg.launch.keeping import files_of
-from vrg.launch.nodes import strategy_class
 from vrg.toml_text import with_value_in
 
 FORMAT = 1
@@ -54,6 +53,11 @@ class Definition(Struct, frozen=True, kw_only=True):
     def digest(self) -> str:
         """Eight signs that differ between definitions."""
         return hashlib.sha256(repr(structs.astuple(self)).encode()).hexdigest()[:8]
+
+    @property
+    def secret(self) -> str:
+        """The secret of the matches: the same experiment has the same games, but no strategy knows all of it."""
+        return hashlib.sha256(repr(structs.astuple(self)).encode()).hexdigest()[8:40]
 
     def game_of(self, pairing: Pairing, number: int) -> Game:
         """A game of a pairing."""
@@ -103,17 +107,20 @@ def define(setup: MatchSetup, found: Sequence[Contender], *, seed: int, limit: f
     )
 
 
-def written(setup: MatchSetup, strategies: dict[str, str]) -> MatchSetup:
+def written(setup: MatchSetup, strategies: dict[str, str], secret: str = "") -> MatchSetup:
     """Return the match in which each team plays by its strategy, with a text that says so.
 
     Args:
         strategies: the strategy of each team, with the whole path if it is that of a file.
+        secret: of the match, where the file has none.
 
     Raises:
         ConfigError: the match file has players without a table of their own.
     """
     playing = with_strategies(setup, strategies)
     text = setup.text
+    if secret and not setup.secret:
+        text = with_value_in(text, (), "secret", secret)
     chosen: dict[Place, str] = {("players", player.number): player.strategy for player in playing.players}
     # What the file says of a team may be a file that is not where the written match is.
     teams = tomllib.loads(text).get("teams", {})
@@ -130,10 +137,11 @@ def _hashes(setup: MatchSetup, contender: Contender) -> Iterator[tuple[str, str]
     """The hashes of VRG, of the package or the file of a strategy, of the files beside it, and of the map."""
     yield "the code of VRG", code_of_vrg()
     if not contender.target.rpartition(":")[0].endswith(".py"):
-        module = strategy_class(contender.target, Path(setup.base)).__module__
-        source = inspect.getsourcefile(sys.modules[module.partition(".")[0]])
-        if source is not None:
-            path = Path(source)
+        module = contender.target.rpartition(":")[0] or STRATEGIES.get(contender.target).__module__
+        # It is found and not imported: a strategy that is to be sealed has no business in this process.
+        spec = importlib.util.find_spec(module.partition(".")[0])
+        if spec is not None and spec.origin is not None:
+            path = Path(spec.origin)
             yield f"the code of {contender.label}", _hash(path.parent if path.name == "__init__.py" else path)
     playing = written(setup, dict.fromkeys(teams_of(setup), contender.target))
     for source_path in files_of(playing).copies.values():

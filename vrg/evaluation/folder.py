@@ -109,7 +109,7 @@ class ExperimentFolder:
         folder = RunFolder(self.match_file(game).parent)
         try:
             folder.path.mkdir(parents=True, exist_ok=True)
-            keep(written(setup, strategies), folder)
+            keep(written(setup, strategies, self.definition.secret), folder)
         except OSError as error:
             raise LaunchError(f"{folder.path}: cannot be written: {error.strerror}") from None
         found = load_match(folder.match_file)

@@ -5,6 +5,7 @@ the result of a game does not depend on which games its process has played befor
 own game with it. The processes are forked from a server that has loaded VRG, and that has never loaded a strategy.
 """
 
+import contextlib
 import multiprocessing
 import os
 import sys
@@ -23,6 +24,7 @@ from vrg.evaluation import playing
 from vrg.evaluation.games import FAILED, Played
 from vrg.games import GAMES
 from vrg.hal.sim.engines import ENGINES
+from vrg.launch.sandbox.seal import missing
 
 _NODES = (
     "vrg.hal.sim.node",
@@ -67,12 +69,15 @@ class GameProcess:
     """
 
     def __init__(self, server: ForkServerContext, setup: MatchSetup, seed: int, folder: Path, limit: float) -> None:
-        self.answer, theirs = server.Pipe(duplex=False)
-        content = msgspec.json.encode(structs.replace(setup, seed=seed))
-        self._process = server.Process(target=playing.main, args=(theirs, content, folder, limit), daemon=True)
+        self.answer, theirs = server.Pipe()
+        setup = structs.replace(setup, seed=seed)
+        sealed = bool(strategies_to_seal(setup)) and missing() is None
+        self._process = server.Process(target=playing.main, args=(theirs, folder, limit, sealed), daemon=True)
         with _main_hidden():
             self._process.start()
         theirs.close()
+        with contextlib.suppress(BrokenPipeError):  # `result` tells of a process that has ended
+            self.answer.send_bytes(msgspec.json.encode(setup))
 
     def result(self) -> Played:
         """What came out of the game, once `answer` can be read. Its process is then gone."""
@@ -101,6 +106,12 @@ class GameProcess:
     def _close(self) -> None:
         self.answer.close()
         self._process.close()
+
+
+def strategies_to_seal(setup: MatchSetup) -> list[str]:
+    """The strategies of a match that are sealed when games of it are played: by default those that are files."""
+    sealed = {player.strategy for player in setup.players if setup.sandboxed(player.name, seats=True)}
+    return sorted(sealed)
 
 
 def ended(games: Sequence[GameProcess], timeout: float) -> list[GameProcess]:

@@ -21,22 +21,24 @@ from vrg.coordinator.journal import read_journal
 from vrg.errors import VrgError
 from vrg.evaluation.games import BROKEN_OFF, FAILED, OVER, Played
 from vrg.launch import in_process
+from vrg.launch.apart import Zygote
 from vrg.launch.nodes import open_journal
 from vrg.launch.run_folder import RunFolder
 
 
-def played(setup: MatchSetup, folder: RunFolder, limit: float) -> Played:
+def played(setup: MatchSetup, folder: RunFolder, limit: float, zygote: Zygote | None = None) -> Played:
     """Play a match in this process, and return what came out of it.
 
     Args:
         folder: for the journal and the logs.
         limit: the match time in s after which it is broken off.
+        zygote: see `vrg.launch.in_process.play`.
     """
     folder.prepare()
     began = time.perf_counter()
     try:
         with open_journal(setup, folder) as journal:
-            ending = in_process.play(setup.at_rate(0.0), journal, limit=limit, logs=folder.logs)
+            ending = in_process.play(setup.at_rate(0.0), journal, limit=limit, logs=folder.logs, zygote=zygote)
     except VrgError as error:
         return Played(ended=FAILED, problem=str(error), wall_time=time.perf_counter() - began)
     wall_time = time.perf_counter() - began
@@ -64,15 +66,17 @@ def counted(calls: Iterable[tuple[str, str]]) -> dict[str, dict[str, int]]:
     return found
 
 
-def main(answer: Connection, setup: bytes, folder: Path, limit: float) -> None:
+def main(pipe: Connection, folder: Path, limit: float, sealed: bool) -> None:
     """Play a game as the main function of a process.
 
     What the process prints goes to `process.log` in the folder. It ends when the process that has started it ends.
 
     Args:
-        answer: where the `Played` is sent.
-        setup: the match, as JSON. folder: for the journal and the logs.
+        pipe: the match comes from it as JSON, when the processes of strategies can no longer learn of it; and the
+            `Played` is sent there.
+        folder: for the journal and the logs.
         limit: the match time in s after which the game is broken off.
+        sealed: True seals the strategies that are to be.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # whoever has started it decides what follows
     _end_with_parent()
@@ -82,10 +86,11 @@ def main(answer: Connection, setup: bytes, folder: Path, limit: float) -> None:
             os.dup2(log.fileno(), stream.fileno())
     logging.basicConfig(level=logging.WARNING)
     faulthandler.enable()
-    result = played(msgspec.json.decode(setup, type=MatchSetup), RunFolder(folder), limit)
+    with Zygote() if sealed else contextlib.nullcontext() as zygote:
+        result = played(msgspec.json.decode(pipe.recv_bytes(), type=MatchSetup), RunFolder(folder), limit, zygote)
     with contextlib.suppress(BrokenPipeError):
-        answer.send_bytes(msgspec.json.encode(result))
-    answer.close()
+        pipe.send_bytes(msgspec.json.encode(result))
+    pipe.close()
 
 
 def _end_with_parent() -> None:

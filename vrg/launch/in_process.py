@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
@@ -22,7 +23,10 @@ from vrg.hal.can.emulator.simulation import Simulation
 from vrg.launch.bounds import DecisionAlarm, MemoryBound
 from vrg.launch.contained import ContainedPlayer
 from vrg.launch.nodes import coordinator_node, player_node, strategy_of, world_node
-from vrg.launch.run_folder import write_json
+from vrg.launch.run_folder import RunFolder, write_json
+
+if TYPE_CHECKING:
+    from vrg.launch.apart import Zygote
 
 
 class Change(Struct, frozen=True):
@@ -69,6 +73,7 @@ def play(
     stop: StopSignal | None = None,
     logs: Path | None = None,
     changes: Sequence[Change] = (),
+    zygote: "Zygote | None" = None,
 ) -> Ending:
     """Play a match to its end.
 
@@ -81,6 +86,8 @@ def play(
         stop: what tells that the match is to stop, so that a strategy in an endless loop is interrupted.
         logs: the folder for what players print; None lets them print.
         changes: the players that play by another strategy from some instant on, in the order of time.
+        zygote: forks the processes of the strategies that are to be sealed, whose logs are needed then; None lets all
+            strategies decide in this process.
 
     Raises:
         ConfigError: a robot of the match is a real one, or a strategy of `changes` cannot be made.
@@ -90,7 +97,24 @@ def play(
     simulation = _simulation(setup)
     coordinator = coordinator_node(setup, journal)
     alarm, memory = DecisionAlarm(stop), MemoryBound(setup.memory)
-    players = {player.name: _contained(setup, player.name, alarm, memory, logs, simulation) for player in setup.players}
+
+    def maker(setup: MatchSetup, name: str) -> Callable[[], Strategy]:
+        if zygote is not None and logs is not None and setup.sandboxed(name, seats=True):
+            return lambda: zygote.strategy(setup, name, RunFolder(logs.parent))
+        return lambda: strategy_of(setup, name)
+
+    players = {
+        player.name: ContainedPlayer(
+            player_node(setup, player.name, simulation, make := maker(setup, player.name)),
+            setup.keys,
+            make,
+            alarm,
+            memory,
+            None if logs is None else logs / f"{player.name}.log",
+            disqualify=setup.on_fault == "disqualify",
+        )
+        for player in setup.players
+    }
     waiting = list(changes)
     world = world_node(setup)
     executor = Lockstep(world, [coordinator, *players.values(), *watchers], strict=strict)
@@ -108,7 +132,7 @@ def play(
         while linger < 1.0 and executor.time < limit:
             while waiting and executor.time >= waiting[0].time - world.period / 2:
                 change = waiting.pop(0)
-                players[change.player].play_by(_maker(setup.substituted(change.player, change.strategy), change.player))
+                players[change.player].play_by(maker(setup.substituted(change.player, change.strategy), change.player))
             if simulation is not None and executor.time > 0:
                 # The robots have been met in the first step, before the match began.
                 began = simulation.clock.now() if began is None else began
@@ -148,28 +172,3 @@ def _simulation(setup: MatchSetup) -> Simulation | None:
             ]
         )
     return simulation
-
-
-def _maker(setup: MatchSetup, name: str) -> Callable[[], Strategy]:
-    """The maker of a player's strategy."""
-    return lambda: strategy_of(setup, name)
-
-
-def _contained(
-    setup: MatchSetup,
-    name: str,
-    alarm: DecisionAlarm,
-    memory: MemoryBound,
-    logs: Path | None,
-    simulation: Simulation | None,
-) -> ContainedPlayer:
-    """A player whose failures do not end the match."""
-    return ContainedPlayer(
-        player_node(setup, name, simulation),
-        setup.keys,
-        _maker(setup, name),
-        alarm,
-        memory,
-        None if logs is None else logs / f"{name}.log",
-        disqualify=setup.on_fault == "disqualify",
-    )

@@ -4,6 +4,7 @@ Each node is imported when it is made, so that a process loads only what it need
 processes only a player's own process imports a student's code.
 """
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -107,11 +108,17 @@ def strategy_of(setup: MatchSetup, name: str) -> "Strategy":
     return strategy
 
 
-def player_node(setup: MatchSetup, name: str, medium: "Medium | None" = None) -> "Player":
+def player_node(
+    setup: MatchSetup,
+    name: str,
+    medium: "Medium | None" = None,
+    make: "Callable[[], Strategy] | None" = None,
+) -> "Player":
     """Make a player with its device and its strategy.
 
     Args:
         medium: the CAN buses of its robot; None for those of this computer.
+        make: makes its strategy; None makes it in this process.
 
     Raises:
         ConfigError: there is no such player, or its driver cannot be made.
@@ -126,7 +133,7 @@ def player_node(setup: MatchSetup, name: str, medium: "Medium | None" = None) ->
 
     player = setup.player(name)
     try:
-        strategy = strategy_of(setup, name)
+        strategy = strategy_of(setup, name) if make is None else make()
     except ConfigError as error:
         raise StrategyError(str(error), final=True) from error
     mailbox, keys = Mailbox(), setup.keys

@@ -16,11 +16,13 @@ from vrg.launch.sandbox.policy import Access, Policy, files
 from vrg.modules import module_in
 
 
-def policy_of(setup: MatchSetup, name: str, *, router: str, run: RunFolder, seat: Path | None) -> Policy:
+def policy_of(setup: MatchSetup, name: str, *, router: str | None, run: RunFolder, seat: Path | None) -> Policy:
     """What a player's process may reach.
 
     Args:
-        name: the player. router: the endpoint of the router. run: the run folder.
+        name: the player. run: the run folder.
+        router: the endpoint of the router; None in a match in one process, which waits for each player in turn, so
+            that a processor core of its own would only slow it.
         seat: the folder of the keys of its own seat; None in a match without seats.
 
     Raises:
@@ -55,10 +57,10 @@ def policy_of(setup: MatchSetup, name: str, *, router: str, run: RunFolder, seat
             *((path, Access.READ) for path in named),
             *((path, Access.READ | Access.WRITE | Access.DEVICE) for path in channels),
         ),
-        port=_port(router),
+        port=None if router is None else _port(router),
         folder=folder,
         memory=setup.memory,
-        core=None if player.physical else player.number,
+        core=None if player.physical or router is None else player.number,
         udp="udp_multicast" in interfaces,
         can="socketcan" in interfaces,
     )

@@ -68,7 +68,7 @@ def seal(policy: Policy) -> None:
         _use_folder(policy.folder)
         _bound(policy)
         _drop_capabilities()
-        landlock.restrict(policy.files, [policy.port])
+        landlock.restrict(policy.files, [] if policy.port is None else [policy.port])
         architecture = ARCHITECTURES[platform.machine()]
         _filter(architecture, program(architecture, rules(os.getpid(), udp=policy.udp, can=policy.can)))
     except OSError as error:

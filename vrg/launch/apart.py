@@ -1,0 +1,293 @@
+"""Strategies in sealed processes of their own, in a match that is otherwise played in one process.
+
+A `Zygote` is forked before a process knows anything of a match, and forks a process for each strategy. So the memory of
+such a process has nothing of the match but what its player gets: a set-up of its own, and a view at each tick. What it
+answers is decoded, and nothing in it is run. It is sealed as a player's process is that `vrg play` seals, and reaches
+no router.
+"""
+
+import contextlib
+import gc
+import os
+import pickle
+import signal
+import socket
+import sys
+import traceback
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import msgspec
+from msgspec import Struct
+
+from vrg.agents.strategy import Action, Strategy, View, decided
+from vrg.agents.telling import Said, sendable
+from vrg.blame import failure_of, tell_of_refusals
+from vrg.config.setup import MatchSetup
+from vrg.errors import ConfigError, StrategyError, VrgError
+from vrg.hal.models import RobotModel
+from vrg.launch.bounds import printing_to
+from vrg.launch.nodes import strategy_of
+from vrg.launch.output import BoundedOutput
+from vrg.launch.run_folder import RunFolder
+from vrg.launch.sandbox.player import policy_of
+from vrg.launch.sandbox.seal import seal
+from vrg.types import Twist
+
+_LONGEST = 1_000_000
+"""The number of bytes that an answer may have."""
+_PID = 8
+"""The number of bytes of a process id in a message."""
+_REFUSED = "the sandbox refused it: `--no-sandbox` goes on without one"
+
+
+class _Job(Struct, frozen=True):
+    """What a strategy is made from: the set-up of its player's process, the player, and the run folder."""
+
+    setup: MatchSetup
+    name: str
+    run: str
+
+
+class _Ready(Struct, frozen=True, tag=True):
+    """The strategy has been made; what is wrong with its answers is said in these words, `{}` being what."""
+
+    priorities: tuple[str, ...]
+    complaint: str
+
+
+class _Decided(Struct, frozen=True, tag=True):
+    """What the strategy has decided."""
+
+    twist: Twist
+    said: Said
+    mode: str
+
+
+class _Failed(Struct, frozen=True, tag=True):
+    """It could not be made, or has raised something; `final` as in `StrategyError`."""
+
+    words: str
+    final: bool
+
+
+_answers = msgspec.msgpack.Decoder(_Ready | _Decided | _Failed)
+
+
+class StrategyApart(Strategy):
+    """A strategy in a process of its own. It is asked, and fails, as if it were here.
+
+    Args:
+        job: what it is made from. pipe: leads to its process. end: ends its process.
+
+    Raises:
+        ConfigError: it cannot be made.
+    """
+
+    def __init__(self, job: _Job, pipe: Connection, end: Callable[[], None]) -> None:
+        super().__init__(job.name, job.setup.player(job.name).robot)
+        self._pipe = pipe
+        self._end = end
+        self._mode = "-"
+        self._known: RobotModel | None = None
+        ready = self._asked(msgspec.json.encode(job))
+        if isinstance(ready, _Failed):
+            self.close()
+            raise ConfigError([ready.words])
+        if not isinstance(ready, _Ready):
+            raise self._ended(f"it has answered {type(ready).__name__}")
+        # Each strategy has its own, so they are no attribute of the class.
+        self.priorities = ready.priorities  # type: ignore[misc]
+        self._complaint = ready.complaint
+
+    @property
+    def mode(self) -> str:
+        """What it does now, in its own words."""
+        return self._mode
+
+    def act(self, view: View) -> Action:
+        """Ask it.
+
+        Raises:
+            StrategyError: it has failed, or its process has ended.
+        """
+        told: dict[str, Any] = {**vars(view), "velocities": dict(view.velocities)}
+        if view.robot is self._known:
+            del told["robot"]  # the longest part, and always the same
+        self._known = view.robot
+        answer = self._asked(pickle.dumps(told, pickle.HIGHEST_PROTOCOL))
+        if isinstance(answer, _Failed):
+            self.close()
+            raise StrategyError(answer.words, final=answer.final)
+        if not isinstance(answer, _Decided):
+            raise self._ended(f"it has answered {type(answer).__name__}")
+        self._mode, said = answer.mode, answer.said
+        return Action(
+            answer.twist,
+            None if said.say is None else msgspec.msgpack.decode(said.say),
+            () if said.sightings is None else said.sightings.seen,
+            {bid.lot: bid.cost for bid in said.bids},
+            None if said.sketch is None else said.sketch.strokes,
+        )
+
+    def complaint(self, what: str) -> StrategyError:
+        """What is wrong with an answer; where it comes from is known in its process alone."""
+        return StrategyError(self._complaint.replace("{}", what))
+
+    def close(self) -> None:
+        """End its process. Idempotent."""
+        if not self._pipe.closed:
+            self._pipe.close()
+            self._end()
+
+    def _asked(self, question: bytes) -> _Ready | _Decided | _Failed:
+        try:
+            self._pipe.send_bytes(question)
+            answer: _Ready | _Decided | _Failed = _answers.decode(self._pipe.recv_bytes(_LONGEST))
+            return answer
+        except (EOFError, OSError, msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+            raise self._ended(str(error) or "it has ended") from None
+        except BaseException:
+            self.close()  # it still decides, and its answer would be taken for that to the next question
+            raise
+
+    def _ended(self, why: str) -> StrategyError:
+        self.close()
+        return StrategyError(f"the process of the strategy is gone: {why}")
+
+
+class Zygote:
+    """Forks the processes of strategies; a context manager. With it they end, and they end if this process does.
+
+    It must be made before this process knows anything that strategies must not know. It needs Linux.
+    """
+
+    def __init__(self) -> None:
+        self._socket, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._pid = os.fork()
+        if self._pid == 0:
+            try:
+                self._socket.close()
+                _serve(theirs)
+            finally:
+                os._exit(1)
+        theirs.close()
+
+    def __enter__(self) -> "Zygote":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._socket.close()
+        os.waitpid(self._pid, 0)
+
+    def strategy(self, setup: MatchSetup, name: str, run: RunFolder) -> StrategyApart:
+        """Make the strategy of a player in a process of its own. What it prints goes to its log in the run folder.
+
+        Raises:
+            ConfigError: there is no such player, or its strategy cannot be imported or made.
+        """
+        ours, theirs = socket.socketpair()
+        with theirs:
+            socket.send_fds(self._socket, [b"fork"], [theirs.fileno()])
+        pid = self._socket.recv(_PID)
+
+        def end() -> None:
+            with contextlib.suppress(OSError):  # with the zygote all its processes have ended
+                self._socket.send(pid)
+                self._socket.recv(_PID)
+
+        job = _Job(setup.for_player(name), name, str(run.path.resolve()))
+        try:
+            return StrategyApart(job, Connection(ours.detach()), end)
+        except StrategyError as error:
+            raise ConfigError([str(error)]) from None
+
+
+def _serve(control: socket.socket) -> None:
+    """Be the zygote: fork when a pipe comes, end the process whose id comes, and all when nothing more comes."""
+    gc.freeze()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    children: dict[bytes, int] = {}
+    while True:
+        content, pipes, _, _ = socket.recv_fds(control, _PID, 1)
+        if pipes:
+            pid = os.fork()
+            if pid == 0:
+                # Nothing that was open before is for its eyes. What was open stays frozen, and is never closed again.
+                os.dup2(pipes[0], 3)
+                os.closerange(4, os.sysconf("SC_OPEN_MAX"))
+                _run(Connection(3))
+                os._exit(0)
+            os.close(pipes[0])
+            # A number of a process may come to stand for another one, its descriptor cannot.
+            children[pid.to_bytes(_PID)] = os.pidfd_open(pid)
+            control.send(pid.to_bytes(_PID))
+            continue
+        for known in [content] if content else list(children):
+            descriptor = children.pop(known)
+            signal.pidfd_send_signal(descriptor, signal.SIGKILL)
+            os.waitid(os.P_PIDFD, descriptor, os.WEXITED)
+            os.close(descriptor)
+        if not content:
+            os._exit(0)
+        control.send(content)
+
+
+def _run(pipe: Connection) -> None:
+    """Be the process of a strategy: make it, and answer until the pipe is closed."""
+    time = [0.0]
+    try:
+        job = msgspec.json.decode(pipe.recv_bytes(), type=_Job)
+        folder = RunFolder(Path(job.run))
+        folder.prepare()
+        (folder.logs / f"{job.name}.json").touch()
+        with (folder.logs / f"{job.name}.log").open("ab") as log:
+            for number in (1, 2):
+                os.dup2(log.fileno(), number)
+        seal(policy_of(job.setup, job.name, router=None, run=folder, seat=None))
+        tell_of_refusals(_REFUSED)
+        sys.stdout.reconfigure(line_buffering=True, encoding="utf-8", errors="backslashreplace")  # type: ignore[union-attr]
+        with printing_to(BoundedOutput(sys.stdout, lambda: time[0])):
+            strategy = strategy_of(job.setup, job.name)
+            ready = _Ready(tuple(map(str, strategy.priorities)), str(strategy.complaint("{}")))
+            pipe.send_bytes(msgspec.msgpack.encode(ready))
+            _answer(strategy, pipe, time)
+    except EOFError:
+        return
+    except BaseException as error:  # a student's code may raise anything, also while it is imported
+        failure = error if isinstance(error, VrgError) else failure_of(error)
+        final = isinstance(failure, StrategyError) and failure.final
+        if not isinstance(error, ConfigError):
+            traceback.print_exception(failure.__cause__ or failure, file=sys.__stdout__)
+        with contextlib.suppress(OSError):
+            pipe.send_bytes(msgspec.msgpack.encode(_Failed(str(failure), final)))
+
+
+def _answer(strategy: Strategy, pipe: Connection, time: list[float]) -> None:
+    """Decide whenever a view comes.
+
+    Args:
+        time: its only item is set to the match time, s.
+
+    Raises:
+        StrategyError: the strategy has failed. EOFError: the pipe is closed.
+    """
+    robot: RobotModel | None = None
+    warned: set[str] = set()
+    while True:
+        told = pickle.loads(pipe.recv_bytes())
+        robot = told.setdefault("robot", robot)
+        told["velocities"] = MappingProxyType(told["velocities"])
+        view = View(**told)
+        time[0] = view.time
+        action, mode = decided(strategy, view)
+        said, problems = sendable(action)
+        for problem in problems:
+            if problem not in warned and len(warned) < 50:
+                warned.add(problem)
+                print(strategy.complaint(problem))
+        pipe.send_bytes(msgspec.msgpack.encode(_Decided(action.twist, said, mode)))
