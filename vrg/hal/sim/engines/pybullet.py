@@ -6,7 +6,7 @@ made the turn rate vary by 15 to 40 % with the heading at any affordable number 
 the ground without friction, and each gets an isotropic Coulomb force. Its tyre gives way to the slip like a spring with
 a damper, up to the full friction, where it slides:
 
-    force = -friction * load * (slip / DAMPED + stretch / GIVE), at most friction * load
+    force = -friction * load * (slip / damped + stretch / GIVE), at most friction * load
 
 The spring is what holds a robot that is pushed: a force that only grew with the slip would let locked wheels creep. A
 motor presses its wheel ahead with at most DRIVE of the friction, and holds it with all of it. So a robot that stands or
@@ -37,9 +37,8 @@ STEP = 0.01
 """The longest physics step, s."""
 ITERATIONS = 10
 """The number of iterations of the constraint solver."""
-DAMPED = 0.1
-"""The slip in m/s at which the damping of a tyre alone is its full friction. With a lower value, one physics step of
-full friction (friction * g * STEP) would make a standing wheel overshoot."""
+DAMPING = 1.25
+"""How much of a wheel's slip the damping of the tyres undoes in one physics step. From nearly 2 on it swings up."""
 GIVE = 0.005
 """The stretch in m at which the spring of a tyre alone is its full friction."""
 BODY_FRICTION = 0.2
@@ -72,6 +71,8 @@ class BulletEngine(Engine):
         """The pairs of a kinematic body and a body that it lets through until the two are apart."""
         self._radii: Floats = np.zeros((0, 1))
         self._motions: list[Motion] = []
+        self._damped: list[float] = []
+        """The slip of each robot in m/s at which the damping of a tyre alone is its full friction."""
         self._stretches: list[list[tuple[float, float]]] = []
         """How far the tyres of each robot are stretched: for each wheel ahead and aside, m."""
         self._open = True
@@ -122,6 +123,7 @@ class BulletEngine(Engine):
         self._bodies.append(self._build_kinematic(model) if self.kinematic[row] else self._build_robot(model))
         self._radii = np.array([m.wheel_radius for m in self.models]).reshape(-1, 1)
         self._stretches.append([])
+        self._damped.append(_damped(model))
         self._motions.append(self._motion(self._bodies[row]))
         self._placed(row)
 
@@ -131,7 +133,7 @@ class BulletEngine(Engine):
             self._meet(pair, True)
         pybullet.removeBody(body, physicsClientId=self._client)
         self._radii = np.delete(self._radii, row, axis=0)
-        del self._stretches[row], self._motions[row]
+        del self._stretches[row], self._motions[row], self._damped[row]
 
     def _placed(self, row: int) -> None:
         body, model = self._bodies[row], self.models[row]
@@ -235,7 +237,7 @@ class BulletEngine(Engine):
         place, theta, vx, vy, w = self._motions[row]
         c, s = math.cos(theta), math.sin(theta)
         ahead, aside = vx * c + vy * s, vy * c - vx * s
-        x, y = model.wheelbase / 2, model.track / 2
+        x, y, damped = model.wheelbase / 2, model.track / 2, self._damped[row]
         force_ahead = force_aside = moment = 0.0  # as fractions of a wheel's friction
         for n, (at_x, at_y, rim) in enumerate(((x, y, left), (-x, y, left), (x, -y, right), (-x, -y, right))):
             rolls, slip_aside = ahead - w * at_y, aside + w * at_x
@@ -243,8 +245,8 @@ class BulletEngine(Engine):
             stretch_ahead, stretch_aside = stretches[n]
             stretch_ahead += slip_ahead * dt
             stretch_aside += slip_aside * dt
-            push_ahead = -slip_ahead / DAMPED - stretch_ahead / GIVE
-            push_aside = -slip_aside / DAMPED - stretch_aside / GIVE
+            push_ahead = -slip_ahead / damped - stretch_ahead / GIVE
+            push_aside = -slip_aside / damped - stretch_aside / GIVE
             size = math.sqrt(push_ahead * push_ahead + push_aside * push_aside)
             slides = size > 1.0
             if slides:
@@ -255,7 +257,7 @@ class BulletEngine(Engine):
                 slides = True
             if slides:  # the spring gives what the damper leaves of the force
                 slip = math.sqrt(slip_ahead * slip_ahead + slip_aside * slip_aside)
-                left_over = GIVE * max(0.0, 1.0 - slip / DAMPED)
+                left_over = GIVE * max(0.0, 1.0 - slip / damped)
                 stretch_ahead, stretch_aside = -push_ahead * left_over, -push_aside * left_over
             stretches[n] = stretch_ahead, stretch_aside
             force_ahead += push_ahead
@@ -368,6 +370,16 @@ class BulletEngine(Engine):
         pybullet.changeDynamics(body, -1, lateralFriction=BODY_FRICTION, physicsClientId=client)
         pybullet.setCollisionFilterGroupMask(body, -1, _KINEMATIC, _BODY | _RAY, physicsClientId=client)
         return body
+
+
+def _damped(model: RobotModel) -> float:
+    """The slip in m/s at which the damping of a tyre alone is its full friction.
+
+    The less inertia a body has, the more a physics step of friction changes the slip, when it turns above all.
+    """
+    inertia = (model.length**2 + model.width**2) / 12
+    turning = (model.wheelbase**2 + model.track**2) / 4 / inertia
+    return model.brake * STEP * max(1.0, turning) / DAMPING
 
 
 def _yaw(quaternion: tuple[float, float, float, float]) -> float:
