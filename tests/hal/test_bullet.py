@@ -1,5 +1,7 @@
 """What only the pybullet engine has to prove."""
 
+from dataclasses import replace
+
 import pybullet
 import pytest
 
@@ -53,6 +55,20 @@ def test_a_collision_does_not_tip_it() -> None:
             _, turn = pybullet.getBasePositionAndOrientation(body, physicsClientId=engine._client)
             roll, pitch, _ = pybullet.getEulerFromQuaternion(turn)
             assert max(abs(roll), abs(pitch)) < 0.05
+    engine.close()
+
+
+def test_one_with_its_wheels_at_its_corners_comes_to_rest() -> None:
+    model = replace(robot_model("P2AT"), wheelbase=0.49, track=0.48, effective_track=0.98)
+    engine = BulletEngine(load_map("open"))
+    engine.add("a", model, Pose(0, 0, 0.3))
+    forward(engine, "a", 0.5, 0.4)
+    run(engine, 2.0)
+    engine.command("a", 0, 0, brake=True)
+    run(engine, 0.5)
+    for _ in range(20):
+        run(engine, 0.02)
+        assert abs(engine.state("a").w) < 1e-3
     engine.close()
 
 

@@ -12,7 +12,7 @@ pytestmark = pytest.mark.system
 FOLDER = Path(__file__).parents[2] / "benchmarks"
 
 
-@pytest.mark.parametrize("name", ["speed", "scan", "bus", "delay", "startup", "compare", "stops"])
+@pytest.mark.parametrize("name", ["speed", "pushes", "scan", "bus", "delay", "startup", "compare", "stops"])
 def test_a_benchmark_runs(name: str) -> None:
     run(name)
 

@@ -1,9 +1,10 @@
 """The planar engine: unicycles with acceleration limits, whose footprints never overlap.
 
 It is fast enough for thousands of matches. Wheels do not slip on open ground; the skid of a real body is in the model's
-effective track. Bodies that run into something slide along it. A braked or resting body does not give way, and two
-moving bodies share the push. A kinematic body never gives way: the other body takes the whole push, as far as walls and
-its neighbours leave room.
+effective track. Bodies that run into something slide along it. Of two bodies the one with less force gives way: a body
+holds with the full friction of its wheels, and drives at the other with DRIVE of it. So a body that stands or brakes
+holds against an equal one. Bodies of the same force share the push. A kinematic body never gives way: the other body
+takes the whole push, as far as walls and its neighbours leave room.
 """
 
 import math
@@ -12,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrg.hal.models import RobotModel
-from vrg.hal.sim.engines.engine import Engine, Floats, bumper_bit
+from vrg.hal.sim.engines.engine import DRIVE, Engine, Floats, bumper_bit
 from vrg.hal.sim.map import Map
 from vrg.hal.sim.shapes import Box, Gap, box_gap, circle_gap
 from vrg.regions import Circle
@@ -209,15 +210,18 @@ class PlanarEngine(Engine):
         All pushes of an attempt are computed before any is applied, so that the order of the robots does not matter.
         """
         moved: set[int] = set()
+        blocked: set[int] = set()  # by a wall, or by a body that a wall blocks
         for _ in range(_ROUNDS):
             shifts: dict[int, list[float]] = {}
             for row, shape in walls:
                 self._shift(shifts, row, self._gap(row, shape), 1.0)
+            blocked |= shifts.keys()
             for row, other in sorted(pairs):
-                share = self._share(row, other)
                 gap = box_gap(self._body(row), self._body(other))
-                self._shift(shifts, row, gap, share)
-                self._shift(shifts, other, gap, share - 1.0)
+                if gap.distance < 0.0:
+                    share = self._share(row, other, gap, blocked)
+                    self._shift(shifts, row, gap, share)
+                    self._shift(shifts, other, gap, share - 1.0)
             if not shifts:
                 break
             for row, (x, y) in shifts.items():
@@ -237,12 +241,33 @@ class PlanarEngine(Engine):
             shift[0] += push * gap.nx
             shift[1] += push * gap.ny
 
-    def _share(self, row: int, other: int) -> float:
-        """The fraction of a push that the first of two robots takes, 0 to 1."""
+    def _share(self, row: int, other: int, gap: Gap, blocked: set[int]) -> float:
+        """The fraction of a push that the first of two robots takes, 0 to 1.
+
+        A blocked robot holds against one that is not, and blocks it.
+        """
         if self.kinematic[row] or self.kinematic[other]:
             return 0.0 if self.kinematic[row] else 1.0
-        moves = [not self._braking[n] and bool(self.speeds[n].any()) for n in (row, other)]
-        return 0.5 if moves[0] == moves[1] else float(moves[0])
+        if (row in blocked) != (other in blocked):
+            share = float(other in blocked)
+            blocked |= {row, other}
+            return share
+        force, force_of_other = self._force(row, gap, 1.0), self._force(other, gap, -1.0)
+        return 0.5 if force == force_of_other else float(force < force_of_other)
+
+    def _force(self, row: int, gap: Gap, side: float) -> float:
+        """The force in N with which a robot drives at another one or holds against it.
+
+        Args:
+            side: 1 if the normal of the gap points to this robot, -1 if it points to the other.
+        """
+        model = self.models[row]
+        grip = model.brake * model.mass
+        if self._braking[row]:
+            return grip
+        (x, y, theta), (v, w) = self.poses[row].tolist(), self.velocities[row].tolist()
+        vx, vy = v * math.cos(theta) - w * (gap.y - y), v * math.sin(theta) + w * (gap.x - x)
+        return grip * DRIVE if side * (vx * gap.nx + vy * gap.ny) < -_SLACK else grip
 
     def _put_back(self, walls: list[tuple[int, Box | Circle]], pairs: set[tuple[int, int]], before: Floats) -> set[int]:
         """Put bodies that still overlap back where they came from, where none of them overlapped."""

@@ -3,11 +3,16 @@
 PyBullet computes the bodies: their weight, inertia, and contacts with walls and each other. This module computes the
 traction itself: PyBullet's friction at a wheel is a pyramid along the map's axes (or, as a cone, far too weak), which
 made the turn rate vary by 15 to 40 % with the heading at any affordable number of iterations. So the wheels stand on
-the ground without friction, and each gets the Coulomb force against its slip, isotropic and smoothed near zero:
+the ground without friction, and each gets an isotropic Coulomb force. Its tyre gives way to the slip like a spring with
+a damper, up to the full friction, where it slides:
 
-    force = -friction * load * slip / sqrt(|slip|^2 + SMOOTH^2)
+    force = -friction * load * (slip / damped + stretch / GIVE), at most friction * load
 
-Turning in place then balances the moments of lengthwise and sideways slip at
+The spring is what holds a robot that is pushed: a force that only grew with the slip would let locked wheels creep. A
+motor presses its wheel ahead with at most DRIVE of the friction, and holds it with all of it. So a robot that stands or
+brakes holds against an equal one that drives at it.
+
+Turning in place balances the moments of lengthwise and sideways slip at
 
     effective track = track + wheelbase^2 / track
 
@@ -24,7 +29,7 @@ import pybullet
 
 from vrg.hal.models import RobotModel
 from vrg.hal.sim.battery import GRAVITY
-from vrg.hal.sim.engines.engine import Engine, Floats, bumper_bit
+from vrg.hal.sim.engines.engine import DRIVE, Engine, Floats, bumper_bit
 from vrg.hal.sim.map import WALL_HEIGHT, Map
 from vrg.hal.sim.shapes import Box, box_gap, circle_gap
 
@@ -32,9 +37,10 @@ STEP = 0.01
 """The longest physics step, s."""
 ITERATIONS = 10
 """The number of iterations of the constraint solver."""
-SMOOTH = 0.1
-"""The slip in m/s at which friction has 70 % of its full value. With a lower value, one physics step of full friction
-(friction * g * STEP) would make a standing wheel overshoot."""
+DAMPING = 1.25
+"""How much of a wheel's slip the damping of the tyres undoes in one physics step. From nearly 2 on it swings up."""
+GIVE = 0.005
+"""The stretch in m at which the spring of a tyre alone is its full friction."""
 BODY_FRICTION = 0.2
 """The coefficient of friction between bodies, and between a body and a wall."""
 CONTACT = 0.005
@@ -49,6 +55,10 @@ _TALL = 10.0
 _SQUEEZED = 0.02
 """The depth in m that a body may be pressed into a wall. Beyond it the kinematic body lets the other body through."""
 
+Motion = tuple[tuple[float, float, float], float, float, float, float]
+"""How a body moves in the map's frame: its place in m, its heading in rad, its speeds along x and y in m/s, and its yaw
+rate in rad/s."""
+
 
 class BulletEngine(Engine):
     """An engine that moves rigid bodies with PyBullet, in a physics client of its own without a window."""
@@ -60,6 +70,11 @@ class BulletEngine(Engine):
         self._passing: set[tuple[int, int]] = set()
         """The pairs of a kinematic body and a body that it lets through until the two are apart."""
         self._radii: Floats = np.zeros((0, 1))
+        self._motions: list[Motion] = []
+        self._damped: list[float] = []
+        """The slip of each robot in m/s at which the damping of a tyre alone is its full friction."""
+        self._stretches: list[list[tuple[float, float]]] = []
+        """How far the tyres of each robot are stretched: for each wheel ahead and aside, m."""
         self._open = True
         pybullet.setGravity(0, 0, -GRAVITY, physicsClientId=self._client)
         self._build_map()
@@ -85,10 +100,12 @@ class BulletEngine(Engine):
             for row in carried:
                 self._carry(row, left_over * dt / steps)
             for row in driven:
-                self._pull(self._bodies[row], self.models[row], *rims[row])
+                self._pull(row, dt / steps, *rims[row])
             pybullet.stepSimulation(physicsClientId=client)
             for row in carried:
                 self._restrain(row)
+            for row in driven:
+                self._motions[row] = self._motion(self._bodies[row])
         self._read(driven)
         for row in carried:
             self.touch[row] = self._pressed(self._bodies[row], self.models[row], *self.poses[row].tolist())
@@ -105,6 +122,9 @@ class BulletEngine(Engine):
         model = self.models[row]
         self._bodies.append(self._build_kinematic(model) if self.kinematic[row] else self._build_robot(model))
         self._radii = np.array([m.wheel_radius for m in self.models]).reshape(-1, 1)
+        self._stretches.append([])
+        self._damped.append(_damped(model))
+        self._motions.append(self._motion(self._bodies[row]))
         self._placed(row)
 
     def _removed(self, row: int) -> None:
@@ -113,13 +133,16 @@ class BulletEngine(Engine):
             self._meet(pair, True)
         pybullet.removeBody(body, physicsClientId=self._client)
         self._radii = np.delete(self._radii, row, axis=0)
+        del self._stretches[row], self._motions[row], self._damped[row]
 
     def _placed(self, row: int) -> None:
         body, model = self._bodies[row], self.models[row]
         x, y, theta = self.poses[row].tolist()
         turn = (0.0, 0.0, math.sin(theta / 2), math.cos(theta / 2))
+        self._stretches[row] = [(0.0, 0.0)] * 4
         pybullet.resetBasePositionAndOrientation(body, (x, y, model.wheel_radius), turn, physicsClientId=self._client)
         pybullet.resetBaseVelocity(body, (0, 0, 0), (0, 0, 0), physicsClientId=self._client)
+        self._motions[row] = self._motion(body)
 
     def _moved(self, row: int, way: float, turn: float) -> None:
         """Do nothing: the next step moves the body there."""
@@ -204,37 +227,59 @@ class BulletEngine(Engine):
         x, y, theta = self.poses[row].tolist()
         return Box(x, y, theta, self.models[row].length, self.models[row].width)
 
-    def _pull(self, body: int, model: RobotModel, left: float, right: float) -> None:
-        """Apply the wheels' traction for the next physics step. `left` and `right` are the speeds of the rims, m/s."""
-        client = self._client
-        place, turn = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)
-        (vx, vy, _), (_, _, w) = pybullet.getBaseVelocity(body, physicsClientId=client)
-        theta = _yaw(turn)
+    def _pull(self, row: int, dt: float, left: float, right: float) -> None:
+        """Apply the wheels' traction for the next physics step, of dt seconds, and stretch the tyres.
+
+        Args:
+            left, right: the speeds of the rims, m/s.
+        """
+        client, body, model, stretches = self._client, self._bodies[row], self.models[row], self._stretches[row]
+        place, theta, vx, vy, w = self._motions[row]
         c, s = math.cos(theta), math.sin(theta)
         ahead, aside = vx * c + vy * s, vy * c - vx * s
+        x, y, damped = model.wheelbase / 2, model.track / 2, self._damped[row]
+        force_ahead = force_aside = moment = 0.0  # as fractions of a wheel's friction
+        for n, (at_x, at_y, rim) in enumerate(((x, y, left), (-x, y, left), (x, -y, right), (-x, -y, right))):
+            rolls, slip_aside = ahead - w * at_y, aside + w * at_x
+            slip_ahead = rolls - rim
+            stretch_ahead, stretch_aside = stretches[n]
+            stretch_ahead += slip_ahead * dt
+            stretch_aside += slip_aside * dt
+            push_ahead = -slip_ahead / damped - stretch_ahead / GIVE
+            push_aside = -slip_aside / damped - stretch_aside / GIVE
+            size = math.sqrt(push_ahead * push_ahead + push_aside * push_aside)
+            slides = size > 1.0
+            if slides:
+                push_ahead /= size
+                push_aside /= size
+            if abs(push_ahead) > DRIVE and push_ahead * rim > 0.0 and push_ahead * rolls > 0.0:
+                push_ahead = math.copysign(DRIVE, rim)
+                slides = True
+            if slides:  # the spring gives what the damper leaves of the force
+                slip = math.sqrt(slip_ahead * slip_ahead + slip_aside * slip_aside)
+                left_over = GIVE * max(0.0, 1.0 - slip / damped)
+                stretch_ahead, stretch_aside = -push_ahead * left_over, -push_aside * left_over
+            stretches[n] = stretch_ahead, stretch_aside
+            force_ahead += push_ahead
+            force_aside += push_aside
+            moment += at_x * push_aside - at_y * push_ahead
         grip = model.brake * model.mass / 4  # the friction that gives the model's brake, times a wheel's load
-        x, y = model.wheelbase / 2, model.track / 2
-        force_ahead = force_aside = moment = 0.0
-        for at_x, at_y, rim in ((x, y, left), (-x, y, left), (x, -y, right), (-x, -y, right)):
-            slip_ahead, slip_aside = ahead - w * at_y - rim, aside + w * at_x
-            scale = -grip / math.sqrt(slip_ahead * slip_ahead + slip_aside * slip_aside + SMOOTH * SMOOTH)
-            force_ahead += scale * slip_ahead
-            force_aside += scale * slip_aside
-            moment += scale * (at_x * slip_aside - at_y * slip_ahead)
+        force_ahead, force_aside = force_ahead * grip, force_aside * grip
         force = (force_ahead * c - force_aside * s, force_ahead * s + force_aside * c, 0.0)
         pybullet.applyExternalForce(body, -1, force, place, pybullet.WORLD_FRAME, physicsClientId=client)
-        pybullet.applyExternalTorque(body, -1, (0.0, 0.0, moment), pybullet.WORLD_FRAME, physicsClientId=client)
+        pybullet.applyExternalTorque(body, -1, (0.0, 0.0, moment * grip), pybullet.WORLD_FRAME, physicsClientId=client)
 
     def _read(self, driven: list[int]) -> None:
-        client = self._client
         for row in driven:
-            body = self._bodies[row]
-            (x, y, _), turn = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)
-            theta = _yaw(turn)
-            (vx, vy, _), (_, _, w) = pybullet.getBaseVelocity(body, physicsClientId=client)
+            (x, y, _), theta, vx, vy, w = self._motions[row]
             self.poses[row] = x, y, theta
             self.velocities[row] = vx * math.cos(theta) + vy * math.sin(theta), w
-            self.touch[row] = self._pressed(body, self.models[row], x, y, theta)
+            self.touch[row] = self._pressed(self._bodies[row], self.models[row], x, y, theta)
+
+    def _motion(self, body: int) -> Motion:
+        place, turn = pybullet.getBasePositionAndOrientation(body, physicsClientId=self._client)
+        (vx, vy, _), (_, _, w) = pybullet.getBaseVelocity(body, physicsClientId=self._client)
+        return place, _yaw(turn), vx, vy, w
 
     def _pressed(self, body: int, model: RobotModel, x: float, y: float, theta: float) -> int:
         """The bumpers in contact, as bits. A side against something touches it at both ends, so the middle counts."""
@@ -325,6 +370,16 @@ class BulletEngine(Engine):
         pybullet.changeDynamics(body, -1, lateralFriction=BODY_FRICTION, physicsClientId=client)
         pybullet.setCollisionFilterGroupMask(body, -1, _KINEMATIC, _BODY | _RAY, physicsClientId=client)
         return body
+
+
+def _damped(model: RobotModel) -> float:
+    """The slip in m/s at which the damping of a tyre alone is its full friction.
+
+    The less inertia a body has, the more a physics step of friction changes the slip, when it turns above all.
+    """
+    inertia = (model.length**2 + model.width**2) / 12
+    turning = (model.wheelbase**2 + model.track**2) / 4 / inertia
+    return model.brake * STEP * max(1.0, turning) / DAMPING
 
 
 def _yaw(quaternion: tuple[float, float, float, float]) -> float:

@@ -1,0 +1,95 @@
+"""What becomes of a robot that another one pushes, in both engines."""
+
+import math
+
+import pytest
+
+from tests.hal.engine_bench import deepest_overlap, forward, run
+from tests.hal.pushes import PUSHES, SECONDS, SQUARE, STATES, Push
+from vrg.hal.models import robot_model
+from vrg.hal.sim.engines import ENGINES
+from vrg.hal.sim.engines.engine import DRIVE
+from vrg.hal.sim.map import load_map
+from vrg.types import Pose
+
+HOLDS = 0.25
+"""How far off its place or its way a robot may be pushed that holds, m. The engines agree within this: in PyBullet the
+pushed robot slides until the blow is spent, in the planar engine a blow moves nobody."""
+OBLIQUELY = 0.4
+"""The same for one that drives and is hit obliquely, m: it is turned a little and drives on that way."""
+P2AT, ATRV_JR = robot_model("P2AT"), robot_model("ATRV-Jr")
+ENGINE_NAMES = ("planar", "pybullet")
+
+
+def is_heavier(push: Push) -> bool:
+    return robot_model(push.pusher).mass > robot_model(push.pushed).mass
+
+
+@pytest.fixture(scope="module")
+def off_way() -> dict[tuple[str, Push], float]:
+    """How far each push brings the pushed robot off its way, m."""
+    return {(engine, push): push.off_way(engine) for engine in ENGINE_NAMES for push in PUSHES}
+
+
+def test_there_are_40_of_every_kind() -> None:
+    assert len(PUSHES) == 40
+    assert {push.state for push in PUSHES} == set(STATES)
+
+
+@pytest.mark.parametrize("engine", ENGINE_NAMES)
+def test_one_that_holds_is_not_pushed_away_by_an_equal_or_lighter_one(
+    engine: str, off_way: dict[tuple[str, Push], float]
+) -> None:
+    held = [push for push in PUSHES if not is_heavier(push)]
+    assert len(held) == 32
+    for push in held:
+        far = OBLIQUELY if (push.state, push.side) == ("driving", "oblique") else HOLDS
+        assert off_way[engine, push] < far, push
+
+
+@pytest.mark.parametrize("engine", ENGINE_NAMES)
+def test_a_heavier_one_pushes_it_along_at_its_own_speed(engine: str, off_way: dict[tuple[str, Push], float]) -> None:
+    pushed = [push for push in PUSHES if is_heavier(push)]
+    assert len(pushed) == 8
+    for push in pushed:
+        assert off_way[engine, push] == pytest.approx(4.0, abs=0.15), push
+
+
+@pytest.mark.parametrize("state", ["braked", "at rest"])
+@pytest.mark.parametrize("pair", [("P2AT", "P2AT"), ("ATRV-Jr", "ATRV-Jr"), ("P2AT", "ATRV-Jr")])
+def test_a_blow_is_spent_by_the_friction_that_the_motors_do_not_overcome(
+    pair: tuple[str, str], state: str, off_way: dict[tuple[str, Push], float]
+) -> None:
+    """Both go on together after the blow; the friction of the one, less the drive of the other, brakes both."""
+    pusher, pushed = (robot_model(name) for name in pair)
+    speed = pusher.mass * pusher.v_max / (pusher.mass + pushed.mass)
+    force = pushed.brake * pushed.mass - DRIVE * pusher.brake * pusher.mass
+    way = speed**2 * (pusher.mass + pushed.mass) / 2 / force
+    for side in SQUARE:
+        assert off_way["pybullet", Push(*pair, side, state)] == pytest.approx(way, abs=0.01)
+
+
+@pytest.mark.parametrize("engine", ENGINE_NAMES)
+def test_it_does_not_creep(engine: str) -> None:
+    push = Push("P2AT", "P2AT", "rear", "braked")
+    assert push.off_way(engine, 4 * SECONDS) - push.off_way(engine) < 0.001
+
+
+@pytest.mark.parametrize("engine_name", ENGINE_NAMES)
+def test_a_heavier_one_presses_it_against_a_wall_and_may_leave(engine_name: str) -> None:
+    engine = ENGINES.get(engine_name)(load_map("marhes_lab"))
+    engine.add("light", P2AT, Pose(-3.5, -1.0, 0.3))
+    engine.add("heavy", ATRV_JR, Pose(-2.0, -1.0, math.pi))
+    forward(engine, "heavy", 1.0)
+    for _ in range(150):
+        run(engine, 0.02)
+        assert deepest_overlap(engine) < 0.02
+    assert -4.4 < engine.state("light").pose.x < -3.8
+    assert abs(engine.state("heavy").v) < 0.1
+    forward(engine, "heavy", -0.5)
+    run(engine, 3.0)
+    assert engine.state("heavy").pose.x > -2.8
+    forward(engine, "light", 0.5)
+    run(engine, 1.0)
+    assert engine.state("light").v == pytest.approx(0.5, rel=0.05)
+    engine.close()
