@@ -13,6 +13,7 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.topics import Keys, Topic
 from vrg.errors import RobotError, StaleDataError
 from vrg.hal.device import Device
+from vrg.hal.gate import REFEREE_TIMEOUT
 from vrg.hal.sensors.ins import Ins
 from vrg.hal.sensors.laser import Laser
 from vrg.hal.sensors.spec import Sample
@@ -93,7 +94,7 @@ class TestGateAndLimit:
         assert bench.driver.told == ["drive 0.00 0.00"], "the command goes on, so that the watchdog is fed"
 
     def test_a_referee_that_falls_silent_holds_everybody(self, bench: Bench) -> None:
-        bench.tick(0.4)
+        bench.tick(REFEREE_TIMEOUT - 0.1)
         assert bench.device.drive(AHEAD) == AHEAD
         bench.tick(0.2)
         assert bench.device.drive(AHEAD) == Twist(0.0, 0.0)

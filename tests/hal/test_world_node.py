@@ -28,6 +28,7 @@ from vrg.bus.messages import (
     WorldRequest,
 )
 from vrg.errors import ConfigError, WorldError
+from vrg.hal.gate import REFEREE_TIMEOUT
 from vrg.hal.models import MODELS, robot_model
 from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.encoders import Encoders
@@ -290,10 +291,11 @@ class TestReferee:
         assert speed(world) == 0.0
         assert speed(world, "b") > 0.3
 
-    def test_a_referee_silent_for_0_5_s_is_dead_and_all_stop(self) -> None:
+    def test_a_referee_that_is_silent_for_too_long_is_dead_and_all_stop(self) -> None:
         world = wire()
         world.tick(60, each=[GO, (KEYS.referee_state, referee())])
-        world.tick(24, each=[GO])
+        ticks = round(REFEREE_TIMEOUT / world.node.period)
+        world.tick(ticks - 1, each=[GO])
         assert speed(world) > 0.3
         world.tick(6, each=[GO])
         assert speed(world) == 0.0
