@@ -12,7 +12,7 @@ import logging
 from collections.abc import Mapping
 from typing import Any
 
-from vrg.agents.strategy import Action, Strategy, View, decided
+from vrg.agents.strategy import Action, RemoteStrategy, Strategy, View, decided
 from vrg.agents.team import TeamChannel
 from vrg.agents.telling import Telling
 from vrg.bus.codec import Received
@@ -87,6 +87,8 @@ class Player(Node):
         self._command: Twist | None = None
         self._battery: float | None = None
         self._nonsense = 0
+        self._looked = False
+        self._view: View | None = None
         self._warned: set[str] = set()
 
     def start(self) -> None:
@@ -97,13 +99,22 @@ class Player(Node):
         """
         self._device.start()
 
+    def begin(self, tick: Tick) -> None:
+        """Look, and let a strategy that decides elsewhere begin to."""
+        if isinstance(self._strategy, RemoteStrategy):
+            self._looked = True
+            self._view = self.look(tick)
+            if self._view is not None:
+                self._strategy.send(self._view)
+
     def tick(self, tick: Tick) -> None:
         """Look, let the strategy decide, drive, and report.
 
         Raises:
             StrategyError: the strategy has failed. The robot is stopped.
         """
-        view = self.look(tick)
+        view = self._view if self._looked else self.look(tick)
+        self._looked = False
         if view is not None:
             # The strategy is always asked, so that it sees every event. Its twist counts only while no human drives.
             self.drive(view, self._decision(view))
@@ -121,7 +132,7 @@ class Player(Node):
         why = self._reason_to_stand(tick, referee)
         view = None
         if why is None and referee is not None and readings is not None and self._arm(readings):
-            view = self._view(tick, referee, readings)
+            view = self._seen(tick, referee, readings)
         if view is None:
             self._mode = f"Stop/{why or 'fault'}"
             if why == EMERGENCY:
@@ -199,7 +210,7 @@ class Player(Node):
         )
         return next((why for stands, why in checks if stands), None)
 
-    def _view(self, tick: Tick, referee: Received[RefereeState], readings: Readings) -> View | None:
+    def _seen(self, tick: Tick, referee: Received[RefereeState], readings: Readings) -> View | None:
         state = self._team.seen(referee.body, referee.stamp)
         me = _statuses(state).get(self.name)
         ins = readings.ins

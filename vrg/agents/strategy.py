@@ -122,6 +122,14 @@ class Strategy(ABC):
         return StrategyError(f"{type(self).__name__}.act: {what}{f' ({place})' if place else ''}")
 
 
+class RemoteStrategy(Strategy):
+    """A strategy that decides elsewhere, while others do. `act` waits for its answer to the view that was sent."""
+
+    @abstractmethod
+    def send(self, view: View) -> None:
+        """Send the view of which `act` will be called next."""
+
+
 def decided(strategy: Strategy, view: View) -> tuple[Action, str]:
     """What a strategy decides, with Python's own numbers; and its mode.
 

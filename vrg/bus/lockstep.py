@@ -59,11 +59,15 @@ class Lockstep:
                 node.start()
         time = self._ticks * self._world.period
         tick = Tick(time)
+        self._world.mailbox.handover(time)
         self._call(self._world, tick)
         self._deliver(self._world.mailbox)
         periods = self._complete(time)
         if periods:
             called = [node for node in self._nodes if node.period in periods]
+            for node in called:
+                node.mailbox.handover(tick.time)
+                node.begin(tick)
             for node in called:
                 self._call(node, tick)
             for node in called:
@@ -75,7 +79,8 @@ class Lockstep:
         for node in self._nodes:
             node.stop()
             self._deliver(node.mailbox)
-        self._call(self._world, Tick(self._ticks * self._world.period))
+        self._world.mailbox.handover(self.time)
+        self._call(self._world, Tick(self.time))
         self._world.stop()
 
     def _complete(self, time: float) -> set[float]:
@@ -90,7 +95,6 @@ class Lockstep:
 
     @staticmethod
     def _call(node: Node, tick: Tick) -> None:
-        node.mailbox.handover(tick.time)
         try:
             node.tick(tick)
         except Exception as error:

@@ -54,6 +54,12 @@ class Node(ABC):
     def start(self) -> None:  # noqa: B027 - most nodes need nothing but their mailbox
         """Open what the node needs. Called once before the first tick, when the node is known to be the only one."""
 
+    def begin(self, tick: Tick) -> None:  # noqa: B027 - most nodes wait for nothing
+        """Begin what takes long elsewhere, so that several nodes wait for it at the same time. It publishes nothing.
+
+        In lockstep it is called for all nodes that are due before the first of them is ticked. Others do not call it.
+        """
+
     @abstractmethod
     def tick(self, tick: Tick) -> None:
         """Read the inlets, decide, publish."""

@@ -23,7 +23,7 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 
-from vrg.agents.strategy import Action, Strategy, View, decided
+from vrg.agents.strategy import Action, RemoteStrategy, Strategy, View, decided
 from vrg.agents.telling import Said, sendable
 from vrg.blame import failure_of, tell_of_refusals
 from vrg.config.setup import MatchSetup
@@ -77,7 +77,7 @@ class _Failed(Struct, frozen=True, tag=True):
 _answers = msgspec.msgpack.Decoder(_Ready | _Decided | _Failed)
 
 
-class StrategyApart(Strategy):
+class StrategyApart(RemoteStrategy):
     """A strategy in a process of its own. It is asked, and fails, as if it were here.
 
     Args:
@@ -93,7 +93,10 @@ class StrategyApart(Strategy):
         self._end = end
         self._mode = "-"
         self._known: RobotModel | None = None
-        ready = self._asked(msgspec.json.encode(job))
+        self._sent: View | None = None
+        with contextlib.suppress(OSError):
+            self._pipe.send_bytes(msgspec.json.encode(job))
+        ready = self._answer()
         if isinstance(ready, _Failed):
             self.close()
             raise ConfigError([ready.words])
@@ -108,17 +111,24 @@ class StrategyApart(Strategy):
         """What it does now, in its own words."""
         return self._mode
 
+    def send(self, view: View) -> None:
+        """Send it a view. That its process has ended is found out by `act`."""
+        told: dict[str, Any] = {**vars(view), "velocities": dict(view.velocities)}
+        if view.robot is self._known:
+            del told["robot"]  # the longest part, and always the same
+        self._known, self._sent = view.robot, view
+        with contextlib.suppress(OSError):
+            self._pipe.send_bytes(pickle.dumps(told, pickle.HIGHEST_PROTOCOL))
+
     def act(self, view: View) -> Action:
-        """Ask it.
+        """What it decides.
 
         Raises:
             StrategyError: it has failed, or its process has ended.
         """
-        told: dict[str, Any] = {**vars(view), "velocities": dict(view.velocities)}
-        if view.robot is self._known:
-            del told["robot"]  # the longest part, and always the same
-        self._known = view.robot
-        answer = self._asked(pickle.dumps(told, pickle.HIGHEST_PROTOCOL))
+        if self._sent is not view:
+            self.send(view)
+        answer = self._answer()
         if isinstance(answer, _Failed):
             self.close()
             raise StrategyError(answer.words, final=answer.final)
@@ -143,9 +153,8 @@ class StrategyApart(Strategy):
             self._pipe.close()
             self._end()
 
-    def _asked(self, question: bytes) -> _Ready | _Decided | _Failed:
+    def _answer(self) -> _Ready | _Decided | _Failed:
         try:
-            self._pipe.send_bytes(question)
             answer: _Ready | _Decided | _Failed = _answers.decode(self._pipe.recv_bytes(_LONGEST))
             return answer
         except (EOFError, OSError, msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:

@@ -76,6 +76,11 @@ class ContainedPlayer(Node):
             self._bounds = Bounded(self._alarm, self._output)
         self._player.start()
 
+    def begin(self, tick: Tick) -> None:
+        """Let the player look, if its strategy decides elsewhere."""
+        if not self._out:
+            self._player.begin(tick)
+
     def tick(self, tick: Tick) -> None:
         """Let the player look, decide, drive and report; whoever is out does nothing any more.
 

@@ -1,0 +1,259 @@
+"""Strategies that cheat. Each tries at every tick what would help its team if it reached the referee or the world."""
+
+CHEATS = '''
+import gc
+import json
+import os
+import random
+import signal
+import socket
+import time
+from pathlib import Path
+
+from msgspec import structs
+from vrg.agents import STILL
+from vrg.bus import messages as m
+from vrg.games.sharks_and_minnows.player import SharksAndMinnowsPlayer
+from vrg.types import Pose
+
+EVERYWHERE = dict(x_min=-99.0, y_min=-99.0, x_max=99.0, y_max=99.0)
+_known = {}
+
+
+def every(kind):
+    """All objects of a class that are in this process."""
+    if not _known.get(kind):
+        gc.unfreeze()
+        _known[kind] = [thing for thing in gc.get_objects() if type(thing).__name__ == kind]
+    return _known[kind]
+
+
+def force(thing, **fields):
+    for name, value in fields.items():
+        structs.force_setattr(thing, name, value)
+
+
+def patched(module, name, value):
+    __import__(module)
+    import sys
+    setattr(sys.modules[module], name, value)
+
+
+def official(view, action, subject=None, value=None):
+    for node in every("Coordinator"):
+        node.mailbox.publish(node._keys.official, m.Official(action=action, by="x", subject=subject, value=value))
+
+
+def zones(view):
+    for zone in view.referee.zones:
+        if zone.kind == "safe":
+            force(zone.region, **EVERYWHERE)
+
+
+def book_zones(view):
+    for book in every("SharksAndMinnows"):
+        for zone in book._ends.values():
+            force(zone, **EVERYWHERE)
+
+
+def reach(view):
+    for book in every("SharksAndMinnows"):
+        object.__setattr__(book.settings, "tag_distance", -9.0)
+
+
+def sizes(view):
+    for book in every("SharksAndMinnows"):
+        for name, contestant in book.contestants.items():
+            force(contestant, size=(0.01, 0.01))
+
+
+def points(view):
+    for match in every("Match"):
+        match.game = match.game.with_points("minnows", 99)
+
+
+def winner(view):
+    for match in every("Match"):
+        match.winner = "minnows"
+        match.end("minnows")
+
+
+def hurry(view):
+    for match in every("Match"):
+        match.clock += 5.0
+
+
+def no_tags(view):
+    patched("vrg.games.sharks_and_minnows.rules", "first_tags", lambda *a: None)
+
+
+def no_limit(view):
+    for book in every("SharksAndMinnows"):
+        book.pass_limit = 0.0
+
+
+def roles(view):
+    for match in every("Match"):
+        for name in list(match.game.roles):
+            if match.game.roles[name] == "shark":
+                match.game = match.game.with_state([name], "inactive")
+
+
+def hypnosis(view):
+    for player in every("Player"):
+        if player.name == "shark":
+            player._strategy.act = lambda view: STILL
+
+
+def brakes(view):
+    for player in every("Player"):
+        if player.name == "shark":
+            player._device.stop()
+            player._send = lambda twist: player._device.stop()
+
+
+def teleport(view):
+    for engine in every("PlanarEngine"):
+        for row in (1, 2):
+            engine.poses[row, 1] = -4.0
+
+
+def freeze(view):
+    for engine in every("PlanarEngine"):
+        engine.velocities[0] = 0.0
+        engine.speeds[0] = 0.0
+
+
+def engines(view):
+    for engine in every("PlanarEngine"):
+        engine.velocities[1:] *= 4.0
+
+
+def unlimited(view):
+    for device in every("Device"):
+        device._limit = None if device.name != "shark" else 0.01
+
+
+def bodies(view):
+    for node in every("Coordinator"):
+        for name in ("ann", "bob"):
+            if name in node._bodies:
+                force(node._bodies[name], pose=Pose(0.0, -4.0, 0.0))
+
+
+def fields(view):
+    for node in every("Coordinator"):
+        poses = dict(node._field.poses)
+        poses.update(shark=Pose(90.0, 90.0, 0.0))
+        object.__setattr__(node._field, "poses", poses)
+
+
+def score(view):
+    official(view, m.OfficialAction.SET_SCORE, "minnows", "99")
+
+
+def accuse(view):
+    official(view, m.OfficialAction.DISQUALIFY, "shark")
+
+
+def stops(view):
+    for node in every("Coordinator"):
+        node.mailbox.publish(node._keys.estop, m.Estop(by="x", reason="x"))
+
+
+def drives(view):
+    for node in every("Coordinator"):
+        node.mailbox.publish(node._keys.drive("shark"), m.Drive(twist=STILL, armed=False))
+
+
+def slows(view):
+    for node in every("Coordinator"):
+        node.mailbox.publish(node._keys.speed_limit("shark"), m.SpeedLimit(v_max=0.01))
+
+
+def lease(view):
+    for player in view.referee.players:
+        if player.name == "shark":
+            force(player, may_move=False)
+
+
+def lists(view):
+    view.referee.players.clear()
+    view.referee.zones.clear()
+
+
+def shared(view):
+    view.referee.score["minnows"] = 99
+    view.referee.numbers["tag_distance"] = 0.0
+
+
+def journal(view):
+    for path in (Path(__file__).parent.parent.parent / "playing").glob("*/journal.jsonl"):
+        path.write_text("")
+
+
+def record(view):
+    for path in Path(__file__).parents[2].glob("games.jsonl"):
+        path.write_text("")
+
+
+def forge(view):
+    played = json.dumps({"ended": "game over", "winner": "minnows", "score": {"minnows": 9, "sharks": 0}})
+    content = played.encode()
+    for number in range(3, 64):
+        try:
+            os.write(number, len(content).to_bytes(4) + content)
+        except OSError:
+            pass
+
+
+def luck(view):
+    random.seed(0)
+    time.time = lambda: 0.0
+
+
+def code(view):
+    import vrg.coordinator.match as module
+    module.Match._play = lambda self, dt, now: module.Outcome()
+
+
+ALL = [
+    zones, book_zones, reach, sizes, points, winner, hurry, no_tags, no_limit, roles, hypnosis, brakes, teleport,
+    freeze, engines, unlimited, bodies, fields, score, accuse, stops, drives, slows, lease, lists, shared, journal,
+    record, luck, code,
+]
+
+
+class Honest(SharksAndMinnowsPlayer):
+    cheats = ()
+
+    def act(self, view):
+        action = super().act(view)
+        if self.name != "shark" and view.time > 1.0:
+            for cheat in self.cheats:
+                try:
+                    cheat(view)
+                except (Exception, SystemExit):
+                    pass
+        return action
+
+
+for cheat in ALL:
+    globals()[cheat.__name__.title()] = type(cheat.__name__.title(), (Honest,), {"cheats": (cheat,)})
+
+
+class Everything(Honest):
+    cheats = tuple(ALL)
+
+
+class Forges(Honest):
+    cheats = (forge,)
+
+
+class Kills(Honest):
+    cheats = (lambda view: os.kill(os.getppid(), signal.SIGKILL),)
+
+
+class Exits(Honest):
+    cheats = (lambda view: os._exit(0),)
+'''
