@@ -1,6 +1,10 @@
 """The coordinator among its messages: halts, limits, resuming, and a journal that is always ahead of the calls."""
 
-from collections.abc import Sequence
+import errno
+import os
+import threading
+import time
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
@@ -13,9 +17,10 @@ from vrg.bus.node import Tick
 from vrg.bus.topics import Keys, Topic
 from vrg.coordinator.attendance import PATIENCE
 from vrg.coordinator.coordinator import STALL_TICKS, Coordinator
+from vrg.coordinator.evidence import read_evidence
 from vrg.coordinator.journal import Header, Journal, read_journal
+from vrg.coordinator.judging import judge_again
 from vrg.coordinator.rulebook import Contestant
-from vrg.errors import JournalError
 from vrg.games.sharks_and_minnows import MINNOW, SHARK
 from vrg.games.sharks_and_minnows.rules import SharksAndMinnows
 from vrg.games.sharks_and_minnows.settings import Settings
@@ -36,9 +41,10 @@ class Table:
         disqualify: bool = True,
         rate: float = 1.0,
         settings: Settings = SETTINGS,
+        aside: bool = False,
     ) -> None:
         self.rate = rate
-        self.journal = Journal(folder / "journal.jsonl", HEADER)
+        self.journal = Journal(folder / "journal.jsonl", HEADER, aside=aside)
         self.mailbox = Mailbox()
         self.book = SharksAndMinnows(settings, players or contestants())
         self.node = Coordinator(self.mailbox, KEYS, self.book, self.journal, disqualify=disqualify)
@@ -404,6 +410,60 @@ def test_a_round_does_not_begin_by_old_poses(table: Table) -> None:
     assert state.waiting == ["no poses come: the newest are older than 2 s"]
 
 
+def full(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the disk be full until `monkeypatch.undo()`."""
+
+    def refuse(_file: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", refuse)
+
+
+def test_a_disk_that_stalls_holds_nobody_up_and_nothing_is_announced_before_it_is_on_disk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    table = Table(tmp_path, aside=True)
+    wait_until(lambda: table.tick().stage is m.Stage.PLAY_ROUND)
+    works, stalls, goes_on = os.fsync, threading.Event(), threading.Event()
+
+    def stall(file: int) -> None:
+        stalls.set()
+        assert goes_on.wait(60.0)
+        works(file)
+
+    monkeypatch.setattr(os, "fsync", stall)
+    table.tag()
+    table.tick()
+    assert stalls.wait(60.0)
+    table.places["m2"] = Pose(-1.0, 5.0, 0.0)
+    for _ in range(8):
+        state = table.tick()
+        assert (state.halted, state.score["sharks"]) == (None, 0)
+        assert any(player.may_move for player in state.players), "play goes on"
+    state = table.ticks(5)
+    assert state.halted == "the journal waits for the disk"
+    assert not any(player.may_move for player in state.players)
+    table.hear(KEYS.estop, m.Estop(by="bob"))
+    assert "bob" in (table.tick().halted or ""), "a halt holds everybody at once"
+    assert table.rules() == ["begin"]
+    goes_on.set()
+    wait_until(lambda: table.tick() and len(table.rules()) == 4)
+    assert table.rules() == ["begin", "tag", "out_of_bounds", "halt"]
+    assert [call.number for call in table.calls] == [1, 2, 3, 4]
+    table.journal.close()
+    _, records = read_journal(table.journal.path)
+    judgement = judge_again(table.book, read_evidence(tmp_path / "evidence.bin"), records)
+    assert (judgement.disagreements, judgement.calls) == ([], 4)
+
+
+def wait_until(condition: Callable[[], object]) -> None:
+    """Wait for a thread that writes, which takes real time."""
+    deadline = time.monotonic() + 60.0
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.001)
+
+
 class TestLatchedFaults:
     FAULT = "axis 2: overvoltage"
 
@@ -474,16 +534,11 @@ class TestLatchedFaults:
 
     def test_nobody_is_asked_before_it_is_journalled(self, table: Table, monkeypatch: pytest.MonkeyPatch) -> None:
         table.ticks(2)
-        works = table.journal.append
-
-        def full(*_: object) -> None:
-            raise JournalError("no space")
-
-        monkeypatch.setattr(table.journal, "append", full)
+        full(monkeypatch)
         table.hear(KEYS.official, m.Official(action=m.OfficialAction.RECOVER, by="ann"))
         table.ticks(2)
         assert table.recovers == []
-        monkeypatch.setattr(table.journal, "append", works)
+        monkeypatch.undo()
         table.ticks(2)
         assert len(table.recovers) == len(table.places)
 
@@ -507,20 +562,15 @@ def test_what_cannot_be_journalled_halts_is_not_announced_and_is_not_lost(
     table: Table, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     table.ticks(2)
-    works = table.journal.append
-
-    def full(*_: object) -> None:
-        raise JournalError("journal.jsonl: cannot be written: No space left on device: free some space")
-
-    monkeypatch.setattr(table.journal, "append", full)
+    full(monkeypatch)
     table.tag()
     state = table.ticks(5)
     assert "No space left on device" in (state.halted or "")
     assert state.score == {"sharks": 0, "minnows": 0}, "nobody is told what is not on disk"
     assert not any(p.may_move for p in state.players)
     assert table.rules() == ["begin"]
-    monkeypatch.setattr(table.journal, "append", works)
-    table.tick()
+    monkeypatch.undo()
+    table.ticks(2)
     assert table.rules() == ["begin", "tag", "halt"]
     assert [c.number for c in table.calls] == [1, 2, 3]
     table.hear(KEYS.official, m.Official(action=m.OfficialAction.RESUME, by="ann"))
@@ -531,15 +581,10 @@ def test_an_end_that_cannot_be_journalled_is_not_announced_either(
     table: Table, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     table.ticks(2)
-    works = table.journal.append
-
-    def full(*_: object) -> None:
-        raise JournalError("no space")
-
-    monkeypatch.setattr(table.journal, "append", full)
+    full(monkeypatch)
     table.hear(KEYS.official, m.Official(action=m.OfficialAction.END, by="ann"))
     assert table.ticks(3).stage is m.Stage.PLAY_ROUND
-    monkeypatch.setattr(table.journal, "append", works)
+    monkeypatch.undo()
     assert table.ticks(2).stage is m.Stage.GAME_OVER
     assert table.rules() == ["begin", "ended"]
 

@@ -12,6 +12,7 @@ from msgspec import structs
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import (
     Body,
+    Call,
     Estop,
     OfficialAction,
     Placed,
@@ -55,6 +56,8 @@ STALL_TICKS = 20
 """The ticks in real time (one in 0.1 s) for which a virtual match goes on without its clock, or without poses."""
 OFFERS_LIMIT = 20
 """The number of bids of one player that the referee looks at in a tick."""
+DISK_PATIENCE = 1.0
+"""The match time in s for which play goes on while a disk stalls, and what was called is not announced."""
 RECORD_PERIOD = 1.0
 """The match time in s between two records of changes that no call tells of, such as that an intruder is seen."""
 
@@ -113,6 +116,9 @@ class Coordinator(Node):
         self._last_time: float | None = None
         self._field = Field({})
         self._unsaved: list[Outcome] = []
+        self._writing: list[Outcome] = []
+        self._calls: list[Call] = []
+        self._up_to_date = math.inf
         self._announced_limits = False
         self._record_at = -math.inf
         self._state = self.match.state(self._field, estop=False)
@@ -123,6 +129,7 @@ class Coordinator(Node):
             self._announced_limits = True
             for name, v_max in self._limits.items():
                 self.mailbox.publish(self._keys.speed_limit(name), SpeedLimit(v_max=v_max))
+        idle = self.match.halted is not None or self.match.over
         self._look()
         alarms = [self._hear_estops(tick.time), self._hear_world(), self._adopt_estop(tick)]
         present, halts = self._call_the_roll(tick)
@@ -132,13 +139,15 @@ class Coordinator(Node):
         dt = 0.0 if self._last_time is None or not tick.live else max(0.0, tick.time - self._last_time)
         self._last_time = tick.time
         outcomes.append(self._enact(Looked(dt, absent)))
-        self._journal.witness(tick.time, self._field, self._entries)
+        if not idle or len(self._entries) > 1:
+            # Where play was halted, or is over, nothing is judged.
+            self._journal.witness(tick.time, self._field, self._entries)
         self._entries = []
         if self._record(tick.time, [o for o in outcomes if o]):
             self._state = self._led(self.match.state(self._field, self._estop), tick.time)
-        else:
+        elif self.match.halted is not None or tick.time - self._up_to_date > DISK_PATIENCE:
             # What is not on disk is not published. The last state is published instead, as halted.
-            self._state = _held(self._state, self.match.halted)
+            self._state = _held(self._state, self.match.halted or "the journal waits for the disk")
         self._publish()
 
     def _enact(self, entry: Entry) -> Outcome:
@@ -284,45 +293,54 @@ class Coordinator(Node):
         """
         self._unsaved += outcomes
         standing = self.match.standing()
-        if self._unsaved:
-            calls = numbered(self._unsaved, self.match.calls, standing.clock)
-            self.match.calls += len(calls)
-            stages = [stage for outcome in self._unsaved for stage in outcome.stages]
-            try:
-                self._journal.append(time, stages, calls, self.match.standing())
-            except JournalError as error:
-                self.match.calls -= len(calls)
-                halted = self._enact(Halted(str(error)))
-                if halted:
-                    log.error("%s", error)
-                    self._unsaved.append(halted)
-                return False
-            for outcome in self._unsaved:
-                self._act(outcome)
-            self._unsaved = []
-            for announced in calls:
-                log.info("%s: %s", announced.rule, announced.text)
-                self.mailbox.publish(self._keys.referee_event, announced)
-        else:
-            self._record_silently(time, standing)
-        self._journal.mark(standing)
-        return True
+        try:
+            settled = self._journal.settled()
+            if settled:
+                self._announce()
+                if self._unsaved:
+                    self._append(time, standing)
+                    settled = self._journal.settled()
+                    if settled:
+                        self._announce()
+                else:
+                    self._record_silently(time, standing)
+        except JournalError as error:
+            settled = not (self._writing or self._unsaved)  # only what need not survive exactly is missing
+            halted = Outcome() if settled else self._enact(Halted(str(error)))
+            if halted:
+                log.error("%s", error)
+                self._unsaved.append(halted)
+        if settled:
+            self._up_to_date = time
+            self._journal.mark(standing)
+        return settled
+
+    def _append(self, time: float, standing: Standing) -> None:
+        """Begin to write the outcomes that are not saved."""
+        self._calls = numbered(self._unsaved, self.match.calls, standing.clock)
+        self.match.calls += len(self._calls)
+        stages = [stage for outcome in self._unsaved for stage in outcome.stages]
+        self._writing, self._unsaved = self._unsaved, []
+        self._journal.append(time, stages, self._calls, self.match.standing())
+
+    def _announce(self) -> None:
+        """Let follow what is on disk."""
+        for outcome in self._writing:
+            self._act(outcome)
+        for announced in self._calls:
+            log.info("%s: %s", announced.rule, announced.text)
+            self.mailbox.publish(self._keys.referee_event, announced)
+        self._writing, self._calls = [], []
 
     def _record_silently(self, time: float, standing: Standing) -> None:
-        """Write what has changed without a call, once per RECORD_PERIOD: it must survive a crash, but not exactly.
-
-        So a failure is only logged.
-        """
+        """Write what has changed without a call, once per RECORD_PERIOD: it must survive a crash, but not exactly."""
         last = self._journal.last
         if last is None or standing.game == last.standing.game:
             return
         if time < max(last.time + RECORD_PERIOD, self._record_at):
             return
         self._record_at = time + RECORD_PERIOD
-        try:
-            self._journal.append(time, [], [], standing)
-        except JournalError as error:
-            log.warning("%s", error)
+        self._journal.append(time, [], [], standing)
 
     def _act(self, outcome: Outcome) -> None:
         """Send the world and the robots the requests that follow from an outcome."""

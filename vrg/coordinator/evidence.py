@@ -186,13 +186,16 @@ class EvidenceFile:
         """The digest of the newest tick, as hexadecimal digits; empty if it could not be written."""
         return "" if self._broken else self._digest.hex()
 
-    def write(self, tick: TickEvidence) -> None:
-        """Write what the referee took in and did in one tick."""
+    def piece(self, tick: TickEvidence) -> bytes:
+        """What the file gets of what the referee took in and did in one tick, to be written in this order."""
+        data = _encoder.encode(tick)
+        self._digest = _chained(self._digest, data)
+        return _HEAD.pack(len(data), self._digest) + data
+
+    def write(self, piece: bytes) -> None:
+        """Write what `piece` has returned."""
         if self._broken:
             return
-        data = _encoder.encode(tick)
-        digest = _chained(self._digest, data)
-        piece = _HEAD.pack(len(data), digest) + data
         try:
             problem = "" if os.write(self._file, piece) == len(piece) else "no space left"
         except OSError as error:
@@ -200,8 +203,6 @@ class EvidenceFile:
         if problem:
             self._broken = True
             log.error("%s: cannot be written: %s: what follows cannot be judged again", self._path, problem)
-        else:
-            self._digest = digest
 
     def close(self) -> None:
         """Close the file. Idempotent."""
@@ -245,6 +246,10 @@ def read_evidence(path: Path) -> list[Exhibit]:
                 raise JournalError(
                     f"{path}: expected evidence of version {FORMAT}, got {entry.format}: use the VRG that recorded it"
                 )
+        if tick.entries and isinstance(tick.entries[0], Began):
+            # What a coordinator decided before it crashed, and could not write into the journal, has not happened.
+            while found and found[-1].tick.after > tick.after:
+                found.pop()
         found.append(Exhibit(tick, digest.hex(), _chained(before, data) == digest))
         before = digest
     return found

@@ -5,12 +5,17 @@ standing after it, so a restarted coordinator needs only the last complete line.
 time, so two runs of one match with one seed write the same bytes. Beside it, `<journal>.clock` holds the play clock of
 the newest tick. It is overwritten in place, so that the clock of a crashed match is right to a tick without a line in
 the journal for each tick. `evidence.bin` beside it holds what the referee decided by; see `vrg.coordinator.evidence`.
+
+In a match of processes a thread of its own writes all this, in order, so that a disk that stalls does not hold up the
+referee's tick. What was not announced before such a stall is announced when it is on disk.
 """
 
 import contextlib
 import fcntl
 import logging
 import os
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from types import TracebackType
 from typing import Self, TypeVar
@@ -85,13 +90,16 @@ class Journal:
     Args:
         path: the path of the file. If it is missing, it is made; if it is there, the match goes on from it.
         header: the first line that the journal must have.
+        aside: True writes in a thread of its own; False writes at once, so that every run does the same.
 
     Raises:
         JournalError: the file is of another match, damaged, locked by another process, or cannot be opened or written.
     """
 
-    def __init__(self, path: Path, header: Header) -> None:
+    def __init__(self, path: Path, header: Header, *, aside: bool = False) -> None:
         self.path = path
+        self._thread = ThreadPoolExecutor(1, "journal") if aside else None
+        self._under_way: tuple[bytes, Future[None]] | None = None
         self._evidence = EvidenceFile(path.with_name(EVIDENCE))
         try:
             self._file = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
@@ -121,7 +129,9 @@ class Journal:
             os.ftruncate(self._file, len(whole))
         lines = whole.splitlines()
         if not lines:
-            return self._write(0, header), None
+            first = _json.encode(header) + b"\n"
+            self._write(0, first)
+            return len(first), None
         found = _decode(lines[0], Header, self.path, 1)
         if found != header:
             raise JournalError(
@@ -138,13 +148,16 @@ class Journal:
         return _at_mark(self.last, os.pread(self._clock, CLOCK_WIDTH, 0))
 
     def append(self, time: float, stages: list[Stage], calls: list[Call], standing: Standing) -> None:
-        """Write a change and wait until it is on disk.
+        """Begin to write a change; `settled` tells when it is on disk. One is written at a time.
+
+        From now on it is the last record: what the referee decides by belongs to the next one.
 
         Raises:
-            JournalError: it cannot be written; the journal is as it was before.
+            JournalError: the one before cannot be written.
         """
+        self.settled()
         number = self.last.n + 1 if self.last else 1
-        record = Record(
+        self.last = Record(
             n=number,
             time=round(time, 6),
             stages=stages,
@@ -152,11 +165,49 @@ class Journal:
             standing=standing,
             evidence=self._evidence.digest,
         )
-        self._end = self._write(self._end, record)
-        self.last = record
+        self._begin(_json.encode(self.last) + b"\n")
 
-    def _write(self, at: int, line: Struct) -> int:
-        data = _json.encode(line) + b"\n"
+    def settled(self) -> bool:
+        """Whether all changes are on disk.
+
+        Raises:
+            JournalError: the last one cannot be written. The next call tries again.
+        """
+        if self._under_way is None:
+            return True
+        data, writing = self._under_way
+        if not writing.done():
+            return False
+        try:
+            writing.result()
+        except JournalError:
+            self._begin(data)
+            raise
+        self._end += len(data)
+        self._under_way = None
+        return True
+
+    def _begin(self, data: bytes) -> None:
+        self._under_way = data, self._do(lambda: self._write(self._end, data))
+
+    def _do(self, job: Callable[[], None]) -> "Future[None]":
+        """Do something in the order in which it comes."""
+        if self._thread is not None:
+            return self._thread.submit(job)
+        done: Future[None] = Future()
+        try:
+            job()
+            done.set_result(None)
+        except JournalError as error:
+            done.set_exception(error)
+        return done
+
+    def _write(self, at: int, data: bytes) -> None:
+        """Write a line, and wait until it is on disk.
+
+        Raises:
+            JournalError: it cannot be written; the journal is as it was before.
+        """
         try:
             written = 0
             while written < len(data):
@@ -167,12 +218,12 @@ class Journal:
             with contextlib.suppress(OSError):
                 os.ftruncate(self._file, at)
             raise JournalError(f"{self.path}: cannot be written: {error.strerror}: free some space") from error
-        return at + len(data)
 
     def witness(self, time: float, field: Field, entries: list[Entry]) -> None:
         """Write what the referee decides by in this tick, before what follows from it is appended."""
         after = self.last.n if self.last else 0
-        self._evidence.write(TickEvidence(after=after, time=round(time, 6), field=field, entries=entries))
+        piece = self._evidence.piece(TickEvidence(after=after, time=round(time, 6), field=field, entries=entries))
+        self._do(lambda: self._evidence.write(piece))
 
     def mark(self, standing: Standing) -> None:
         """Write the play clock of this tick. A failure is only logged, because the last record is still good."""
@@ -182,13 +233,19 @@ class Journal:
             total=standing.total,
             in_stage=standing.in_stage,
         )
-        try:
-            os.pwrite(self._clock, _json.encode(mark).ljust(CLOCK_WIDTH), 0)
-        except OSError as error:
-            log.debug("%s.clock: %s", self.path, error)
+
+        def write() -> None:
+            try:
+                os.pwrite(self._clock, _json.encode(mark).ljust(CLOCK_WIDTH), 0)
+            except OSError as error:
+                log.debug("%s.clock: %s", self.path, error)
+
+        self._do(write)
 
     def close(self) -> None:
-        """Close the file and release its lock. Idempotent."""
+        """Wait until everything is written, close the file and release its lock. Idempotent."""
+        if self._thread is not None:
+            self._thread.shutdown()
         self._evidence.close()
         for descriptor in (self._file, self._clock):
             if descriptor >= 0:

@@ -41,15 +41,18 @@ def world_node(setup: MatchSetup) -> "WorldNode":
     return WorldNode(setup.world, Mailbox(), setup.keys)
 
 
-def open_journal(setup: MatchSetup, folder: RunFolder) -> "Journal":
+def open_journal(setup: MatchSetup, folder: RunFolder, *, aside: bool = False) -> "Journal":
     """Open the journal of a match, a new one or the one that is in the run folder.
+
+    Args:
+        aside: see `vrg.coordinator.journal.Journal`.
 
     Raises:
         JournalError: it cannot be used; see `Journal`.
     """
     from vrg.coordinator.journal import Header, Journal
 
-    return Journal(folder.journal, Header(match=setup.name, game=setup.game, seed=setup.seed))
+    return Journal(folder.journal, Header(match=setup.name, game=setup.game, seed=setup.seed), aside=aside)
 
 
 def coordinator_node(setup: MatchSetup, journal: "Journal") -> "Coordinator":

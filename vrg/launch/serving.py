@@ -109,7 +109,7 @@ def serve(
             if not folder.setup.exists():
                 # Where no launcher has written it, `vrg result` and `vrg plot` need it.
                 write_setup(setup, folder.setup)
-            journal = stack.enter_context(nodes.open_journal(setup, folder))
+            journal = stack.enter_context(nodes.open_journal(setup, folder, aside=True))
             node = nodes.coordinator_node(setup, journal)
         elif kind == "recorder":
             node = nodes.recorder_node(setup, folder)
