@@ -326,6 +326,26 @@ def test_an_official_has_a_virtual_robot_put_on_its_mark_or_anywhere() -> None:
     assert outcome.once_placed.text == "a is put at (1.50, -2.00), 90 degrees: by ann (because)"
 
 
+def test_who_is_pushed_is_judged_where_it_stood_until_it_is_free_again() -> None:
+    def field(x: float, *pushed: str) -> Field:
+        return Field({"a": Pose(x, 0.0, 0.0)}, pushed=frozenset(pushed))
+
+    def called(match: Match, *fields: Field) -> list[str]:
+        return [rule for now in fields for rule in rules(match.step(0.1, now, []))]
+
+    match = playing()
+    assert called(match, field(1.0), field(-1.0, "a"), field(-2.0, "a"), field(-1.0), field(0.5)) == []
+    assert called(match, field(-0.5)) == ["foul"], "it was free again, and has driven there"
+    match = playing()
+    assert called(match, field(1.0), field(12.0, "a")) == [], "nor does it gain by it"
+    match = playing()
+    assert called(match, field(1.0), field(-1.0, "a"), *[field(-1.0)] * 49) == []
+    restarted = Match(Book(), match.standing())
+    restarted.resume()
+    for again in (match, restarted):
+        assert called(again, field(-1.0), field(-1.0))[0] == "foul", "it had time to drive back"
+
+
 def test_a_robot_that_cannot_have_driven_is_judged_where_it_is_and_not_on_a_way() -> None:
     seen: list[Field] = []
 

@@ -23,13 +23,15 @@ def cases_of(book: RuleBook[Any], exhibits: Sequence[Exhibit], records: Sequence
         state = match.game
         for entry in tick.entries:
             enact(match, entry, tick.field)
+        # Who was put somewhere or pushed away is judged elsewhere than on its way.
+        seen = match.judged or (before if before.poses else tick.field, tick.field)
         last = at + 1 == len(exhibits)
         decided = last or exhibits[at + 1].tick.after > tick.after
         # Where the evidence ends early, its last tick has decided nothing.
         cut = last and tick.after < len(records) and tick.time < records[tick.after].time
         if decided and not cut and tick.after < len(records):
             for call in records[tick.after].calls:
-                yield Case(call, state, before if before.poses else tick.field, tick.field)
+                yield Case(call, state, *seen)
         before = tick.field
 
 

@@ -3,7 +3,7 @@
 import logging
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -41,7 +41,7 @@ from vrg.coordinator.leading import Leader
 from vrg.coordinator.match import Match, Standing, standing_still
 from vrg.coordinator.outcome import Outcome, numbered
 from vrg.coordinator.placing import Placing
-from vrg.coordinator.rulebook import Field, Offer, RuleBook
+from vrg.coordinator.rulebook import Field, Offer, RuleBook, away
 from vrg.coordinator.sight import views
 from vrg.errors import JournalError
 from vrg.hal.estop import EstopOrders
@@ -58,6 +58,8 @@ OFFERS_LIMIT = 20
 """The number of bids of one player that the referee looks at in a tick."""
 DISK_PATIENCE = 1.0
 """The match time in s for which play goes on while a disk stalls, and what was called is not announced."""
+PUSH = 0.005
+"""The distance in m between two looks beyond which a robot has moved whose wheels stand."""
 RECORD_PERIOD = 1.0
 """The match time in s between two records of changes that no call tells of, such as that an intruder is seen."""
 
@@ -176,12 +178,28 @@ class Coordinator(Node):
             moving = frozenset(name for name, body in bodies.items() if not at_rest(body.v, body.w))
             physical = frozenset(name for name, body in bodies.items() if body.physical)
             poses = {name: body.pose for name, body in bodies.items()}
-            self._field = Field(poses, moving, physical, received.stamp)
+            pushed = self._pushed(bodies, self._field) if self.match.stage is Stage.PLAY_ROUND else frozenset()
+            self._field = Field(poses, moving, physical, received.stamp, pushed)
             self._attendance.lost = [name for name, body in bodies.items() if body.physical and body.age > POSE_TIMEOUT]
         self._field = replace(
             self._field,
             offers=_at_most(OFFERS_LIMIT, [Offer(name_in(r.key), r.body.lot, r.body.cost) for r in self._bids.take()]),
             sightings=[(name_in(r.key), seen) for r in self._sightings.take() for seen in r.body.seen],
+        )
+
+    def _pushed(self, bodies: Mapping[str, Body], before: Field) -> frozenset[str]:
+        """The players that an opponent pushes. The wheels of all of them have stood since the look before."""
+        now = {name: body.pose for name, body in bodies.items()}
+        moved = [
+            name
+            for name, body in bodies.items()
+            if body.stands is not None
+            and body.stands <= before.time
+            and name in before.poses
+            and away(before.poses[name], body.pose) > PUSH
+        ]
+        return frozenset(
+            name for name in moved if self.match.touched(name, before) or self.match.touched(name, Field(now))
         )
 
     def _hear_estops(self, now: float) -> Outcome:

@@ -26,7 +26,7 @@ from vrg.errors import JournalError
 
 log = logging.getLogger(__name__)
 
-FORMAT = 1
+FORMAT = 2
 """The version of the entries."""
 _HEAD = struct.Struct("<I8s")
 """What comes before each tick: the number of its bytes, and its digest."""

@@ -20,7 +20,8 @@ from vrg.coordinator import disqualifying
 from vrg.coordinator.auctions import auctioned, published
 from vrg.coordinator.disqualifying import kept_out, readmitted
 from vrg.coordinator.outcome import Outcome, announce
-from vrg.coordinator.rulebook import DRAW, NOBODY, Disqualification, Field, RuleBook, away
+from vrg.coordinator.rulebook import DRAW, NOBODY, Disqualification, Field, RuleBook, Verdict, away
+from vrg.geometry import outline_distance
 from vrg.regions import Region
 from vrg.types import Pose
 
@@ -30,6 +31,10 @@ ROUND_PAUSE = 2.0
 """The match time in s that ROUND_OVER lasts, so that everybody sees how the round ended."""
 PLACE_AGAIN = 10.0
 """The match time in s after which players that are still not on their marks are put there again."""
+TOUCH = 0.05
+"""The distance in m between the outlines of two robots at which one may push the other."""
+GRACE = 5.0
+"""The time of play in s after a push in which a player is not called for being where it was pushed to."""
 JUMP = 0.5
 """The distance in m beyond what it can drive between two looks from which a robot has not driven there."""
 LONGEST = 1500
@@ -45,6 +50,8 @@ class Standing(Struct, frozen=True, kw_only=True):
         in_stage: the time in this stage without halts, s.
         calls: the number of calls so far.
         winner: the winner when the game is over. ended: who ended it before its end, and why; None if nobody did.
+        pushed: the players that were pushed away, each with where it stood and the time of play up to which it is
+            judged there.
         game: the rule book's own state, as plain data.
     """
 
@@ -57,6 +64,7 @@ class Standing(Struct, frozen=True, kw_only=True):
     winner: str | None
     game: dict[str, Any]
     ended: str | None = None
+    pushed: dict[str, tuple[Pose, float]] = {}
 
 
 class Match:
@@ -68,6 +76,7 @@ class Match:
 
     Attributes:
         names: the names of the players.
+        judged: the field before and now by which play was judged at the last step; None if it was not.
     """
 
     def __init__(self, book: RuleBook[Any], standing: Standing | None = None) -> None:
@@ -79,6 +88,8 @@ class Match:
         self.calls = 0
         self.winner: str | None = None
         self._ended: str | None = None
+        self._pushed: dict[str, tuple[Pose, float]] = {}
+        self.judged: tuple[Field, Field] | None = None
         self.game = book.initial()
         self._before: Field | None = None
         self._place_at = book.lineup_limit
@@ -126,6 +137,7 @@ class Match:
         self.clock, self.total, self.in_stage = standing.clock, standing.total, standing.in_stage
         self.calls = standing.calls
         self._ended = standing.ended
+        self._pushed = dict(standing.pushed)
         self.game = msgspec.convert(standing.game, self._book.state_type)
 
     def standing(self) -> Standing:
@@ -140,6 +152,7 @@ class Match:
             winner=self.winner,
             game=msgspec.to_builtins(self.game),
             ended=self._ended,
+            pushed=dict(self._pushed),
         )
 
     def state(self, now: Field, estop: bool) -> RefereeState:
@@ -176,6 +189,7 @@ class Match:
         Args:
             absent: the reasons outside the rules why the match cannot go on, such as a player that does not report.
         """
+        self.judged = None
         if self._reasons or self.over:
             self._before = None
             self.waiting = list(absent)
@@ -276,6 +290,7 @@ class Match:
         self.in_stage = 0.0
         self.waiting = []
         self._before = None
+        self._pushed = {}
         self._place_at = self._book.lineup_limit
         return stage
 
@@ -313,12 +328,49 @@ class Match:
         game, refused = auctioned(self.game, now.offers, self.clock)
         if refused:
             log.info("%s%s", refused[0], f" (and {len(refused) - 1} more)" if len(refused) > 1 else "")
-        verdict = self._book.judge(game, self._settled(self._before or now, now), now, self.clock)
+        verdict = self._judge(game, self._settled(self._before or now, now), now)
         self._before = now
         self.game = verdict.state
         stages = [self._enter(Stage.ROUND_OVER)] if verdict.round_over else []
         place = {name: pose for name, pose in verdict.place.items() if name not in now.physical}
         return Outcome(verdict.calls, stages, place=place)
+
+    def _judge(self, game: Any, before: Field, now: Field) -> Verdict[Any]:
+        """The verdict, where whoever was pushed away stands where the push began.
+
+        That ends as soon as nobody pushes it and the rules say nothing against where it is, or after GRACE.
+        """
+        for name in sorted(now.pushed):
+            stood = self._pushed[name][0] if name in self._pushed else (self._before or now).poses[name]
+            self._pushed[name] = (stood, self.clock + GRACE)
+        free: list[str] = []
+        for name in sorted(self._pushed.keys() - now.pushed):
+            stood, until = self._pushed.pop(name)
+            calls = self._book.judge(game, *self._pushed_back(before, now, [*free, name]), self.clock).calls
+            if until > self.clock and any(name in call.players for call in calls):
+                self._pushed[name] = (stood, until)
+            else:
+                free.append(name)
+        self.judged = self._pushed_back(before, now, free)
+        return self._book.judge(game, *self.judged, self.clock)
+
+    def _pushed_back(self, before: Field, now: Field, free: Sequence[str]) -> tuple[Field, Field]:
+        """The two fields with the pushed where they stood, and those who are free again where they are now in both."""
+        stood = {name: pose for name, (pose, _) in self._pushed.items() if name in now.poses}
+        here = {name: now.poses[name] for name in free if name in now.poses}
+        if not (stood or here):
+            return before, now
+        return replace(before, poses={**before.poses, **stood, **here}), replace(now, poses={**now.poses, **stood})
+
+    def touched(self, name: str, now: Field) -> bool:
+        """Whether an opponent touches a player's robot."""
+        sizes = {other: contestant.size for other, contestant in self._book.contestants.items()}
+        role = self._book.role_of(self.game, name)
+        return any(
+            outline_distance(now.poses[name], pose, sizes[name], sizes[other]) <= TOUCH
+            for other, pose in now.poses.items()
+            if other != name and self._book.role_of(self.game, other) != role
+        )
 
     def _settled(self, before: Field, now: Field) -> Field:
         """The field before, where robots that cannot have driven to where they are now stand there already.

@@ -117,6 +117,7 @@ class Field:
         moving: the players that are not at rest.
         physical: the players whose robots are physical ones, which only people can put somewhere.
         time: the match time of the poses, s.
+        pushed: the players that an opponent pushes: their robots move although their wheels are held or told to stand.
         offers: the bids since the tick before, in order.
         sightings: what players have seen, and who has told it, since the tick before, in order.
     """
@@ -125,6 +126,7 @@ class Field:
     moving: frozenset[str] = frozenset()
     physical: frozenset[str] = frozenset()
     time: float = 0.0
+    pushed: frozenset[str] = frozenset()
     offers: Sequence[Offer] = ()
     sightings: Sequence[tuple[str, Sighting]] = ()
 

@@ -46,6 +46,8 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True, gc=False):
         rest: the match time of the tick since which it has been at rest, s; None while it moves, or while a physical
             robot has not been measured for so long that nobody knows. Who hears only some of the poses learns by it
             to a tick when the body came to rest.
+        stands: the match time of the tick since which the wheels of a virtual robot are held or told to stand, s; None
+            while they are told to turn, and of a physical robot. A robot that moves nevertheless is pushed.
     """
 
     name: Name
@@ -55,12 +57,13 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True, gc=False):
     physical: bool
     age: Seconds = 0.0
     rest: Seconds | None = None
+    stands: Seconds | None = None
 
 
 class Poses(Message, frozen=True, kw_only=True):
     """The poses and velocities of all bodies at one instant."""
 
-    version = 3
+    version = 4
 
     bodies: list[Body]
 

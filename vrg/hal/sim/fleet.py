@@ -32,6 +32,7 @@ class Member:
         interlock: its arming, its watchdog and its emergency stop.
         command: the last command to its wheels: left and right in rad/s, and whether they are braked.
         empty: True if its battery is empty.
+        stands: the match time since which its wheels are held or told to stand, s; None while they are told to turn.
     """
 
     name: str
@@ -41,6 +42,7 @@ class Member:
     interlock: Interlock = field(default_factory=Interlock)
     command: tuple[float, float, bool] = _BRAKE
     empty: bool = False
+    stands: float | None = None
     _planned: tuple[Twist, float] = (STILL, 0.0)
     _wheels: tuple[float, float, bool] = (0.0, 0.0, False)
 
@@ -158,6 +160,10 @@ class Fleet:
             if command != member.command:
                 member.command = command
                 self._engine.command(member.name, *command)
+            if command[0] or command[1]:
+                member.stands = None
+            elif member.stands is None:
+                member.stands = now
 
     def drain(self, dt: float) -> None:
         """Subtract the energy that the robots have drawn in the last dt seconds from their batteries."""

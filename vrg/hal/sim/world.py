@@ -216,7 +216,9 @@ class World:
             ghost = ghosts.get(name)
             age = 0.0 if ghost is None else ghost.age(now)
             rest = rests.since(name, v, w, now, known=age <= EXTRAPOLATE)
-            bodies.append(Body(name, Pose(x, y, theta), v, w, ghost is not None, age, rest))
+            robot = self._fleet.find(name)
+            stands = None if robot is None else robot.stands
+            bodies.append(Body(name, Pose(x, y, theta), v, w, ghost is not None, age, rest, stands))
         return Poses(bodies=bodies)
 
     def snapshot(self) -> WorldSnapshot:
