@@ -6,7 +6,7 @@ import pytest
 
 from vrg.bus import messages as m
 from vrg.bus.codec import Received, encode, header
-from vrg.bus.mailbox import QUEUE_LIMIT, Inlet, Mailbox, Numbers, Origin
+from vrg.bus.mailbox import KEYS_LIMIT, QUEUE_LIMIT, Inlet, Mailbox, Numbers, Origin
 from vrg.bus.topics import Keys
 from vrg.types import Twist
 
@@ -182,6 +182,23 @@ def test_the_numbers_of_invented_senders_fill_no_memory(monkeypatch: pytest.Monk
         head = header(encode(Received(key, 1.0, 1, _call(1).body, f"coordinator/{sender}/1")), key)
         assert numbers.is_new(head, Origin.LIVE)
     assert len(numbers._newest) <= 3
+
+
+def test_keys_that_somebody_invents_fill_no_memory_and_cost_others_nothing() -> None:
+    inlet = Inlet(KEYS.drive())
+    assert inlet.admits(KEYS.drive("a").key)
+    invented = [KEYS.drive(f"x{number}").key for number in range(5 * KEYS_LIMIT)]
+    assert sum(map(inlet.admits, invented)) == KEYS_LIMIT - 1
+    assert inlet.admits(KEYS.drive("a").key)
+    assert inlet.dropped == len(invented) - KEYS_LIMIT + 1
+
+
+def test_where_the_keys_are_known_no_other_counts() -> None:
+    ann = KEYS.report("ann").key
+    inlet = Mailbox().subscribe(KEYS.report(), only=[ann])
+    assert not inlet.admits(KEYS.report("bob").key)
+    assert inlet.admits(ann)
+    assert inlet.dropped == 0
 
 
 def test_messages_of_one_instant_are_in_the_order_of_key_sender_and_number() -> None:

@@ -2,7 +2,7 @@
 
 import itertools
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 
 import pytest
@@ -69,17 +69,20 @@ class FakeSession:
     """Brings messages to who listens, as a session of the bus does."""
 
     def __init__(self) -> None:
-        self._raw: list[tuple[str, Callable[[str, bytes], None]]] = []
+        self._raw: list[tuple[Collection[str], Callable[[str, bytes], None]]] = []
 
-    def watch_raw(self, expression: str, arrived: Callable[[str, bytes], None], *, history: bool) -> None:
-        self._raw.append((expression, arrived))
+    def watch_raw(
+        self, expression: str, arrived: Callable[[str, bytes], None], *, history: bool, only: Collection[str]
+    ) -> None:
+        assert all(key_matches(expression, key) for key in only)
+        self._raw.append((only, arrived))
 
     def say(self, topic: Topic[Message], body: Message, stamp: float, sequence: int) -> None:
         self.say_raw(topic.key, encode(Received(topic.key, stamp, sequence, body)))
 
     def say_raw(self, key: str, payload: bytes) -> None:
-        for expression, arrived in self._raw:
-            if key_matches(expression, key):
+        for only, arrived in self._raw:
+            if key in only:
                 arrived(key, payload)
 
 
@@ -91,7 +94,7 @@ class Bench:
         self.now = 100.0
         monkeypatch.setattr(time, "monotonic", lambda: self.now)
         self.session = FakeSession()
-        self.listening = Listening(KEYS, EventLog(self.path))
+        self.listening = Listening(KEYS, EventLog(self.path), ["ann", "bob", "cid"])
         self.listening.attach(self.session)  # type: ignore[arg-type]
         self._clocks = 0
 

@@ -3,7 +3,7 @@
 import enum
 import logging
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import Final, Generic, TypeVar
 
 from msgspec import Struct
@@ -21,6 +21,8 @@ QUEUE_LIMIT = 10_000
 """The number of events that are kept for a node that does not tick. Beyond it the oldest are dropped and counted."""
 LOUD_DROPS = 5
 """The number of bad messages of a subscription that are logged one by one; then only the 10th, the 100th and so on."""
+KEYS_LIMIT: Final = 1_000
+"""The number of keys of a subscription that messages are taken from, so that nobody can invent more and more."""
 SENDERS_LIMIT: Final = 10_000
 """The number of senders of events whose newest numbers are remembered."""
 
@@ -66,13 +68,21 @@ class Inlet(Generic[T]):
     Args:
         topic: what is subscribed to.
         alarm: called with each message before the tick that hands it over; see `Mailbox.subscribe`.
+        only: the keys that messages are taken from; None takes them from any that fits, and at most KEYS_LIMIT.
 
     Attributes:
         by_key: the newest message of each key.
         dropped: the number of bad messages, and of events that came faster than they were taken.
     """
 
-    def __init__(self, topic: Topic[T], alarm: Callable[[Received[T]], None] | None = None) -> None:
+    def __init__(
+        self,
+        topic: Topic[T],
+        alarm: Callable[[Received[T]], None] | None = None,
+        only: Collection[str] | None = None,
+    ) -> None:
+        self._keys = set(only or ())
+        self._known = only is not None
         self.topic = topic
         self.alarm = alarm
         self._alarmed = 0
@@ -110,6 +120,16 @@ class Inlet(Generic[T]):
     def offer(self, message: Received[T]) -> None:
         """Executor only: let a message wait for the next handover."""
         self.waiting.append(message)
+
+    def admits(self, key: str) -> bool:
+        """Executor only: whether messages are taken from a key. Others are dropped unread."""
+        if key in self._keys or self._known:
+            return key in self._keys
+        if len(self._keys) >= KEYS_LIMIT:
+            self.refuse(MessageError(f"{key}: expected at most {KEYS_LIMIT} keys: somebody invents more and more"))
+            return False
+        self._keys.add(key)
+        return True
 
     def offer_header(self, head: Header, origin: Origin = Origin.LIVE) -> None:
         """Executor only: decode what came over the bus. A bad message is counted, logged and dropped.
@@ -196,7 +216,12 @@ class Mailbox:
         self._out: list[Outgoing] = []
         self._sequences: dict[str, int] = {}
 
-    def subscribe(self, topic: Topic[T], alarm: Callable[[Received[T]], None] | None = None) -> Inlet[T]:
+    def subscribe(
+        self,
+        topic: Topic[T],
+        alarm: Callable[[Received[T]], None] | None = None,
+        only: Collection[str] | None = None,
+    ) -> Inlet[T]:
         """Subscribe the node to a topic. It must be called before the node's first tick.
 
         Args:
@@ -204,8 +229,9 @@ class Mailbox:
             alarm: called with each message as soon as it arrives, on the node's own thread, between its ticks. It is
                 for an emergency stop, which cannot wait for the next tick. It may make a robot safe; it must not
                 publish.
+            only: the keys of the topic that matter, where they are known.
         """
-        inlet = Inlet(topic, alarm)
+        inlet = Inlet(topic, alarm, only)
         self.inlets.append(inlet)  # type: ignore[arg-type]
         return inlet
 

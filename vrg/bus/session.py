@@ -11,7 +11,7 @@ import threading
 import time
 import uuid
 from collections import Counter, deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from typing import Any, Final
 
@@ -228,17 +228,28 @@ class Session:
             raise BusError("the link to the router was lost")
         return found
 
-    def watch_raw(self, expression: str, arrived: Callable[[str, bytes], None], *, history: bool = True) -> None:
+    def watch_raw(
+        self,
+        expression: str,
+        arrived: Callable[[str, bytes], None],
+        *,
+        history: bool = True,
+        only: Collection[str] | None = None,
+    ) -> None:
         """Call `arrived(key, payload)` for each message, without decoding it, on a thread of zenoh's.
 
         Args:
             history: True asks for the last messages on keys of states, too.
+            only: the keys that matter; None for all that fit.
         """
 
         numbers = Numbers()
 
         def on_sample(sample: zenoh.Sample) -> None:
-            key, payload = str(sample.key_expr), sample.payload.to_bytes()
+            key = str(sample.key_expr)
+            if only is not None and key not in only:
+                return
+            payload = sample.payload.to_bytes()
             try:
                 news = numbers.is_new(self._admit(key, payload), _origin(sample))
             except MisroutedError:
@@ -318,6 +329,8 @@ class Session:
 
         def on_sample(sample: zenoh.Sample) -> None:
             key = str(sample.key_expr)
+            if not inlet.admits(key):
+                return
             try:
                 head = self._admit(key, sample.payload.to_bytes())
             except MisroutedError:

@@ -163,7 +163,7 @@ def _served(
         # Where players cannot read the match's other files, its seed must not tell them what those hold.
         setup = setup.with_secret(folder.secret())
     folder.hand_out(setup)
-    listening = Listening(setup.keys, EventLog(folder.events))
+    listening = Listening(setup.keys, EventLog(folder.events), [player.name for player in setup.players])
     remote = remote_hosts(
         setup, folder, window=show.window, record=show.record, announce=show.announce, notes=listening
     )

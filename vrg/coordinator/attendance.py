@@ -38,8 +38,8 @@ class Attendance:
 
     def __init__(self, mailbox: Mailbox, keys: Keys, names: Sequence[str]) -> None:
         self._names = names
-        self._reports = mailbox.subscribe(keys.report())
         self._keys = {name: keys.report(name).key for name in names}
+        self._reports = mailbox.subscribe(keys.report(), only=self._keys.values())
         self._out_since: dict[str, float] = {}
         self._silence: dict[str, float] = dict.fromkeys(names, 0.0)
         self.lost: list[str] = []

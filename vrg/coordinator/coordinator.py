@@ -105,8 +105,8 @@ class Coordinator(Node):
         self._poses = mailbox.subscribe(keys.poses)
         self._clock = mailbox.subscribe(keys.clock)
         self._disqualify = disqualify
-        self._bids = mailbox.subscribe(keys.bid())
-        self._sightings = mailbox.subscribe(keys.sightings())
+        self._bids = mailbox.subscribe(keys.bid(), only=[keys.bid(name).key for name in self._names])
+        self._sightings = mailbox.subscribe(keys.sightings(), only=[keys.sightings(name).key for name in self._names])
         self._attendance = Attendance(mailbox, keys, self._names)
         self._placing = Placing(mailbox, keys)
         self._officials = mailbox.subscribe(keys.official)

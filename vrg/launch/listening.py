@@ -3,6 +3,7 @@
 import math
 import time
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from vrg.bus.codec import decode, header
@@ -73,10 +74,11 @@ class Listening:
     """See the module. Threads of zenoh's take messages in, with the time of their arrival; `look` works on them.
 
     Args:
-        keys: the keys of the match. log: where events are written.
+        keys: the keys of the match. log: where events are written. players: the players.
     """
 
-    def __init__(self, keys: Keys, log: EventLog) -> None:
+    def __init__(self, keys: Keys, log: EventLog, players: Sequence[str]) -> None:
+        self._players = players
         self._keys = keys
         self._log = log
         self._arrivals: deque[tuple[str, str, bytes, float]] = deque()
@@ -96,7 +98,10 @@ class Listening:
         }  # fmt: skip
         # All in one queue, so that each message has its own time and its place among the others.
         for kind, topic in topics.items():
-            session.watch_raw(topic.key, _Arrival(kind, self._arrivals), history=topic.qos is Qos.STATE)
+            only = {topic.key}
+            if kind in ("pose", "report"):
+                only = {(keys.robot_pose(name) if kind == "pose" else keys.report(name)).key for name in self._players}
+            session.watch_raw(topic.key, _Arrival(kind, self._arrivals), history=topic.qos is Qos.STATE, only=only)
 
     def look(self) -> None:
         """Take in what has arrived, and log what belongs into the log."""

@@ -65,8 +65,8 @@ class Seats:
         self._logs = logs
         self._referee = mailbox.subscribe(keys.referee_state)
         self._requests = mailbox.subscribe(keys.seat_request)
-        self._beats = mailbox.subscribe(keys.pulse())
         self._pulses = {keys.pulse("player", name).key: name for name in players}
+        self._beats = mailbox.subscribe(keys.pulse(), only=self._pulses)
         self._told: dict[str, float] = {}
         self._vacated: dict[str, float] = {}
 

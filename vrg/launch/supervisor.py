@@ -71,7 +71,9 @@ class Supervisor:
         self._failed: dict[str, str] = {}
         self._disqualify = disqualify
         self._mailbox = Mailbox()
-        self._beats = self._mailbox.subscribe(keys.pulse())
+        self._beats = self._mailbox.subscribe(
+            keys.pulse(), only=[spec.pulse for spec in specs if spec.pulse is not None]
+        )
         self._pulses = Pulses(time.monotonic())
         self._greed = Greed(memory)
         self._session: Session | None = None
