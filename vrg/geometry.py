@@ -6,8 +6,8 @@ from vrg.types import Pose, Vector
 
 
 def wrap(angle: float) -> float:
-    """Return the same angle within [-pi, pi)."""
-    return (angle + math.pi) % (2 * math.pi) - math.pi
+    """Return the same angle within [-pi, pi]."""
+    return math.remainder(angle, math.tau)
 
 
 def compose(start: Pose, by: Pose) -> Pose:

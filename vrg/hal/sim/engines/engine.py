@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrg.errors import WorldError
+from vrg.geometry import wrap
 from vrg.hal.models import RobotModel
 from vrg.hal.sim.map import Map
 from vrg.types import Pose
@@ -86,7 +87,7 @@ class Engine(ABC):
         self.names.append(name)
         self.models.append(model)
         self.touch.append(0)
-        self.poses = np.vstack((self.poses, (pose.x, pose.y, _wrap(pose.theta))))
+        self.poses = np.vstack((self.poses, (pose.x, pose.y, wrap(pose.theta))))
         for field in ("velocities", "wheels", "speeds", "_targets"):
             setattr(self, field, np.vstack((getattr(self, field), (0.0, 0.0))))
         self.kinematic = np.append(self.kinematic, kinematic)
@@ -113,7 +114,7 @@ class Engine(ABC):
             WorldError: there is none of that name.
         """
         row = self.row(name)
-        self.poses[row] = pose.x, pose.y, _wrap(pose.theta)
+        self.poses[row] = pose.x, pose.y, wrap(pose.theta)
         self.velocities[row] = self.speeds[row] = 0.0
         self.touch[row] = 0
         self._placed(row)
@@ -131,9 +132,9 @@ class Engine(ABC):
         if not self.kinematic[row]:
             raise WorldError(f"move {name}: expected a kinematic body, got one that drives itself")
         x, y, theta = self.poses[row].tolist()
-        self.poses[row] = pose.x, pose.y, _wrap(pose.theta)
+        self.poses[row] = pose.x, pose.y, wrap(pose.theta)
         self.velocities[row] = v, w
-        self._moved(row, math.hypot(pose.x - x, pose.y - y), abs(_wrap(pose.theta - theta)))
+        self._moved(row, math.hypot(pose.x - x, pose.y - y), abs(wrap(pose.theta - theta)))
 
     def command(self, name: str, left: float, right: float, brake: bool) -> None:
         """Set the wheel speeds that a robot aims for until the next command.
@@ -221,7 +222,3 @@ def bumper_bit(model: RobotModel, bearing: float) -> int:
     if not model.bumpers:
         return 0
     return 1 << round(bearing / (2 * math.pi) * model.bumpers) % model.bumpers
-
-
-def _wrap(angle: float) -> float:
-    return math.remainder(angle, 2 * math.pi)
