@@ -26,5 +26,5 @@ class TestPlayers(StrategyContract):
     @pytest.fixture
     def match_file(self, tmp_path: Path) -> Path:
         file = tmp_path / "match.toml"
-        file.write_text(match_path("pursuit-evasion").read_text().replace('"pybullet"', '"planar"'))
+        file.write_text(match_path("pursuit-evasion-table-4-1").read_text().replace('"pybullet"', '"planar"'))
         return file
