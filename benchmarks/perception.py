@@ -213,7 +213,7 @@ def _speed(engine: str) -> float:
             marks.append((time, process_time()))
         return len(marks) < 2
 
-    text = match_path("pursuit-evasion").read_text(encoding="utf-8").replace("[rules]", SLOW)
+    text = match_path("pursuit-evasion-table-4-1").read_text(encoding="utf-8").replace("[rules]", SLOW)
     with tempfile.TemporaryDirectory() as name:
         path, folder = Path(name, "match.toml"), RunFolder(Path(name, "run"))
         path.write_text(text, encoding="utf-8")

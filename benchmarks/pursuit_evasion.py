@@ -73,7 +73,7 @@ class Trial:
 
 def match_of(trial: Trial) -> str:
     """The text of the match file."""
-    path = WATCH if trial.courses == "watch" else match_path("pursuit-evasion")
+    path = WATCH if trial.courses == "watch" else match_path("pursuit-evasion-table-4-1")
     table = tomllib.loads(path.read_text(encoding="utf-8"))
     area = Polygon(tuple((x, y) for x, y in table["rules"]["area"]))
     rng = random.Random(trial.seed)

@@ -1,6 +1,7 @@
 """Whole matches of pursuit-evasion in one process: who knows what, how they end, and what a bad radio does."""
 
 import math
+import random
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -15,9 +16,14 @@ from vrg.bus.node import Node, Tick
 from vrg.bus.seats import Roster, Seat, SeatKind
 from vrg.bus.topics import Keys, Topic
 from vrg.config.loading import load_match, match_path
+from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup
+from vrg.coordinator.cases import cases_of
+from vrg.coordinator.evidence import read_evidence
 from vrg.coordinator.journal import read_journal
+from vrg.coordinator.judging import judge_again, unproved
 from vrg.games.pursuit_evasion import CROSSING, INTRUDERS, PURSUERS
+from vrg.games.pursuit_evasion.proof import prove
 from vrg.hal.sensors import SENSORS
 from vrg.launch.in_process import Ending, play
 from vrg.launch.nodes import open_journal
@@ -89,8 +95,8 @@ def places(value: Any, name: str = "") -> Iterator[tuple[float, float]]:
 
 
 def setup_of(folder: Path, more: str = "", **overrides: Any) -> MatchSetup:
-    """The default match on the planar engine, with more lines at the top of its file."""
-    text = match_path("pursuit-evasion").read_text()
+    """The match of the thesis on the planar engine, with more lines at the top of its file."""
+    text = match_path("pursuit-evasion-table-4-1").read_text()
     (folder / "match.toml").write_text(text.replace("[rules]", f"{more}\n[rules]"))
     return load_match(folder / "match.toml", **{"engine": "planar", **overrides}).at_rate(0)
 
@@ -168,7 +174,7 @@ def test_what_the_radio_lost_is_counted_for_each_link(tmp_path: Path) -> None:
 
 
 def test_nobody_is_detected_where_nobody_has_a_laser_and_the_game_still_ends(tmp_path: Path) -> None:
-    ending, calls = played(setup_of(tmp_path, "lasers = false"), tmp_path)
+    ending, calls = played(setup_of(tmp_path, "lasers = false", seed=2), tmp_path)
     assert ending.state.stage is Stage.GAME_OVER
     rules = [call.rule for call in calls]
     assert "auction" not in rules
@@ -191,3 +197,87 @@ def test_the_model_of_the_radio_is_that_of_the_match_file(tmp_path: Path) -> Non
     assert setup.radio.between("pursuer2", "pursuer1").loss == 0.9
     assert setup.radio.between("pursuer2", "pursuer1").delay == 0.3, "what a link leaves out is as for all"
     assert setup.radio.between("pursuer2", "pursuer3").loss == 0.0
+
+
+PLAYERS = """
+import math
+import random
+from dataclasses import replace
+from vrg.agents.strategy import Action, Strategy
+from vrg.bus.messages import Sighting
+from vrg.games.pursuit_evasion.intruder import Intruder
+from vrg.types import STILL, Twist
+
+class Blind(Strategy):  # tells of eight places by chance at every tick, and looks at nothing
+    def act(self, view):
+        rng = random.Random(f"{self.name} {view.time:.1f}")
+        x0, y0, x1, y1 = view.zone("area").bounds
+        places = [(rng.uniform(x0, x1), rng.uniform(y0, y1)) for _ in range(8)]
+        return Action(STILL, sightings=[Sighting(x=x, y=y, time=view.time, xx=1, xy=0, yy=1) for x, y in places])
+
+class Stands(Intruder):
+    def act(self, view):
+        return STILL
+
+class Stops(Intruder):
+    def act(self, view):
+        return super().act(view) if view.referee.clock % 10.0 < 7.0 else STILL
+
+class Weaves(Intruder):
+    def act(self, view):
+        return Twist(super().act(view).v, math.cos(view.time))
+"""
+
+
+def with_players(folder: Path) -> str:
+    """The name of a file with the players above."""
+    (folder / "players.py").write_text(PLAYERS)
+    return "players.py"
+
+
+def test_a_team_that_guesses_detects_nobody(tmp_path: Path) -> None:
+    text = match_path("pursuit-evasion").read_text()
+    strategy = f'role = "pursuer"\nstrategy = "{with_players(tmp_path)}:Blind"'
+    (tmp_path / "match.toml").write_text(text.replace('role = "pursuer"', strategy))
+    _, calls = played(load_match(tmp_path / "match.toml", engine="planar").at_rate(0), tmp_path)
+    rules = [call.rule for call in calls]
+    assert rules.count("launch") == 7
+    assert rules.count("false_alarm") == 3
+    assert "auction" not in rules
+
+
+def wild_match(folder: Path, seed: int) -> MatchSetup:
+    """A match on random courses, where some intruders do not drive as they should."""
+    rng, file = random.Random(seed), with_players(folder)
+    lines = [
+        f'name = "wild"\ngame = "pursuit-evasion"\nmap = "open"\nengine = "planar"\nseed = {seed}\n[rules]',
+        f"area = [[-6, -6], [6, -6], [6, 6], [-6, 6]]\nlaunch_window = 10.0\ntime = {rng.choice((25.0, 60.0))}",
+    ]
+    for i in range(rng.randint(1, 3)):
+        lines.append(f'[[players]]\nname = "p{i}"\nrole = "pursuer"\nx = {3.0 * i - 3.0}\ny = {rng.uniform(-4.0, 4.0)}')
+        if rng.random() < 0.2:
+            lines.append(f'strategy = "{file}:Blind"')
+    for i in range(rng.randint(1, 5)):
+        bearing = math.tau * (i + rng.uniform(0.0, 0.7)) / 5
+        x, y, heading = 10.0 * math.cos(bearing), 10.0 * math.sin(bearing), bearing + math.pi + rng.uniform(-0.4, 0.4)
+        lines.append(f'[[players]]\nname = "i{i}"\nrole = "intruder"\nmodel = "ATRV-Jr"\nx = {x}\ny = {y}')
+        lines.append(f"heading = {math.degrees(heading)}")
+        if rng.random() < 0.5:
+            lines.append(f'strategy = "{file}:{rng.choice(("Stands", "Stops", "Weaves"))}"')
+    (folder / "wild.toml").write_text("\n".join(lines))
+    return load_match(folder / "wild.toml").at_rate(0)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_every_match_ends_with_each_intruder_accounted_for_or_the_time_up(tmp_path: Path, seed: int) -> None:
+    setup = wild_match(tmp_path, seed)
+    ending, calls = played(setup, tmp_path)
+    assert ending.state.stage is Stage.GAME_OVER
+    rules = [call.rule for call in calls]
+    ends = sum(rules.count(rule) for rule in ("capture", "escape", "off_course", "slow", "collision", "missed"))
+    assert ending.failures == ()
+    assert ends == sum(player.role == "intruder" for player in setup.players) or "time_up" in rules
+    run, book = RunFolder(tmp_path / "run"), rulebook_of(setup)
+    exhibits, records = read_evidence(run.evidence), read_journal(run.journal)[1]
+    assert judge_again(book, exhibits, records).disagreements == []
+    assert unproved(prove, book, cases_of(book, exhibits, records)) == []

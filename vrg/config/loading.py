@@ -33,6 +33,8 @@ T = TypeVar("T")
 def match_path(game_or_path: str) -> Path:
     """Return the default match file of a game by the game's name, or the path itself if it is one of a match file.
 
+    A further match that a game ships is named after the game and its file, such as `pursuit-evasion-table-4-1`.
+
     Raises:
         ConfigError: there is no such file, and no such game.
     """
@@ -43,6 +45,10 @@ def match_path(game_or_path: str) -> Path:
         return path
     if game_or_path in GAMES:
         return GAMES.get(game_or_path).default_match()
+    for game in (name for name in GAMES.names() if game_or_path.startswith(f"{name}-")):
+        for file in GAMES.get(game).default_match().parent.glob("*.toml"):
+            if game_or_path == f"{game}-{file.stem}":
+                return file
     raise ConfigError([f"expected a match file (*.toml) or a game ({', '.join(GAMES.names())}), got {game_or_path!r}"])
 
 

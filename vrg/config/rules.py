@@ -3,9 +3,10 @@
 from collections.abc import Callable
 from typing import Any
 
-from vrg.config.setup import RULES, MatchSetup
+from vrg.config.setup import RULES, MatchSetup, PlayerSetup
 from vrg.coordinator.rulebook import Contestant, RuleBook
 from vrg.games import GAMES
+from vrg.hal.sensors.laser import LaserSpec
 from vrg.hal.sim.config import place_problems
 from vrg.types import Pose
 
@@ -19,14 +20,23 @@ def rulebook_of(setup: MatchSetup) -> RuleBook[Any]:
     game = GAMES.get(setup.game)
     settings = game.load_settings().model_validate(setup.rules)
     contestants = [
-        Contestant(name=p.name, role=p.role, start=p.pose, size=p.robot.size, v_max=p.robot.v_max)
+        Contestant(
+            name=p.name, role=p.role, start=p.pose, size=p.robot.size, v_max=p.robot.v_max, lasers=_lasers(setup, p)
+        )
         for p in setup.players
     ]
     make: Callable[..., RuleBook[Any]] = game.load_rules()
     book = make(settings, contestants, setup.draw(RULES))
+    book.walls = setup.obstacles
     if setup.physical:
         book.no_room = _no_room(setup)
     return book
+
+
+def _lasers(setup: MatchSetup, player: PlayerSetup) -> tuple[LaserSpec, ...]:
+    """The laser range finders of a player's robot; those of a virtual one may be left out of the match."""
+    simulated = setup.lasers or player.physical
+    return tuple(spec for spec in player.robot.sensors if isinstance(spec, LaserSpec) and simulated)
 
 
 def _no_room(setup: MatchSetup) -> Callable[[str, Pose], str | None]:

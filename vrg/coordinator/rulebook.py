@@ -14,6 +14,7 @@ from msgspec import Struct, structs
 from vrg.bus.messages import Auction, FieldObject, OfficialAction, PlayerStatus, Sighting, Stage, Zone
 from vrg.errors import ConfigError
 from vrg.geometry import circumradius
+from vrg.hal.sensors.laser import LaserSpec
 from vrg.regions import Region
 from vrg.types import Pose
 
@@ -89,7 +90,7 @@ class Contestant:
         role: its role at the start of the match, in the game's own word.
         start: its pose in the match file.
         size: the (length, width) of its body, m.
-        v_max: the top speed of its robot model, m/s.
+        v_max: the top speed of its robot model, m/s. lasers: its laser range finders that measure in this match.
     """
 
     name: str
@@ -97,6 +98,7 @@ class Contestant:
     start: Pose
     size: tuple[float, float]
     v_max: float
+    lasers: tuple[LaserSpec, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -186,6 +188,7 @@ class RuleBook(Generic[S]):
         lineup_limit: the match time in s after which virtual robots that are not on their marks are put there.
         contestants: the players, by name.
         no_room: returns the reason why no physical robot of a player can stand at a pose, or None if one can.
+        walls: the ground that the map's walls and obstacles cover, m.
     """
 
     name: str
@@ -197,6 +200,7 @@ class RuleBook(Generic[S]):
     def __init__(self, contestants: Sequence[Contestant]) -> None:
         self.contestants = {contestant.name: contestant for contestant in contestants}
         self.no_room: Callable[[str, Pose], str | None] = lambda _name, _pose: None
+        self.walls: Sequence[Region] = ()
 
     def initial(self) -> S:
         """The state before the first round."""

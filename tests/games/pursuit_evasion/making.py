@@ -1,5 +1,6 @@
 """A small match of pursuit-evasion for tests: a square area of 10 m, and fields in it."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -11,6 +12,7 @@ from vrg.coordinator.rulebook import Contestant, Disqualification, Field, Offer,
 from vrg.games.pursuit_evasion.rules import PursuitEvasion
 from vrg.games.pursuit_evasion.settings import Settings
 from vrg.games.pursuit_evasion.state import State
+from vrg.hal.sensors.laser import LaserSpec
 from vrg.types import Pose, Vector
 
 SQUARE = ((0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0))
@@ -25,6 +27,16 @@ STARTS = {
     "i2": Pose(-2.0, 7.0, 0.0),
 }
 DT = 0.1
+LASER = LaserSpec(
+    name="all", x=0.0, height=0.3, beams=361, fov=math.tau, range_max=100.0, noise=0.0, resolution=0.01, rate=10.0
+)
+
+
+class Patient(PursuitEvasion):
+    """A rule book that lets intruders stand, for tests of everything else."""
+
+    def least_way(self, name: str, seconds: float) -> float:
+        return -math.inf
 
 
 def contestants(
@@ -38,13 +50,14 @@ def contestants(
             start={**STARTS, **starts}[name],
             size=PIONEER if name[0] == "p" else ATRV_JR,
             v_max=speeds.get(name, 0.7 if name[0] == "p" else 1.0),
+            lasers=(LASER,) if name[0] == "p" else (),
         )
         for name in names
     ]
 
 
 def book(settings: Settings = SETTINGS, *, seed: int = 0, **others: Any) -> PursuitEvasion:
-    return PursuitEvasion(settings, contestants(**others), seed)
+    return Patient(settings, contestants(**others), seed)
 
 
 def field(

@@ -236,7 +236,7 @@ def test_the_border_belongs_to_the_area() -> None:
 
 def test_an_intruder_that_has_not_been_inside_does_not_escape() -> None:
     assert judged(((-2.0, 5.0), (-1.0, 5.0)), still(FAR["p0"]), entered=False) == []
-    assert judged(((-2.0, 5.0), (-2.0, 25.0)), still(FAR["p0"]), entered=False) == []
+    assert judged(((-2.0, 5.0), (-2.0, 25.0)), still(FAR["p0"]), entered=False) == ["missed"], "it counts for nobody"
 
 
 def test_an_intruder_that_comes_in_is_remembered_until_it_leaves() -> None:
@@ -244,17 +244,25 @@ def test_an_intruder_that_comes_in_is_remembered_until_it_leaves() -> None:
     coming = move(rules, crossing(rules, "i0", entered=False), {"i0": (-0.1, 5)}, {"i0": (0.1, 5)})
     assert coming.state.entered == ["i0"]
     assert [c.rule for c in coming.calls] == ["enter"]
-    gone = move(rules, coming.state, {"i0": (0.1, 5)}, {"i0": (-0.1, 5)})
-    assert [c.rule for c in gone.calls] == ["escape"], "also by the way on which it came"
+    gone = move(rules, coming.state, {"i0": (9.9, 5)}, {"i0": (10.1, 5)})
+    assert [c.rule for c in gone.calls] == ["escape"]
+
+
+def test_a_pose_that_trembles_over_the_border_where_an_intruder_comes_in_is_no_escape() -> None:
+    rules = book()
+    coming = move(rules, crossing(rules, "i0", entered=False), {"i0": (-0.1, 5)}, {"i0": (0.02, 5)})
+    back = move(rules, coming.state, {"i0": (0.02, 5)}, {"i0": (-0.03, 5)}, time=10.1)
+    assert [c.rule for c in back.calls] == []
+    assert back.state.states["i0"] == "crossing"
 
 
 def test_an_intruder_that_cuts_a_corner_within_a_tick_has_escaped() -> None:
     rules = book()
     verdict = move(rules, crossing(rules, "i0", entered=False), {"i0": (-0.1, 0.2)}, {"i0": (0.2, -0.1)})
-    assert [c.rule for c in verdict.calls] == ["enter", "escape"]
+    assert [c.rule for c in verdict.calls] == ["enter", "escape"], "its course leads to the right, below the area"
     assert (verdict.calls[1].poses[0].x, verdict.calls[1].poses[0].y) == pytest.approx((0.1, 0.0))
     near = move(rules, crossing(rules, "i0", entered=False), {"i0": (-0.2, 0.1)}, {"i0": (0.1, -0.2)})
-    assert near.calls == [], "past the corner"
+    assert [c.rule for c in near.calls] == ["missed"], "past the corner"
 
 
 def test_an_intruder_that_crosses_the_whole_area_within_a_tick_has_escaped() -> None:
@@ -330,14 +338,18 @@ def depth_in(points: np.ndarray) -> np.ndarray:
 def small_steps(
     intruder: tuple[Vector, Vector], pursuers: Mapping[str, tuple[Vector, Vector]], *, entered: bool
 ) -> tuple[str, str, float] | None:
-    """What happens, by whom, and at which fraction of the tick; None if it is so close that steps cannot tell."""
+    """What happens, by whom, and at which fraction of the tick; None if it is so close that steps cannot tell.
+
+    The intruder's course leads in the direction of +x.
+    """
     way = along(intruder)
     depth = depth_in(way)
     inside = depth >= 0.0
-    if np.abs(depth[[0, -1]]).min() < 1e-3 or abs(depth.max()) < 5e-3:
+    ahead = depth_in(way[-1] + np.linspace(0.0, 20.0, STEPS)[:, None] * (1.0, 0.0))
+    if np.abs(depth[[0, -1]]).min() < 1e-3 or min(abs(depth.max()), abs(ahead.max())) < 5e-3:
         return None
     leaves = math.inf
-    if (entered or inside.any()) and not inside[-1]:
+    if (entered or inside.any()) and ahead.max() < 0.0:
         leaves = (np.flatnonzero(inside)[-1] if inside.any() else 0) / STEPS
     first = {}
     for name, other in pursuers.items():
@@ -864,5 +876,5 @@ def test_who_tells_of_more_robots_at_once_than_a_scan_can_show_is_not_believed()
     state, place = crossing(rules, "i0"), {"i0": (5.0, 5.0)}
     grid = [("p0", sighting(0.5 + x, 0.5 + y, 9.9)) for x in range(10) for y in range(10)]
     assert move(rules, state, place, place, seen=grid).state.detections("i0") == 0
-    few = [("p0", sighting(5.0, 5.0, 9.9)), *grid[:7]]
+    few = [("p0", sighting(5.0, 5.0, 9.9))] * 8
     assert move(rules, state, place, place, seen=few).state.detections("i0") == 1

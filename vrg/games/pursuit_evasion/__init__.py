@@ -8,8 +8,8 @@ PURSUERS, INTRUDERS = "pursuers", "intruders"
 """The names of the teams."""
 WATCHING, DISPATCHED, RETURNING = "watching", "dispatched", "returning"
 """The states of a pursuer."""
-WAITING, CROSSING, CAPTURED, ESCAPED = "waiting", "crossing", "captured", "escaped"
-"""The states of an intruder."""
+WAITING, CROSSING, CAPTURED, ESCAPED, OUT = "waiting", "crossing", "captured", "escaped", "out"
+"""The states of an intruder. Who is out counts for nobody."""
 SIGHTINGS_AT_ONCE = 8
 """The number of sightings that one pursuer may tell the referee in a tick. If it tells more, none of them counts."""
 AREA = "area"
@@ -29,10 +29,13 @@ GAME = Game(
         Role(INTRUDER, INTRUDERS, VERMILLION, Marker.TRIANGLE, strategy=f"{_FOLDER}.intruder:Intruder"),
     ),
     score_words={PURSUERS: "intruders captured", INTRUDERS: "intruders escaped"},
-    out_of_play=frozenset({CAPTURED, ESCAPED}),
+    out_of_play=frozenset({CAPTURED, ESCAPED, OUT}),
     moments={
         "capture": Moment("X", "captured", others="by"),
         "escape": Moment("s", "escaped"),
+        "off_course": Moment("P", "off its course"),
+        "slow": Moment("v", "too slow"),
+        "collision": Moment("D", "out", others="touches"),
         "dispatch": Moment("*", "dispatched", others="to", thought=True),
     },
     rule_texts={
@@ -46,6 +49,11 @@ GAME = Game(
         "lost": RuleText("An intruder that its pursuer cannot meet any more is auctioned again.", "thesis 4.2"),
         "capture": RuleText("A pursuer closer than the capture distance to an intruder captures it.", "thesis 4.2"),
         "escape": RuleText("An intruder that was inside the area and leaves it has escaped.", "thesis 4.2"),
+        "off_course": RuleText("An intruder that leaves its straight course counts as captured.", "thesis 4.2.3"),
+        "slow": RuleText("An intruder that does not keep its speed counts as captured.", "thesis 4.2.3"),
+        "collision": RuleText("An intruder in play that touches another robot is out and counts for nobody."),
+        "missed": RuleText("An intruder that passes by the area is out and counts for nobody."),
+        "false_alarm": RuleText("Who tells of a place where nobody was is not listened to for a while."),
         "time_up": RuleText("The game ends when its time is up.", "thesis 4.2"),
         "all_done": RuleText("The game ends when every intruder is captured or has escaped.", "thesis 4.2"),
         "game_over": RuleText("The team with more points wins.", "thesis 4.2"),

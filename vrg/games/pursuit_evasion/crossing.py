@@ -4,40 +4,24 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from vrg.bus.messages import Sighting
 from vrg.coordinator.rulebook import Field
 from vrg.geometry import interpolate
 from vrg.regions import Region
 from vrg.segments import in_disc
-from vrg.types import Pose, Vector
+from vrg.types import Pose
+
+COURSE_REACH = 0.5
+"""The distance in m from the line of its course within which the centre of an intruder stays."""
 
 
-@dataclass(frozen=True)
-class Course:
-    """The position (m) and the velocity (m/s) of an intruder at one instant."""
-
-    position: Vector
-    velocity: Vector
-
-    def distance(self, sighting: Sighting, now: float) -> float:
-        """The distance of a sighting from where the intruder was at its time, m.
-
-        Args:
-            now: the match time of the position, s.
-        """
-        age = now - sighting.time
-        x, y = self.position[0] - self.velocity[0] * age, self.position[1] - self.velocity[1] * age
-        return math.hypot(sighting.x - x, sighting.y - y)
+def across(course: Pose, pose: Pose) -> float:
+    """The distance of a body's centre to the left of a course, m."""
+    return (pose.y - course.y) * math.cos(course.theta) - (pose.x - course.x) * math.sin(course.theta)
 
 
-def course_of(name: str, before: Field, now: Field) -> Course | None:
-    """How an intruder moves; None if it is not in the world."""
-    if name not in now.poses:
-        return None
-    b = now.poses[name]
-    a, dt = before.poses.get(name, b), now.time - before.time
-    velocity = ((b.x - a.x) / dt, (b.y - a.y) / dt) if dt > 0 else (0.0, 0.0)
-    return Course((b.x, b.y), velocity)
+def along(course: Pose, pose: Pose) -> float:
+    """How far a body's centre has come along a course, m."""
+    return (pose.x - course.x) * math.cos(course.theta) + (pose.y - course.y) * math.sin(course.theta)
 
 
 @dataclass(frozen=True)
@@ -54,7 +38,8 @@ class Ends:
     """What happened to an intruder between two instants.
 
     Args:
-        inside: it was inside the area. captured: its capture, or None. left: its pose where it left the area, or None.
+        inside: it was inside the area. captured: its capture, or None.
+        left: its pose where it left the area, or where it is if it has passed by; else None.
     """
 
     inside: bool = False
@@ -63,14 +48,22 @@ class Ends:
 
 
 def ends_of(
-    name: str, pursuers: Sequence[str], before: Field, now: Field, area: Region, reach: float, *, entered: bool
+    name: str,
+    pursuers: Sequence[str],
+    before: Field,
+    now: Field,
+    area: Region,
+    reach: float,
+    *,
+    course: float,
+    entered: bool,
 ) -> Ends:
     """Judge the way of an intruder between two instants. All are taken to move straight and evenly.
 
     Args:
         pursuers: the pursuers that may capture it, in the order in which they win ties.
         reach: the distance of two centres in m below which the intruder is captured.
-        entered: it has been inside the area before.
+        course: the direction in which it drives, rad. entered: it has been inside the area before.
     """
     if name not in now.poses:
         return Ends()
@@ -80,8 +73,11 @@ def ends_of(
     stretch = area.inside(start, end)
     inside = stretch is not None
     leaves = None
-    if (entered or inside) and not area.contains(*end):
-        leaves = 0.0 if stretch is None else stretch[1]
+    # A measured pose may tremble over the border, so who is outside has left only if it does not drive inwards.
+    far = sum(math.dist(end, corner) for corner in area.outline())
+    ahead = (b.x + far * math.cos(course), b.y + far * math.sin(course))
+    if not area.contains(*end) and area.inside(end, ahead) is None:
+        leaves = 1.0 if not (entered or inside) else 0.0 if stretch is None else stretch[1]
     captures = {p: at for p in pursuers if (at := _capture(p, a, b, before, now, reach)) is not None}
     first = min(captures, key=lambda p: captures[p], default=None)
     if first is not None and (leaves is None or captures[first] <= leaves):

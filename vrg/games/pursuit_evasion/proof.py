@@ -4,7 +4,12 @@ import math
 from collections.abc import Sequence
 
 from vrg.coordinator.proof import Case, Measure, Relation, outside
-from vrg.games.pursuit_evasion.rules import PursuitEvasion
+from vrg.games.pursuit_evasion.crossing import COURSE_REACH
+from vrg.games.pursuit_evasion.rules import CONTACT, PursuitEvasion
+from vrg.games.pursuit_evasion.seeing import SIGHTING_REACH
+from vrg.games.pursuit_evasion.state import KEPT
+from vrg.geometry import nearest_points, outline_distance
+from vrg.types import Pose, Vector
 
 
 def prove(book: PursuitEvasion, case: Case) -> Sequence[Measure]:
@@ -20,6 +25,30 @@ def prove(book: PursuitEvasion, case: Case) -> Sequence[Measure]:
         case "escape":
             name = call.players[0]
             found = [outside(f"distance of {name}'s centre outside the area", book.area, case.now.poses[name])]
+        case "missed":
+            name = call.players[0]
+            found = [outside(f"distance of {name}'s centre outside the area", book.area, call.poses[0])]
+        case "off_course":
+            name, place = call.players[0], (call.poses[0].x, call.poses[0].y)
+            ends = _foot(case.state.courses[name].pose, place), place
+            what = f"distance of {name} from its course"
+            found = [Measure(what, math.dist(*ends), Relation.MORE_THAN, COURSE_REACH, ends=ends)]
+        case "slow":
+            name, place = call.players[0], (call.poses[0].x, call.poses[0].y)
+            past = next(look for look in case.state.looks if look.time >= case.now.time - KEPT - 1e-6)
+            line, then = case.state.courses[name].pose, (past.poses[name].x, past.poses[name].y)
+            (x, y), (x0, y0) = _foot(line, place), _foot(line, then)
+            way = (x - x0) * math.cos(line.theta) + (y - y0) * math.sin(line.theta)
+            least = book.least_way(name, case.now.time - past.time)
+            what = f"way of {name} along its course in the last second"
+            found = [Measure(what, way, Relation.AT_MOST, least, ends=(then, place))]
+        case "collision":
+            name, other = call.players
+            bodies = call.poses[0], case.now.poses[other], book.contestants[name].size, book.contestants[other].size
+            what, gap = f"distance between the outlines of {name} and {other}", outline_distance(*bodies)
+            found = [Measure(what, gap, Relation.AT_MOST, CONTACT, ends=nearest_points(*bodies))]
+        case "false_alarm":
+            found = [_false_alarm(case)]
         case "launch":
             name = call.players[0]
             found = [Measure("time of play", call.clock, Relation.AT_LEAST, book.launches[name], "s")]
@@ -28,3 +57,23 @@ def prove(book: PursuitEvasion, case: Case) -> Sequence[Measure]:
         case _:
             found = []
     return found
+
+
+def _foot(line: Pose, place: Vector) -> Vector:
+    """The point of a line that is nearest to a place, m."""
+    c, s = math.cos(line.theta), math.sin(line.theta)
+    way = (place[0] - line.x) * c + (place[1] - line.y) * s
+    return line.x + way * c, line.y + way * s
+
+
+def _false_alarm(case: Case) -> Measure:
+    """The largest distance of what the pursuer told from whoever was nearest to it at that time."""
+    who, gaps = case.call.players[0], []
+    looks = [*((look.time, look.poses) for look in case.state.looks), (case.now.time, case.now.poses)]
+    for sighting in (each for name, each in case.now.sightings if name == who):
+        poses = min(looks, key=lambda look: abs(look[0] - sighting.time))[1]
+        there, here = (sighting.x, sighting.y), [(p.x, p.y) for name, p in poses.items() if name != who]
+        gaps.append(min((math.dist(there, place), there, place) for place in here))
+    gap, there, place = max(gaps)
+    what = f"distance of what {who} told from the nearest robot then"
+    return Measure(what, gap, Relation.MORE_THAN, SIGHTING_REACH, ends=(there, place))

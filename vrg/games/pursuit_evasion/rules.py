@@ -3,19 +3,19 @@
 Intruders cross a convex area that pursuers guard. Pursuers stand at their posts and watch. When an intruder has been
 seen twice, the referee auctions it, and the pursuer with the lowest bid is dispatched. Pursuers score a capture, and
 intruders an escape. Then the players are reset: the intruder is put back to where it started, if its robot is a virtual
-one, and the pursuer drives back to its post. No player is told the true pose of an intruder in play, nor that of a
-pursuer, except in the calls that it is dispatched and that it captures somebody.
+one, and the pursuer drives back to its post. Who guesses what it has not seen is not listened to for a while, and an
+intruder that does not drive straight on at its top speed counts as captured. No player is told the true pose of an
+intruder in play, nor that of a pursuer, except in the calls that it is dispatched and that it captures somebody.
 """
 
 import math
-from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
 from msgspec import structs
 
-from vrg.bus.messages import PlayerStatus, Stage, Zone
-from vrg.coordinator.rulebook import Call, Contestant, Field, RuleBook, Verdict, on_marks
+from vrg.bus.messages import PlayerStatus, Sighting, Stage, Zone
+from vrg.coordinator.rulebook import MARK_REACH, Call, Contestant, Field, RuleBook, Verdict, away, on_marks
 from vrg.errors import ConfigError
 from vrg.games.pursuit_evasion import (
     AREA,
@@ -25,6 +25,7 @@ from vrg.games.pursuit_evasion import (
     GAME,
     INTRUDER,
     INTRUDERS,
+    OUT,
     PURSUER,
     PURSUERS,
     RETURNING,
@@ -33,18 +34,25 @@ from vrg.games.pursuit_evasion import (
     WATCHING,
 )
 from vrg.games.pursuit_evasion.checks import problems_of
-from vrg.games.pursuit_evasion.crossing import course_of, ends_of
+from vrg.games.pursuit_evasion.crossing import COURSE_REACH, across, along, ends_of
 from vrg.games.pursuit_evasion.dispatching import DETECTIONS, dispatch, reset
+from vrg.games.pursuit_evasion.seeing import SIGHTING_REACH, can_see, nearest
 from vrg.games.pursuit_evasion.settings import Settings
-from vrg.games.pursuit_evasion.state import State
-from vrg.geometry import circumradius, wrap
+from vrg.games.pursuit_evasion.state import KEPT, State
+from vrg.geometry import circumradius, outline_distance, wrap
 
 HEADING_REACH = math.radians(10)
 """The angle in rad to its course within which an intruder is lined up."""
-SIGHTING_REACH = 0.7
-"""The distance in m between a sighting and the centre of the intruder that it is of, at most."""
-OLDEST_SIGHTING = 2.0
-"""The age in s of the oldest sighting that counts."""
+SILENCE = 5.0
+"""The time in s for which nothing counts that a pursuer tells, after it has told of a place where nobody was."""
+START = 2.0
+"""The time in s that an intruder has to get up its speed."""
+PACE = 0.8
+"""The share of its top speed at which an intruder comes forward at least."""
+CONTACT = 0.05
+"""The distance in m between two outlines up to which two robots touch."""
+AGAIN = 5.0
+"""The time in s after which a robot that is out of play, and for which there was no room at its start, is put there."""
 
 
 class PursuitEvasion(RuleBook[State]):
@@ -105,14 +113,20 @@ class PursuitEvasion(RuleBook[State]):
     def judge(self, state: State, before: Field, now: Field, clock: float) -> Verdict[State]:
         """Judge the whole way between two instants: who starts, is seen, captured or escapes, and who is dispatched."""
         calls: list[Call] = []
-        state = self._launched(state, clock, calls)
-        state = self._detected(state, before, now, clock)
+        was = state.states
+        state = self._launched(state, clock, calls).looked(before, now, clock)
+        state = self._detected(state, now, clock, calls)
         state = self._ended(state, before, now, calls)
+        state = self._collided(state, now, calls)
+        state = self._strayed(state, now, clock, calls)
         state = dispatch(state, self.pursuers, now, clock, self.settings, calls)
         back = on_marks(self.posts, now) - now.moving
         state = state.with_state([n for n in state.in_state(RETURNING) if n in back], WATCHING)
-        done = [call.players[0] for call in calls if call.rule in ("capture", "escape")]
-        place = {name: self.contestants[name].start for name in done}
+        done = state.in_state(CAPTURED, ESCAPED, OUT)
+        if int(clock / AGAIN) == int((clock - max(0.0, now.time - before.time)) / AGAIN):
+            done = [name for name in done if was[name] != state.states[name]]
+        starts = {name: self.contestants[name].start for name in done if name in now.poses}
+        place = {name: start for name, start in starts.items() if away(now.poses[name], start) > MARK_REACH}
         left = state.in_state(WAITING, CROSSING)
         if left and clock < self.settings.time - 1e-9:
             return Verdict(state, calls, place=place)
@@ -127,29 +141,39 @@ class PursuitEvasion(RuleBook[State]):
         calls += [Call(rule="launch", text=f"{name} starts", players=(name,)) for name in due]
         return state.with_state(due, CROSSING)
 
-    def _detected(self, state: State, before: Field, now: Field, clock: float) -> State:
-        """Count the sightings that are of an intruder in play. Others, such as of a wall, are not."""
-        courses = {name: course for name in state.crossing() if (course := course_of(name, before, now)) is not None}
-        told = Counter(who for who, _ in now.sightings)
+    def _detected(self, state: State, now: Field, clock: float, calls: list[Call]) -> State:
+        """Count the sightings of intruders in play that a pursuer's own laser can have made.
+
+        A sighting of any other robot is neither counted nor a false alarm.
+        """
+        told: dict[str, list[Sighting]] = {}
         for who, sighting in now.sightings:
+            told.setdefault(who, []).append(sighting)
+        for who in (name for name in self.pursuers if name in told and name not in state.disqualified):
             # Who tells of too many at once is guessing: a scan shows a few robots at most.
-            if who not in self.posts or who in state.disqualified or told[who] > SIGHTINGS_AT_ONCE:
+            if len(told[who]) > SIGHTINGS_AT_ONCE:
                 continue
-            if not -0.2 <= now.time - sighting.time <= OLDEST_SIGHTING:
-                continue
-            away = {name: course.distance(sighting, now.time) for name, course in courses.items()}
-            nearest = min(away, key=lambda name: (away[name], name), default=None)
-            if nearest is not None and away[nearest] <= SIGHTING_REACH:
-                state = state.with_sighting(nearest, sighting, clock)
+            silenced = state.silenced.get(who, 0.0) > clock
+            timely = [(each, poses) for each in told[who] if (poses := state.poses_at(each.time)) is not None]
+            if any(nearest(each, set(poses) - {who}, poses)[0] > SIGHTING_REACH for each, poses in timely):
+                state = structs.replace(state, silenced={**state.silenced, who: clock + SILENCE})
+                if not silenced:
+                    text = f"{who} tells of a place where nobody was: for {SILENCE:g} s nothing that it tells counts"
+                    calls.append(Call(rule="false_alarm", text=text, players=(who,)))
+            elif not silenced:
+                for each, poses in timely:
+                    gap, whom = nearest(each, state.crossing(), poses)
+                    if gap <= SIGHTING_REACH and can_see(who, whom, poses, self.contestants, self.walls):
+                        state = state.with_sighting(whom, each, clock)
         return state
 
     def _ended(self, state: State, before: Field, now: Field, calls: list[Call]) -> State:
         """Captures and escapes, each at its instant. At the same instant a capture comes first."""
         there = [name for name in self.pursuers if name not in state.disqualified]
-        for name in state.crossing():
-            ends = ends_of(
-                name, there, before, now, self.area, self.settings.capture_distance, entered=name in state.entered
-            )
+        reach = self.settings.capture_distance
+        for name, course in state.courses.items():
+            entered, theta = name in state.entered, course.pose.theta
+            ends = ends_of(name, there, before, now, self.area, reach, course=theta, entered=entered)
             if ends.inside and name not in state.entered:
                 state = structs.replace(state, entered=sorted([*state.entered, name]))
                 calls.append(Call(rule="enter", text=f"{name} is in the area", players=(name,)))
@@ -159,6 +183,10 @@ class PursuitEvasion(RuleBook[State]):
                 players, poses = (name, by.pursuer), (by.intruder_pose, by.pursuer_pose)
                 calls.append(Call(rule="capture", text=text, players=players, poses=poses))
                 state = state.with_state([name], CAPTURED).with_points(PURSUERS, state.points[PURSUERS] + 1)
+            elif ends.left is not None and name not in state.entered:
+                text = f"{name} passes by the area and is out"
+                calls.append(Call(rule="missed", text=text, players=(name,), poses=(ends.left,)))
+                state = state.with_state([name], OUT)
             elif ends.left is not None:
                 after = f"{'two or more' if state.detections(name) >= DETECTIONS else 'fewer than two'} detections"
                 text = f"{name} escapes after {after}"
@@ -168,6 +196,41 @@ class PursuitEvasion(RuleBook[State]):
                 continue
             state = reset(state, name)
         return state
+
+    def _collided(self, state: State, now: Field, calls: list[Call]) -> State:
+        """Who touches another robot is out. Two that touch each other are both out."""
+        for name in (name for name in state.crossing() if name in now.poses):
+            pose, size = now.poses[name], self.contestants[name].size
+            others = {n: p for n, p in now.poses.items() if n != name and n in self.contestants}
+            gaps = {n: outline_distance(pose, p, size, self.contestants[n].size) for n, p in others.items()}
+            other = min(gaps, key=lambda n: (gaps[n], n), default=name)
+            if other != name and gaps[other] <= CONTACT:
+                text = f"{name} touches {other} and is out"
+                calls.append(Call(rule="collision", text=text, players=(name, other), poses=(pose,)))
+                state = reset(state.with_state([name], OUT), name)
+        return state
+
+    def _strayed(self, state: State, now: Field, clock: float, calls: list[Call]) -> State:
+        """An intruder that does not drive straight on at its top speed counts as captured."""
+        past = state.looks[0]
+        for name in (name for name in state.crossing() if name in now.poses):
+            course, pose = state.courses[name], now.poses[name]
+            rule, text = "", ""
+            if abs(across(course.pose, pose)) > COURSE_REACH:
+                rule, text = "off_course", f"{name} has left its course"
+            elif name in past.poses and clock >= course.since + START + KEPT - 1e-6:
+                way = along(course.pose, pose) - along(course.pose, past.poses[name])
+                if way < self.least_way(name, now.time - past.time):
+                    rule, text = "slow", f"{name} does not keep its speed"
+            if rule:
+                calls.append(Call(rule=rule, text=f"{text}: it counts as captured", players=(name,), poses=(pose,)))
+                state = state.with_state([name], CAPTURED).with_points(PURSUERS, state.points[PURSUERS] + 1)
+                state = reset(state, name)
+        return state
+
+    def least_way(self, name: str, seconds: float) -> float:
+        """How far an intruder in play has to come forward at least in a time, m."""
+        return PACE * self.speed_limits()[name] * seconds
 
     def team_of(self, name: str) -> str:
         """The team of a player."""
@@ -212,7 +275,7 @@ class PursuitEvasion(RuleBook[State]):
 
     def states_of(self, name: str) -> Sequence[str]:
         """The states into which an official may put an intruder. Those of pursuers follow from theirs."""
-        return (WAITING, CROSSING, CAPTURED, ESCAPED) if name in self.launches else ()
+        return (WAITING, CROSSING, CAPTURED, ESCAPED, OUT) if name in self.launches else ()
 
     def put_into(self, state: State, name: str, value: str) -> State:
         """The state after an official has put an intruder into another one."""

@@ -2,11 +2,13 @@
 
 from typing import TypeVar
 
-from msgspec import field, structs
+from msgspec import Struct, field, structs
 
 from vrg.bus.messages import Sighting
-from vrg.coordinator.rulebook import GameState
+from vrg.coordinator.rulebook import Field, GameState
 from vrg.games.pursuit_evasion import CROSSING
+from vrg.games.pursuit_evasion.crossing import COURSE_REACH, across
+from vrg.types import Pose
 
 V = TypeVar("V")
 
@@ -14,6 +16,24 @@ EVIDENCE = 8
 """The number of sightings of an intruder that are published."""
 APART = 0.3
 """The time in s between two sightings that are published."""
+KEPT = 1.0
+"""The time in s for which the referee remembers where everybody was."""
+NEAR = 0.2
+"""The time in s between a sighting and the look at the field by which it is judged, at most."""
+
+
+class Look(Struct, frozen=True, array_like=True):
+    """Where everybody was when the referee looked at the field: the match time, s, and the poses by player."""
+
+    time: float
+    poses: dict[str, Pose]
+
+
+class Course(Struct, frozen=True, array_like=True):
+    """The line along which an intruder is to drive: a pose on it, and the time of play since which it may drive, s."""
+
+    pose: Pose
+    since: float
 
 
 class State(GameState, frozen=True, kw_only=True):
@@ -24,6 +44,8 @@ class State(GameState, frozen=True, kw_only=True):
         detected: the first two times at which each intruder was seen, as they were told, match time, s.
         seen: the time of play at which an intruder was last seen, s.
         evidence: sightings of each intruder, oldest first.
+        looks: those of the last KEPT seconds of play, oldest first. courses: those of the intruders in play.
+        silenced: the time of play until which nothing counts that a pursuer tells, s.
         dispatched: the pursuer that was sent to each intruder, and when (time of play, s).
     """
 
@@ -32,6 +54,9 @@ class State(GameState, frozen=True, kw_only=True):
     seen: dict[str, float] = field(default_factory=dict)
     evidence: dict[str, list[Sighting]] = field(default_factory=dict)
     dispatched: dict[str, tuple[str, float]] = field(default_factory=dict)
+    looks: list[Look] = field(default_factory=list)
+    courses: dict[str, Course] = field(default_factory=dict)
+    silenced: dict[str, float] = field(default_factory=dict)
 
     def crossing(self) -> list[str]:
         """The intruders in play, by name."""
@@ -40,6 +65,31 @@ class State(GameState, frozen=True, kw_only=True):
     def detections(self, intruder: str) -> int:
         """The number of times at which an intruder was seen, at most 2."""
         return len(self.detected.get(intruder, []))
+
+    def looked(self, before: Field, now: Field, clock: float) -> "State":
+        """The same after a look at the field: the look is remembered, and every intruder in play has a course.
+
+        An intruder's course begins where it stands when it comes into play, and anew where it is put. After a pause it
+        gets up its speed again, and nobody remembers the looks before.
+        """
+        paused = before.time >= now.time
+        looks = [] if paused else [look for look in self.looks if look.time >= now.time - KEPT - 1e-6]
+        last = looks[-1].poses if looks else before.poses
+        courses = {}
+        for name in (name for name in self.crossing() if name in now.poses):
+            pose, course = now.poses[name], self.courses.get(name)
+            if course is None or last.get(name) != before.poses.get(name):
+                course = Course(pose, clock)
+            elif paused:
+                carried = abs(across(course.pose, pose)) > COURSE_REACH
+                course = Course(pose if carried else course.pose, clock)
+            courses[name] = course
+        return structs.replace(self, looks=[*looks, Look(now.time, dict(now.poses))], courses=courses)
+
+    def poses_at(self, time: float) -> dict[str, Pose] | None:
+        """Where everybody was at a match time, s, by the look that is nearest to it; None if there is none near."""
+        look = min(self.looks, key=lambda look: abs(look.time - time), default=None)
+        return None if look is None or abs(look.time - time) > NEAR + 1e-6 else look.poses
 
     def with_sighting(self, intruder: str, sighting: Sighting, clock: float) -> "State":
         """The same after an intruder was seen. Sightings at the same instant are one detection.
@@ -67,6 +117,7 @@ class State(GameState, frozen=True, kw_only=True):
         return structs.replace(
             self,
             entered=[name for name in self.entered if name != intruder],
+            courses=_without(self.courses, intruder),
             detected=_without(self.detected, intruder),
             seen=_without(self.seen, intruder),
             evidence=_without(self.evidence, intruder),

@@ -1,0 +1,48 @@
+"""What a pursuer can have seen: pure functions of where everybody was at the time of the measurement."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+
+from vrg.bus.messages import Sighting
+from vrg.coordinator.rulebook import Contestant
+from vrg.geometry import compose, corners, wrap
+from vrg.regions import Polygon, Region
+from vrg.types import Pose
+
+SIGHTING_REACH = 0.7
+"""The distance in m between a sighting and the centre of the robot that it is of, at most."""
+
+
+def nearest(sighting: Sighting, names: Iterable[str], poses: Mapping[str, Pose]) -> tuple[float, str]:
+    """The distance in m to the nearest of these players, and its name; infinite if none of them is in the world."""
+    there = [(math.hypot(sighting.x - poses[n].x, sighting.y - poses[n].y), n) for n in names if n in poses]
+    return min(there, default=(math.inf, ""))
+
+
+def can_see(
+    who: str, whom: str, poses: Mapping[str, Pose], contestants: Mapping[str, Contestant], walls: Sequence[Region]
+) -> bool:
+    """Whether a laser of one player can meet another one.
+
+    It can if the centre of the other's body or one of its corners is within the laser's range and field of view, and
+    the straight line to it goes through no wall and no third robot.
+    """
+    if who not in poses:
+        return False
+    bodies = [
+        Polygon(tuple(corners(pose, *contestants[name].size)))
+        for name, pose in poses.items()
+        if name in contestants and name not in (who, whom)
+    ]
+    there = poses[whom]
+    for laser in contestants[who].lasers:
+        eye = compose(poses[who], Pose(laser.x, 0.0, 0.0))
+        for x, y in ((there.x, there.y), *corners(there, *contestants[whom].size)):
+            off = wrap(math.atan2(y - eye.y, x - eye.x) - eye.theta)
+            if (
+                math.hypot(x - eye.x, y - eye.y) <= laser.range_max
+                and abs(off) <= laser.fov / 2 + 1e-9
+                and all(region.inside((eye.x, eye.y), (x, y)) is None for region in (*walls, *bodies))
+            ):
+                return True
+    return False
