@@ -64,6 +64,13 @@ def line_up(
     return dict(zip(order, free, strict=False))
 
 
+def in_order(players: Mapping[str, Pose], zone: Rectangle, field: Rectangle, extent: Extent) -> dict[str, Pose]:
+    """Marks across an end zone for players in their order across the field; arguments as for `line_up`."""
+    along_y = _along_y(zone, field)
+    order = sorted(players, key=lambda n: (players[n].x if along_y else players[n].y, n))
+    return dict(zip(order, _rows(len(order), zone, field, extent), strict=True))
+
+
 def crowded(players: int, zone: Rectangle, field: Rectangle, extent: Extent) -> bool:
     """Whether so many players, or fewer, do not all have a mark in an end zone at which they touch nobody."""
     return any(_collide(_rows(count, zone, field, extent), extent) for count in range(2, players + 1))
