@@ -11,7 +11,8 @@ from vrg.navigation.avoidance import Body, Crowd, Obstacle, steer
 from vrg.regions import Rectangle
 
 FIELD = Rectangle(0, 0, 10, 20)
-SAFE = Rectangle(0, 0, 10, 3)
+SAFE, START = Rectangle(0, 0, 10, 3), Rectangle(0, 17, 10, 20)
+GOAL = (5.0, 1.5)
 inside = st.tuples(st.floats(0.7, 9.3), st.floats(4, 19.3))
 
 
@@ -19,17 +20,18 @@ inside = st.tuples(st.floats(0.7, 9.3), st.floats(4, 19.3))
 def test_the_field_never_holds_a_minnow_back_from_the_safe_zone(
     position: tuple[float, float], sharks: list[tuple[float, float]]
 ) -> None:
-    u = descent(position, SAFE, sharks)
-    assert u[1] <= -(1 - SHARK_WEIGHT) + 1e-9
+    u = descent(position, GOAL, sharks)
+    way = GOAL[0] - position[0], GOAL[1] - position[1]
+    assert u[0] * way[0] + u[1] * way[1] >= (1 - SHARK_WEIGHT - 1e-9) * math.hypot(*way)
 
 
 def test_without_sharks_the_field_points_straight_home() -> None:
-    assert descent((5, 10), SAFE, []) == pytest.approx((0, -1))
+    assert descent((5, 10), GOAL, []) == pytest.approx((0, -1))
 
 
 def test_the_field_bends_away_from_the_sharks_barycentre() -> None:
-    assert descent((5, 10), SAFE, [(7, 10), (9, 10)])[0] < 0
-    assert descent((5, 10), SAFE, [(7, 10), (3, 10)]) == pytest.approx((0, -1)), "sharks on both sides cancel"
+    assert descent((5, 10), GOAL, [(7, 10), (9, 10)])[0] < 0
+    assert descent((5, 10), GOAL, [(7, 10), (3, 10)]) == pytest.approx((0, -1)), "sharks on both sides cancel"
 
 
 @given(inside, inside)
@@ -38,8 +40,9 @@ def test_evasion_increases_the_distance_to_the_shark_away_from_borders(
 ) -> None:
     bounds = FIELD.shrunk(0.7)
     assume(bounds.shrunk(0.6).contains(*position))
+    assume(position[1] < START.y_min - 0.5)
     assume(math.dist(position, shark) > 0.1)
-    u = evade(position, shark, SAFE, bounds)
+    u = evade(position, shark, SAFE, bounds, START)
     away = position[0] - shark[0], position[1] - shark[1]
     assert u[0] * away[0] + u[1] * away[1] == pytest.approx(math.hypot(*away))
 
@@ -48,14 +51,20 @@ def test_evasion_increases_the_distance_to_the_shark_away_from_borders(
 def test_evasion_stays_in_bounds(position: tuple[float, float], shark: tuple[float, float]) -> None:
     bounds = FIELD.shrunk(0.7)
     assume(math.dist(position, shark) > 0.1)
-    u = evade(position, shark, SAFE, bounds)
+    u = evade(position, shark, SAFE, bounds, START)
     assert FIELD.contains(position[0] + 0.5 * u[0], position[1] + 0.5 * u[1])
     assert math.hypot(*u) == pytest.approx(1.0)
 
 
+@given(st.floats(0.7, 9.3), st.floats(0.5, 2.0))
+def test_no_minnow_flees_into_the_zone_it_starts_in(x: float, between: float) -> None:
+    u = evade((x, 16.9), (x, 16.9 - between), SAFE, FIELD.shrunk(0.7), START)
+    assert u[1] == pytest.approx(0.0), "past the shark"
+
+
 def test_in_a_corner_a_minnow_slips_past_on_the_side_with_room() -> None:
     bounds = FIELD.shrunk(0.7)
-    u = evade((9.3, 19.3), (8.0, 18.0), SAFE, bounds)
+    u = evade((9.3, 19.3), (8.0, 18.0), SAFE, bounds, START)
     end = bounds.nearest(9.3 + u[0], 19.3 + u[1])
     assert math.dist(end, (9.3, 19.3)) > 0.5
 

@@ -2,25 +2,23 @@
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
 
 from vrg.navigation.control import scaled
 from vrg.regions import Region
 from vrg.types import Vector
 
-SHARK_WEIGHT = 0.6
+SHARK_WEIGHT = 0.45
 """The push away from the sharks' barycentre, relative to the pull of the safe zone. It is below 1, so that a minnow
-never stands still or turns back because of sharks that are far away."""
+never stands still or turns back because of sharks that are far away, nor leaves its lane for that along the border."""
 
 
-def descent(position: Vector, safe: Region, sharks: Sequence[Vector]) -> Vector:
+def descent(position: Vector, goal: Vector, sharks: Sequence[Vector]) -> Vector:
     """The descent direction -grad F of the potential F. Its length is no speed.
 
-    F grows linearly with the distance from the safe zone, and falls linearly with the distance from the barycentre of
-    the sharks. So each of the two parts of the gradient has a constant length: 1 and SHARK_WEIGHT.
+    F grows linearly with the distance from the goal, a place in the safe zone, and falls linearly with that from the
+    barycentre of the sharks. So each of the two parts of the gradient has a constant length: 1 and SHARK_WEIGHT.
     """
-    target = _core(safe).nearest(*position)
-    ux, uy = scaled((target[0] - position[0], target[1] - position[1]), 1.0)
+    ux, uy = scaled((goal[0] - position[0], goal[1] - position[1]), 1.0)
     if sharks:
         bx = sum(s[0] for s in sharks) / len(sharks)
         by = sum(s[1] for s in sharks) / len(sharks)
@@ -29,27 +27,20 @@ def descent(position: Vector, safe: Region, sharks: Sequence[Vector]) -> Vector:
     return ux, uy
 
 
-@lru_cache(maxsize=16)
-def _core(safe: Region) -> Region:
-    """What of the safe zone is not near its border."""
-    return safe.shrunk(0.5)
+def evade(position: Vector, shark: Vector, safe: Region, bounds: Region, start: Region) -> Vector:
+    """The unit vector that leads directly away from one shark, or past it if away is out of bounds or at the start.
 
-
-def evade(position: Vector, shark: Vector, safe: Region, bounds: Region) -> Vector:
-    """The unit vector that leads directly away from one shark, or along the border if away is out of bounds.
-
-    Along a border it leads to the side that has more room and is more towards the safe zone.
+    Past the shark it leads on the side that has more room and is more towards the safe zone.
 
     Args:
-        bounds: where the body's centre may be.
+        bounds: where the body's centre may be. start: the zone where minnows start, into which none flees.
     """
     away = scaled((position[0] - shark[0], position[1] - shark[1]), 1.0)
     step = 0.5
     x, y = bounds.nearest(position[0] + step * away[0], position[1] + step * away[1])
     moved = x - position[0], y - position[1]
-    if math.hypot(*moved) > step / 2:
+    if math.hypot(*moved) > step / 2 and not start.contains(x, y):
         return scaled(moved, 1.0)
-    # In a corner or at a border, the minnow passes the shark on the side with more room.
     target = safe.nearest(*position)
     goal = scaled((target[0] - position[0], target[1] - position[1]), 1.0)
     left, right = (-away[1], away[0]), (away[1], -away[0])

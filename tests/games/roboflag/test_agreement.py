@@ -116,9 +116,10 @@ class Game:
     def play(self) -> None:
         """Play the game to its end."""
         for _ in range(3):
-            outcome = self._step(self.starts)
+            marks = {name: (mark.x, mark.y) for name, mark in self.match.game.marks.items()}
+            outcome = self._step(marks)
             assert outcome.stages == [Stage.PLAY_ROUND], self.match.waiting
-            self.places = self.slow.before = dict(self.starts)
+            self.places = self.slow.before = marks
             while self.match.stage is Stage.PLAY_ROUND:
                 self._play()
             assert self.match.stage is Stage.ROUND_OVER

@@ -57,6 +57,13 @@ def test_an_official_lets_a_tagged_player_play_on_and_it_is_driven_no_longer() -
     assert (state.states["red1"], state.driven) == (NORMAL, {})
 
 
+def test_a_tagged_player_is_driven_to_a_place_at_home_from_which_it_can_turn_inside_the_field() -> None:
+    rules = book()
+    led_to = rules.overrule(rules.initial(), STATE, "red1", TAGGED).driven["red1"].outline()
+    home = rules.layout.home("red").shrunk(-1e-9)
+    assert all(home.contains(*place) and rules.layout.field.depth(*place) > 0.25 for place in led_to)
+
+
 def test_an_official_gives_a_player_the_flag() -> None:
     rules = book()
     state = rules.overrule(rules.initial(), STATE, "red1", FLAGGED)

@@ -83,6 +83,13 @@ def test_players_line_up_at_their_starts_before_each_round() -> None:
     assert play.match.stage is Stage.PLAY_ROUND
 
 
+def test_the_starts_of_a_team_are_shared_so_that_ways_do_not_cross() -> None:
+    rules, begun = short(), starts()
+    ended = {"red1": (begun["red2"].x, begun["red2"].y), "red2": (begun["red1"].x, begun["red1"].y)}
+    marks = rules.next_round(rules.initial(), field(rules, ended)).state.marks
+    assert marks == begun | {"red1": begun["red2"], "red2": begun["red1"]}
+
+
 def test_a_round_waits_for_players_that_still_move() -> None:
     rules = book()
     now = Field(field(rules).poses, frozenset({"blue3"}))

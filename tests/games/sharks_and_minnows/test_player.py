@@ -1,10 +1,13 @@
 """Whom a shark chases, and that all players are shown the same scene."""
 
+import itertools
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec import structs
 
 from vrg.agents import Pose, View
 from vrg.agents.interception import intercept
@@ -14,7 +17,7 @@ from vrg.games.sharks_and_minnows.scene import scene
 from vrg.hal.models import robot_model
 from vrg.hal.readings import Readings
 from vrg.regions import Rectangle
-from vrg.types import Vector
+from vrg.types import STILL, Vector
 
 P2AT = robot_model("P2AT")
 FIELD, SAFE = Rectangle(0, 0, 10, 20), Rectangle(0, 0, 10, 4)
@@ -90,3 +93,38 @@ def test_prey_are_the_active_minnows_whose_pose_is_known_and_who_are_not_safe() 
     assert [body.name for body in seen.prey] == ["crossing"]
     assert [body.name for body in seen.sharks] == ["shark"]
     assert seen.fastest_prey == pytest.approx(0.5)
+
+
+@given(st.lists(places, min_size=1, max_size=6))
+def test_minnows_cross_to_berths_of_their_own_in_their_order_across_the_field(minnows: list[Vector]) -> None:
+    players = [status(f"m{i}", "minnow", place) for i, place in enumerate(minnows)]
+    berths = scene(view_of((5.0, 10.0), players, {}).referee, {}).berths
+    ordered = sorted(berths, key=lambda name: (minnows[int(name[1:])][0], name))
+    assert len(ordered) == len(minnows)
+    assert all(berths[a][0] + 1.0 < berths[b][0] for a, b in itertools.pairwise(ordered)), "side by side"
+    assert all(SAFE.shrunk(1.0).contains(*berth) for berth in berths.values()), "deep inside"
+
+
+def test_a_minnow_that_is_home_makes_room_behind_it() -> None:
+    here = (2.0, 3.3)
+    me, shark = status("shark", "minnow", here), status("s", "shark", (5.0, 19.0))
+    view = replace(view_of(here, [me, shark], {}), me=me)
+    view = replace(view, referee=structs.replace(view.referee, players=[me, shark]))
+    minnow = SharksAndMinnowsPlayer("shark", P2AT)
+    minnow.act(view)
+    assert minnow.act(view) != STILL
+    assert minnow.mode == "Minnows/Safe"
+    there = replace(view, pose=Pose(*scene(view.referee, {}).berths["shark"], 0.0))
+    assert minnow.act(there) == STILL
+
+
+def test_a_shark_leaves_a_minnow_to_the_shark_that_is_nearer() -> None:
+    players = [status("other", "shark", (4.0, 10.0)), status("near", "minnow", (3.0, 10.0))]
+    far = status("far", "minnow", (9.5, 18.0))
+    shark = SharksAndMinnowsPlayer("shark", P2AT)
+    chosen = shark._choose(view_of((5.0, 10.0), [*players, far], {}))
+    assert chosen is not None
+    assert chosen[0].name == "far"
+    chosen = shark._choose(view_of((5.0, 10.0), players, {}))
+    assert chosen is not None
+    assert chosen[0].name == "near", "there is no other"

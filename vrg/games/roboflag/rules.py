@@ -6,6 +6,7 @@ from msgspec import structs
 
 from vrg.bus.messages import Auction, FieldObject, Zone
 from vrg.coordinator.auctions import closed, opened
+from vrg.coordinator.placing import assigned
 from vrg.coordinator.rulebook import DRAW, Call, Contestant, Field, RuleBook, Verdict
 from vrg.errors import ConfigError
 from vrg.games.roboflag import FLAG, FLAGGED, GAME, NORMAL, TAG_DISTANCE, TAGGED, TEAMS, attack_of, flag_of, other
@@ -14,6 +15,7 @@ from vrg.games.roboflag.judging import Ways, judge_flags, judge_homes, judge_tag
 from vrg.games.roboflag.layout import Layout
 from vrg.games.roboflag.settings import Settings
 from vrg.games.roboflag.state import State
+from vrg.types import Pose
 
 ROUNDS = 2
 SUDDEN_DEATH = 3
@@ -44,6 +46,8 @@ class RoboFlag(RuleBook[State]):
         self.settings = settings
         self.layout = Layout(settings)
         self.teams = {c.name: c.role for c in contestants}
+        # Who is let go at the border of the field would turn beyond it.
+        self._led_to = {team: self.layout.home(team).shrunk(self.layout.home_reach / 4) for team in TEAMS}
         self.lineup_limit = settings.patience
 
     def initial(self) -> State:
@@ -58,7 +62,12 @@ class RoboFlag(RuleBook[State]):
             points=dict.fromkeys(TEAMS, 0),
             objects=flags,
             numbers={TAG_DISTANCE: self.layout.tag_distance},
+            marks={name: contestant.start for name, contestant in self.contestants.items()},
         )
+
+    def marks(self, state: State) -> dict[str, Pose]:
+        """Where everybody lines up for this round."""
+        return state.marks
 
     def judge(self, state: State, before: Field, now: Field, clock: float) -> Verdict[State]:
         """Judge the ways between two instants: homes, flags, tags, then who bids, and the end of the round."""
@@ -80,8 +89,13 @@ class RoboFlag(RuleBook[State]):
             return Verdict(state, winner=leader)
         if state.round >= SUDDEN_DEATH:
             return Verdict(state, winner=DRAW)
+        marks: dict[str, Pose] = {}
+        for team in TEAMS:
+            starts = {name: start for name, start in self.initial().marks.items() if self.teams[name] == team}
+            marks |= assigned({name: now.poses.get(name, start) for name, start in starts.items()}, [*starts.values()])
         fresh = structs.replace(
             self.initial(),
+            marks=marks,
             round=SUDDEN_DEATH if last else state.round + 1,
             points=state.points,
             disqualified=state.disqualified,
@@ -126,7 +140,7 @@ class RoboFlag(RuleBook[State]):
 
     def _led_home(self, state: State) -> State:
         """Let the coordinator drive exactly the tagged players home."""
-        tagged = {n: self.layout.home(self.teams[n]) for n, status in state.states.items() if status == TAGGED}
+        tagged = {n: self._led_to[self.teams[n]] for n, status in state.states.items() if status == TAGGED}
         return state if tagged == state.driven else structs.replace(state, driven=tagged)
 
     def _auctions(self, state: State, clock: float) -> State:

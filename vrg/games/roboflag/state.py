@@ -5,13 +5,19 @@ from msgspec import structs
 from vrg.bus.messages import FieldObject
 from vrg.coordinator.rulebook import GameState
 from vrg.games.roboflag import flag_of
+from vrg.types import Pose
 
 
 class State(GameState, frozen=True, kw_only=True):
     """Everything that the rule book of this game remembers. The flags are among its `objects`.
 
     A team has a point for each flag that it has captured.
+
+    Args:
+        marks: where each player lines up for this round: at one of the starts of its team.
     """
+
+    marks: dict[str, Pose]
 
     def flag(self, team: str) -> FieldObject:
         """The flag of a team."""

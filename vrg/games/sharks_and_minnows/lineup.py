@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from vrg.coordinator.placing import assigned
 from vrg.coordinator.rulebook import Contestant
 from vrg.geometry import circumradius, wrap
 from vrg.regions import Rectangle
@@ -40,8 +41,7 @@ def line_up(
 ) -> dict[str, Pose]:
     """Return marks in a row across an end zone, facing the middle of the field.
 
-    Players keep their order across the field, so that their ways do not cross. If one row is too short for all of them,
-    they stand in several rows.
+    Their ways do not cross. If one row is too short for all of them, they stand in several rows.
 
     Args:
         players: the present pose of each player.
@@ -49,19 +49,24 @@ def line_up(
         extent: of the bodies. One row is used only if its marks are more than 1.5 times the longest side apart.
         obstacles: the places of bodies that stay where they are. No mark is so near that two touch, if there is room.
     """
-    along_y = _along_y(zone, field)
-    order = sorted(players, key=lambda n: (players[n].x if along_y else players[n].y, n))
     # With marks for more players than there are, those that are taken can be left out.
     for more in range(len(obstacles) * 4 + 1):
-        marks = _rows(len(order) + more, zone, field, extent)
+        marks = _rows(len(players) + more, zone, field, extent)
         free = [
             mark for mark in marks if all(math.dist((mark.x, mark.y), place) > extent.across for place in obstacles)
         ]
-        if len(free) >= len(order):
+        if len(free) >= len(players):
             break
     else:
-        free = _rows(len(order), zone, field, extent)
-    return dict(zip(order, free, strict=False))
+        free = _rows(len(players), zone, field, extent)
+    return assigned(players, free)
+
+
+def in_order(players: Mapping[str, Pose], zone: Rectangle, field: Rectangle, extent: Extent) -> dict[str, Pose]:
+    """Marks across an end zone for players in their order across the field; arguments as for `line_up`."""
+    along_y = _along_y(zone, field)
+    order = sorted(players, key=lambda n: (players[n].x if along_y else players[n].y, n))
+    return dict(zip(order, _rows(len(order), zone, field, extent), strict=True))
 
 
 def crowded(players: int, zone: Rectangle, field: Rectangle, extent: Extent) -> bool:

@@ -20,8 +20,6 @@ OFFSET = 0.25
 """The distance in m from the body's centre to the point that feedback linearisation steers."""
 EVADE_DISTANCE, CALM_DISTANCE = 2.0, 2.3
 """The distances between centres in m at which a minnow begins and ends to evade one shark."""
-HOME_DEPTH = 0.6
-"""The distance in m that a minnow drives into the end zone before it stops, to leave room behind it."""
 HORIZON = 2.5
 """The time in s ahead for which bodies in the way are avoided."""
 GAP = 0.15
@@ -33,7 +31,7 @@ UNMET = 1e3
 SHY = 0.999
 """A bound of a time, times this, is still one after rounding."""
 MARK_REACH = 0.2
-"""The distance in m from its mark at which a player stops; the referee holds it already at a longer one."""
+"""The distance in m from its mark or berth at which a player stops; on marks the referee holds it at a longer one."""
 
 
 class SharksAndMinnowsPlayer(Strategy):
@@ -116,37 +114,34 @@ class SharksAndMinnowsPlayer(Strategy):
 
     def _line_up(self, view: View) -> Twist:
         mark = view.me.mark
-        if mark is None:
+        return self._drive_to(view, None if mark is None else (mark.x, mark.y))
+
+    def _drive_to(self, view: View, place: Vector | None) -> Twist:
+        if place is None or math.dist(view.position, place) < MARK_REACH:
             return STILL
-        if math.dist(view.position, (mark.x, mark.y)) < MARK_REACH:
-            return STILL
-        way = mark.x - view.pose.x, mark.y - view.pose.y
+        way = place[0] - view.pose.x, place[1] - view.pose.y
         speed = min(self.robot.v_max, max(0.15, math.hypot(*way)))
         return self._steer(view, scaled(way, speed), horizon=min(HORIZON, math.hypot(*way) / speed))
 
     def _cross(self, view: View) -> Twist:
         seen = _seen(view)
-        if seen.safe is None:
+        berth = seen.berths.get(self.name)
+        if berth is None:
             return STILL
         sharks = [shark.position for shark in seen.sharks if shark.name != self.name]
-        return self._steer(view, scaled(descent(view.position, seen.safe, sharks), self.robot.v_max))
+        return self._steer(view, scaled(descent(view.position, berth, sharks), self.robot.v_max))
 
     def _evade(self, view: View) -> Twist:
         seen = _seen(view)
         shark, _ = _nearest_shark(view)
-        if shark is None or seen.safe is None or seen.field is None:
+        if shark is None or seen.safe is None or seen.start is None:
             return self._cross(view)
-        away = evade(view.position, shark.position, seen.safe, seen.bounds)
-        return self._steer(view, scaled(away, self.robot.v_max), ignore=shark.name)
+        away = evade(view.position, shark.position, seen.safe, seen.bounds, seen.start)
+        return self._steer(view, scaled(away, self.robot.v_max), ignore=(shark.name,))
 
     def _safe(self, view: View) -> Twist:
-        """Drive so deep into the end zone that there is room for those who come after."""
-        safe = _seen(view).safe
-        if safe is None or safe.shrunk(HOME_DEPTH).contains(*view.position):
-            return STILL
-        inward = safe.shrunk(HOME_DEPTH + 0.2).nearest(*view.position)
-        way = inward[0] - view.pose.x, inward[1] - view.pose.y
-        return self._steer(view, scaled(way, self.robot.v_max))
+        """Drive on to its own place, so that there is room for those who come after."""
+        return self._drive_to(view, _seen(view).berths.get(self.name))
 
     def _intercept(self, view: View) -> Twist:
         """Drive straight to where the minnow that can be met first will be."""
@@ -159,18 +154,22 @@ class SharksAndMinnowsPlayer(Strategy):
         if seen.field is not None:
             point = seen.bounds.nearest(*point)
         way = point[0] - view.pose.x, point[1] - view.pose.y
-        return self._steer(view, scaled(way, self._approach_speed(view, prey)), ignore=prey.name)
+        return self._steer(view, scaled(way, self._approach_speed(view, prey)), ignore=tuple(m.name for m in seen.prey))
 
     def _choose(self, view: View) -> tuple[Body, Vector] | None:
-        """The minnow that can be met first, and where. The target is kept if it can be met almost as soon."""
+        """The minnow that can be met first, and where. The target is kept if it can be met almost as soon.
+
+        It is one to which no other shark is nearer, if there is such a minnow.
+        """
         seen, here, own, speed = _seen(view), view.position, view.me.radius, self._top_speed.value
         chosen = None
         first = math.inf, ""
-        for target in seen.prey:
+        prey = seen.nearest_to.get(self.name) or seen.prey
+        for target in prey:
             if target.name == self._target:
                 time, point = _meeting(here, own, speed, target)
                 chosen, first = (target, point), (LOYALTY * time, "")
-        for minnow in seen.prey:
+        for minnow in prey:
             # This one cannot be met sooner, however it drives; nothing more needs to be known of most minnows.
             soonest = (math.dist(here, minnow.position) - own - minnow.radius) / (speed + seen.fastest_prey)
             if SHY * min(soonest, UNMET) > first[0]:
@@ -186,11 +185,11 @@ class SharksAndMinnowsPlayer(Strategy):
         braking = math.sqrt(2 * self.robot.a_max * max(0.0, between))
         return min(self.robot.v_max, max(braking, math.hypot(*prey.velocity)))
 
-    def _steer(self, view: View, wanted: Vector, *, ignore: str = "", horizon: float = HORIZON) -> Twist:
+    def _steer(self, view: View, wanted: Vector, *, ignore: tuple[str, ...] = (), horizon: float = HORIZON) -> Twist:
         """The twist for a wanted velocity, which leads around bodies and stays inside the field."""
         seen = _seen(view)
         bodies = seen.crowd.around(
-            view.position, view.me.radius, math.hypot(*wanted), horizon, gap=GAP, without=(self.name, ignore)
+            view.position, view.me.radius, math.hypot(*wanted), horizon, gap=GAP, without=(self.name, *ignore)
         )
         return linearise(steer(view.position, wanted, bodies, seen.bounds, horizon), view.pose.theta, OFFSET)
 
