@@ -70,12 +70,13 @@ def not_convex(corners: Sequence[Vector]) -> str | None:
     for i, (x, y) in enumerate(corners):
         if (x, y) == corners[i - 1]:
             return f"corner {i + 1}, ({x:g}, {y:g}), is the same as the one before it"
+    tiny = 1e-9 * max(math.dist(a, b) for a in corners for b in corners) ** 2
+    if all(abs(cross(corners[i - 2], corners[i - 1], corner)) <= tiny for i, corner in enumerate(corners)):
+        return "expected an area, but all corners are on one line"
     turns = _turns(corners)
     left, right = [i for i in range(count) if turns[i] > 1e-9], [i for i in range(count) if turns[i] < -1e-9]
     if abs(abs(sum(turns)) - math.tau) > 1e-6:
         return CROSSES
-    if abs(_twice_the_area(corners)) <= 1e-9 * max(math.dist(a, b) for a in corners for b in corners) ** 2:
-        return "expected an area, but all corners are on one line"
     if left and right:
         i = min(left, right, key=len)[0]
         x, y = corners[i]
@@ -97,13 +98,6 @@ def _crosses(corners: Sequence[Vector]) -> bool:
         for i in range(count)
         for a, b in sides[i + 2 :]
     )
-
-
-def _twice_the_area(corners: Sequence[Vector]) -> float:
-    """Twice the signed area, from the first corner, m^2."""
-    x0, y0 = corners[0]
-    pairs = zip(corners, [*corners[1:], corners[0]], strict=True)
-    return sum((ax - x0) * (by - y0) - (bx - x0) * (ay - y0) for (ax, ay), (bx, by) in pairs)
 
 
 def _turns(corners: Sequence[Vector]) -> list[float]:
