@@ -21,6 +21,9 @@ KEPT = 1.0
 NEAR = 0.2
 """The time in s between a sighting and the look at the field by which it is judged, at most."""
 
+PAUSE = 0.5
+"""The time in s between two looks from which play was halted between them."""
+
 
 class Look(Struct, frozen=True, array_like=True):
     """Where everybody was when the referee looked at the field: the match time, s, and the poses by player."""
@@ -72,7 +75,7 @@ class State(GameState, frozen=True, kw_only=True):
         An intruder's course begins where it stands when it comes into play, and anew where it is put. After a pause it
         gets up its speed again, and nobody remembers the looks before.
         """
-        paused = before.time >= now.time
+        paused = bool(self.looks) and abs(now.time - self.looks[-1].time) > PAUSE
         looks = [] if paused else [look for look in self.looks if look.time >= now.time - KEPT - 1e-6]
         last = looks[-1].poses if looks else before.poses
         courses = {}
