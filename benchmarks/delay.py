@@ -45,7 +45,7 @@ from vrg.bus.session import Session, open_session
 from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.bus.topics import Keys, name_in
 from vrg.config.loading import load_match
-from vrg.config.setup import MatchSetup, write_setup
+from vrg.config.setup import MatchSetup
 from vrg.hal.sim.config import WorldConfig
 from vrg.hal.sim.node import WorldNode
 from vrg.launch.endpoints import free_endpoint
@@ -156,7 +156,7 @@ def _play(setup: MatchSetup, folder: RunFolder, seconds: float) -> dict[str, flo
     wanted = [s for s in specs(setup, folder.path, endpoint, window=False, record=True) if s.name != "world"]
     supervisor = Supervisor(wanted, endpoint, setup.keys, folder.logs, lambda text: print(text, file=sys.stderr))
     try:
-        write_setup(setup, folder.setup)
+        folder.hand_out(setup)
         supervisor.start_router(threading.Event())
         with _world(folder, endpoint, Path(setup.base)) as world, open_session(endpoint) as session:
             _wait_for(lambda: bool(session.alive(setup.keys.alive("world", "world"))), "the world")

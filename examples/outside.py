@@ -40,9 +40,9 @@ class Match:
         match key.removeprefix(self.root), version:
             case "clock", 1:
                 self.time = stamp
-            case "referee/state", 4:
+            case "referee/state", 5:
                 self.referee = body
-            case "poses", 3:
+            case "poses", 4:
                 self.places = {seen["name"]: seen["pose"] for seen in body["bodies"]}
 
     def line(self, player: str) -> str:

@@ -51,7 +51,7 @@ def fail_player(match: Match, name: str, fault: signal.Signals) -> None:
 def go_wrong(match: Match) -> None:
     """A player dies and another one hangs, an official halts, the emergency stop is engaged, and the world dies."""
     observer = match.observer
-    observer.wait_until(lambda: all(observer.body(name).v > 0.5 for name in MINNOWS), "everybody to be on the way")
+    observer.wait_until(lambda: all(observer.body(name).v > 0.3 for name in MINNOWS), "everybody to be on the way")
     fail_player(match, "ann", signal.SIGKILL)
     fail_player(match, "bob", signal.SIGSTOP)
     observer.decide(OfficialAction.HALT)

@@ -47,7 +47,7 @@ SILENCE = 5.0
 """The time in s for which nothing counts that a pursuer tells, after it has told of a place where nobody was."""
 START = 2.0
 """The time in s that an intruder has to get up its speed."""
-PACE = 0.8
+PACE = 0.5
 """The share of its top speed at which an intruder comes forward at least."""
 CONTACT = 0.05
 """The distance in m between two outlines up to which two robots touch."""
