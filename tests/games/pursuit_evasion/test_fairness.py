@@ -147,7 +147,7 @@ def test_who_drives_straight_on_crosses_the_area() -> None:
     [
         (lambda t: (-2.0, 5.0), "slow"),
         (lambda t: (-2.0 + 0.7 * min(t, 6.0), 5.0), "slow"),
-        (lambda t: (-2.0 + 0.5 * t, 5.0), "slow"),
+        (lambda t: (-2.0 + 0.3 * t, 5.0), "slow"),
         (lambda t: (-2.0 + 0.7 * (t if t < 6.0 else 12.0 - t), 5.0), "slow"),
         (lambda t: (-2.0 + 0.7 * t, 5.0 + 0.8 * math.sin(t)), "off_course"),
         (lambda t: (-2.0 + 0.69 * t, 5.0 + 0.06 * t), "off_course"),
