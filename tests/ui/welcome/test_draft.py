@@ -98,7 +98,7 @@ def test_players_in_one_line_are_left_to_a_text_editor() -> None:
     [
         ("sharks-and-minnows", {2: None, 7: {"shark": 1, "minnow": 6}, 16: {"shark": 2, "minnow": 14}}),
         ("roboflag", {2: {"red": 1, "blue": 1}, 7: None, 16: {"red": 8, "blue": 8}}),
-        ("pursuit-evasion", {2: {"pursuer": 1, "intruder": 1}, 7: {"pursuer": 4, "intruder": 3}, 16: None}),
+        ("pursuit-evasion", {2: {"pursuer": 1, "intruder": 1}, 7: {"pursuer": 2, "intruder": 5}, 16: None}),
         ("hud", {1: {"player": 1}, 7: {"player": 7}}),
     ],
 )
