@@ -125,6 +125,10 @@ class Coordinator(Node):
         self._record_at = -math.inf
         self._state = self.match.state(self._field, estop=False)
 
+    def start(self) -> None:
+        """Load what the first line-up needs: 0.3 s in a tick would stop every robot."""
+        import scipy.optimize  # noqa: F401, PLC0415 - nobody else who imports this module needs it
+
     def tick(self, tick: Tick) -> None:
         """Look at the field, hear everybody, judge, write the journal, and publish the state."""
         if not self._announced_limits:

@@ -127,7 +127,7 @@ def test_nothing_of_who_guesses_is_published() -> None:
 # Intruders drive straight on at constant speed: here at 0.7 m/s.
 
 
-def crossed(way: Callable[[float], Vector], seconds: float = 12.0) -> tuple[list[str], State]:
+def crossed(way: Callable[[float], Vector], seconds: float = 18.0) -> tuple[list[str], State]:
     """The rulings while i0 moves, and the state then. Nobody else is near."""
     rules = PursuitEvasion(SETTINGS, contestants(intruders=1))
     play = Play(rules)
@@ -137,7 +137,7 @@ def crossed(way: Callable[[float], Vector], seconds: float = 12.0) -> tuple[list
 
 
 def test_who_drives_straight_on_crosses_the_area() -> None:
-    assert crossed(lambda t: (-2.0 + 0.7 * t, 5.0))[0] == []
+    assert crossed(lambda t: (-2.0 + 0.7 * t, 5.0), 12.0)[0] == []
     assert crossed(lambda t: (-2.0 + 0.7 * max(0.0, t - 1.5), 5.0), 30.0)[0] == ["escape"], "it gets up its speed"
     assert crossed(lambda t: (-2.0 + 0.7 * t, 5.0 + 0.2 * math.sin(t)), 30.0)[0] == ["escape"], "it trembles"
 
@@ -168,10 +168,10 @@ def test_after_a_halt_an_intruder_gets_up_its_speed_again() -> None:
         play.tick({"i0": (-2.0 + 0.07 * tick, 5.0)})
     place = (2.13, 5.0)
     play.clock += 5.0
-    for _ in range(28):
+    for _ in range(68):
         play.tick({"i0": place})
     assert "slow" not in play.rulings
-    for _ in range(4):
+    for _ in range(5):
         play.tick({"i0": place})
     assert play.rulings.count("slow") == 1
 
@@ -243,7 +243,7 @@ def proved(rules: PursuitEvasion, ticks: Sequence[Field], state: State, rule: st
     assert call is not None
     told = Call(number=1, rule=rule, text="", players=list(call.players), poses=list(call.poses), clock=now.time)
     (measure,) = prove(rules, Case(told, state, before, now))
-    fair = Pose(now.poses["i0"].x + 1.0, 5.0, 0.0)
+    fair = Pose(now.poses["i0"].x + 3.0, 5.0, 0.0)
     poses = [fair, *told.poses[1:]]
     changed = Call(number=1, rule=rule, text="", players=told.players, poses=poses, clock=now.time)
     right = replace(
@@ -267,7 +267,7 @@ def test_the_number_that_decided_a_call_holds_and_could_have_failed(rule: str) -
             time=0.1 * n,
             seen=[("p0", sighting(7.0, 5.0, 0.1 * n))] if rule == "false_alarm" else [],
         )
-        for n in range(40)
+        for n in range(80)
     ]
     if rule == "collision":
         rules.settings = SETTINGS.model_copy(update={"capture_distance": 0.1})

@@ -7,7 +7,6 @@ from vrg.coordinator.proof import Case, Measure, Relation, outside
 from vrg.games.pursuit_evasion.crossing import COURSE_REACH
 from vrg.games.pursuit_evasion.rules import CONTACT, PursuitEvasion
 from vrg.games.pursuit_evasion.seeing import SIGHTING_REACH
-from vrg.games.pursuit_evasion.state import KEPT
 from vrg.geometry import nearest_points, outline_distance
 from vrg.types import Pose, Vector
 
@@ -35,12 +34,12 @@ def prove(book: PursuitEvasion, case: Case) -> Sequence[Measure]:
             found = [Measure(what, math.dist(*ends), Relation.MORE_THAN, COURSE_REACH, ends=ends)]
         case "slow":
             name, place = call.players[0], (call.poses[0].x, call.poses[0].y)
-            past = next(look for look in case.state.looks if look.time >= case.now.time - KEPT - 1e-6)
-            line, then = case.state.courses[name].pose, (past.poses[name].x, past.poses[name].y)
+            line, (since, past) = case.state.courses[name].pose, case.state.courses[name].mark
+            then = past.x, past.y
             (x, y), (x0, y0) = _foot(line, place), _foot(line, then)
             way = (x - x0) * math.cos(line.theta) + (y - y0) * math.sin(line.theta)
-            least = book.least_way(name, case.now.time - past.time)
-            what = f"way of {name} along its course in the last second"
+            least = book.least_way(name, case.call.clock - since)
+            what = f"way of {name} along its course in the last {case.call.clock - since:.1f} s"
             found = [Measure(what, way, Relation.AT_MOST, least, ends=(then, place))]
         case "collision":
             name, other = call.players

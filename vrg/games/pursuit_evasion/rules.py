@@ -38,7 +38,7 @@ from vrg.games.pursuit_evasion.crossing import COURSE_REACH, across, along, ends
 from vrg.games.pursuit_evasion.dispatching import DETECTIONS, dispatch, reset
 from vrg.games.pursuit_evasion.seeing import SIGHTING_REACH, can_see, nearest
 from vrg.games.pursuit_evasion.settings import Settings
-from vrg.games.pursuit_evasion.state import KEPT, State
+from vrg.games.pursuit_evasion.state import State
 from vrg.geometry import circumradius, outline_distance, wrap
 
 HEADING_REACH = math.radians(10)
@@ -47,7 +47,9 @@ SILENCE = 5.0
 """The time in s for which nothing counts that a pursuer tells, after it has told of a place where nobody was."""
 START = 2.0
 """The time in s that an intruder has to get up its speed."""
-PACE = 0.5
+STRETCH = 5.0
+"""The time of play in s over which an intruder's speed is judged: a computer that stalls for a moment stops it, too."""
+PACE = 0.6
 """The share of its top speed at which an intruder comes forward at least."""
 CONTACT = 0.05
 """The distance in m between two outlines up to which two robots touch."""
@@ -212,16 +214,19 @@ class PursuitEvasion(RuleBook[State]):
 
     def _strayed(self, state: State, now: Field, clock: float, calls: list[Call]) -> State:
         """An intruder that does not drive straight on at its top speed counts as captured."""
-        past = state.looks[0]
         for name in (name for name in state.crossing() if name in now.poses):
             course, pose = state.courses[name], now.poses[name]
             rule, text = "", ""
             if abs(across(course.pose, pose)) > COURSE_REACH:
                 rule, text = "off_course", f"{name} has left its course"
-            elif name in past.poses and clock >= course.since + START + KEPT - 1e-6:
-                way = along(course.pose, pose) - along(course.pose, past.poses[name])
-                if way < self.least_way(name, now.time - past.time):
-                    rule, text = "slow", f"{name} does not keep its speed"
+            elif course.mark is None or clock >= course.mark[0] + STRETCH - 1e-6:
+                if course.mark is not None:
+                    way = along(course.pose, pose) - along(course.pose, course.mark[1])
+                    if way < self.least_way(name, clock - course.mark[0]):
+                        rule, text = "slow", f"{name} does not keep its speed"
+                if not rule and clock >= course.since + START - 1e-6:
+                    course = structs.replace(course, mark=(clock, pose))
+                    state = structs.replace(state, courses={**state.courses, name: course})
             if rule:
                 calls.append(Call(rule=rule, text=f"{text}: it counts as captured", players=(name,), poses=(pose,)))
                 state = state.with_state([name], CAPTURED).with_points(PURSUERS, state.points[PURSUERS] + 1)

@@ -33,10 +33,17 @@ class Look(Struct, frozen=True, array_like=True):
 
 
 class Course(Struct, frozen=True, array_like=True):
-    """The line along which an intruder is to drive: a pose on it, and the time of play since which it may drive, s."""
+    """The line along which an intruder is to drive.
+
+    Args:
+        pose: a pose on it. since: the time of play since which it may drive, s.
+        mark: the time of play, s, and its place at the last instant at which its speed was judged; None before the
+            first.
+    """
 
     pose: Pose
     since: float
+    mark: tuple[float, Pose] | None = None
 
 
 class State(GameState, frozen=True, kw_only=True):
