@@ -14,7 +14,7 @@ from typing import Any
 
 from vrg.agents.strategy import Action, RemoteStrategy, Strategy, View, decided
 from vrg.agents.team import TeamChannel
-from vrg.agents.telling import Telling
+from vrg.agents.telling import Once, Telling
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import PlayerStatus, RefereeState, Report, shortened
@@ -38,10 +38,6 @@ SENSOR_TIMEOUT = 0.3
 """The match time in s without a reading after which a player stops."""
 NONSENSE_LIMIT = 10
 """The number of decisions in a row that are no finite motion, after which the strategy has failed."""
-
-
-WARNINGS_LIMIT = 50
-"""The number of different warnings about what a strategy says that are logged."""
 log = logging.getLogger(__name__)
 
 
@@ -89,7 +85,7 @@ class Player(Node):
         self._nonsense = 0
         self._looked = False
         self._view: View | None = None
-        self._warned: set[str] = set()
+        self._warn_once = Once()
 
     def start(self) -> None:
         """Connect to the robot.
@@ -150,7 +146,8 @@ class Player(Node):
             StrategyError: it has been no finite motion for long.
         """
         for problem in self._telling.tell(action, view.position):
-            self._warn(f"{self._strategy.complaint(problem)}")
+            if self._warn_once(problem):
+                log.warning("%s", self._strategy.complaint(problem))
         twist = action.twist if self._makes_sense(action.twist) else STILL
         lease, manual = view.me.lease, self._device.lease(view.time)
         self._manual = manual is not None and lease is None
@@ -234,12 +231,6 @@ class Player(Node):
     def _decision(self, view: View) -> Action:
         action, self._mode = decided(self._strategy, view)
         return action
-
-    def _warn(self, text: str) -> None:
-        """Log what is wrong, each text once, and so many texts at most."""
-        if text not in self._warned and len(self._warned) < WARNINGS_LIMIT:
-            self._warned.add(text)
-            log.warning("%s", text)
 
     def _makes_sense(self, twist: Twist) -> bool:
         """Whether a motion is finite. If it is not, the robot stands and says why.

@@ -17,8 +17,24 @@ T = TypeVar("T")
 
 BIDS_LIMIT = 20
 """The number of bids that a player may make at one tick. The referee looks at no more of them."""
+WARNINGS_LIMIT = 50
+"""The number of different warnings about what a strategy says that are logged."""
 COUNT_PERIOD = 1.0
 """The match time in s between two messages about what came over the radio."""
+
+
+class Once:
+    """Lets each text pass once, and so many texts at most."""
+
+    def __init__(self) -> None:
+        self._told: set[str] = set()
+
+    def __call__(self, text: str) -> bool:
+        """Whether a text may pass."""
+        if text in self._told or len(self._told) >= WARNINGS_LIMIT:
+            return False
+        self._told.add(text)
+        return True
 
 
 class Said(Struct, frozen=True):

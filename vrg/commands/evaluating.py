@@ -87,7 +87,7 @@ def experiment(targets: Sequence[str], wish: Wish, name: str, *, mirror: bool = 
     from vrg.evaluation import contenders
     from vrg.evaluation.experiment import define
     from vrg.evaluation.folder import ExperimentFolder
-    from vrg.evaluation.game_process import strategies_to_seal
+    from vrg.evaluation.game_process import seals
     from vrg.evaluation.games import Pairing
     from vrg.evaluation.running import Experiment
     from vrg.evaluation.series import Series
@@ -103,11 +103,11 @@ def experiment(targets: Sequence[str], wish: Wish, name: str, *, mirror: bool = 
     # It is forked before this process has read the match.
     with contextlib.nullcontext() if lacking is not None else Zygote() as zygote:
         setup = load_match(match_path(wish.match), engine=wish.engine, lasers=wish.lasers, sandbox=wish.sandbox)
-        contenders.teams_of(setup)
+        teams = contenders.teams_of(setup)
         found = contenders.contenders([whole_target(target) for target in targets])
         contenders.check(setup, found, zygote)
-    playing = [contenders.with_strategies(setup, dict.fromkeys(contenders.teams_of(setup), c.target)) for c in found]
-    if lacking is not None and any(strategies_to_seal(setup) for setup in playing):
+    playing = [contenders.with_strategies(setup, dict.fromkeys(teams, contender.target)) for contender in found]
+    if lacking is not None and any(map(seals, playing)):
         console.print(
             f"[yellow]strategies decide where the referee does, and can change it: {escape(lacking)}[/yellow]"
         )

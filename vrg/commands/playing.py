@@ -20,7 +20,7 @@ from vrg.commands.options import has_display
 from vrg.commands.page import open_page
 from vrg.commands.plan import print_plan
 from vrg.config.loading import check_strategies, load_match, match_path
-from vrg.config.setup import MatchSetup
+from vrg.config.setup import MatchSetup, write_setup
 from vrg.errors import ConfigError, LaunchError
 from vrg.launch import in_process, nodes
 from vrg.launch.fork_server import ForkServer
@@ -164,7 +164,7 @@ def _play_in_process(
         display = kind == "hud"
         watchers.append(nodes.hud_node(setup, name) if display else nodes.spectator_node(setup, name, folder.path))
     pace = _pace(stop, setup.rate)
-    folder.hand_out(setup)
+    write_setup(setup, folder.setup)
     with nodes.open_journal(setup, folder) as journal:
         try:
             ending = in_process.play(setup, journal, watchers=watchers, pace=pace, stop=stop, logs=folder.logs)

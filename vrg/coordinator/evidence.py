@@ -112,11 +112,16 @@ class TickEvidence(Struct, frozen=True, array_like=True):
     field: Field
     entries: list[Entry]
 
+    @property
+    def began(self) -> Began | None:
+        """The entry with which a coordinator began in this tick; None if none did."""
+        first = self.entries[0] if self.entries else None
+        return first if isinstance(first, Began) else None
+
 
 def begun(book: RuleBook[Any], match: Match, tick: TickEvidence) -> Match:
     """The match to which the entries of a tick were done: another one where a coordinator began in this tick."""
-    first = tick.entries[0] if tick.entries else None
-    return Match(book, first.standing) if isinstance(first, Began) else match
+    return match if tick.began is None else Match(book, tick.began.standing)
 
 
 def enact(match: Match, entry: Entry, field: Field) -> Outcome:
@@ -246,7 +251,7 @@ def read_evidence(path: Path) -> list[Exhibit]:
                 raise JournalError(
                     f"{path}: expected evidence of version {FORMAT}, got {entry.format}: use the VRG that recorded it"
                 )
-        if tick.entries and isinstance(tick.entries[0], Began):
+        if tick.began is not None:
             # What a coordinator decided before it crashed, and could not write into the journal, has not happened.
             while found and found[-1].tick.after > tick.after:
                 found.pop()

@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 
 from vrg.bus.messages import Call, Stage
-from vrg.coordinator.evidence import Began, Exhibit, enact
+from vrg.coordinator.evidence import Exhibit, begun, enact
 from vrg.coordinator.journal import Record
 from vrg.coordinator.match import Match, Standing
 from vrg.coordinator.outcome import Outcome, numbered
@@ -67,8 +67,8 @@ def judge_again(book: RuleBook[Any], exhibits: Sequence[Exhibit], records: Seque
         outcomes: list[Outcome] = []
         for exhibit in group:
             tick = exhibit.tick
-            if tick.entries and isinstance(tick.entries[0], Began):
-                match, outcomes = Match(book, tick.entries[0].standing), []
+            if tick.began is not None:
+                match, outcomes = begun(book, match, tick), []
             outcomes += [enact(match, entry, tick.field) for entry in tick.entries]
         lost = records[reached:after]
         if lost:

@@ -52,12 +52,16 @@ class Definition(Struct, frozen=True, kw_only=True):
     @property
     def digest(self) -> str:
         """Eight signs that differ between definitions."""
-        return hashlib.sha256(repr(structs.astuple(self)).encode()).hexdigest()[:8]
+        return self._hashed[:8]
 
     @property
     def secret(self) -> str:
         """The secret of the matches: the same experiment has the same games, but no strategy knows all of it."""
-        return hashlib.sha256(repr(structs.astuple(self)).encode()).hexdigest()[8:40]
+        return self._hashed[8:40]
+
+    @property
+    def _hashed(self) -> str:
+        return hashlib.sha256(repr(structs.astuple(self)).encode()).hexdigest()
 
     def game_of(self, pairing: Pairing, number: int) -> Game:
         """A game of a pairing."""

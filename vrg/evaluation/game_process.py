@@ -71,7 +71,7 @@ class GameProcess:
     def __init__(self, server: ForkServerContext, setup: MatchSetup, seed: int, folder: Path, limit: float) -> None:
         self.answer, theirs = server.Pipe()
         setup = structs.replace(setup, seed=seed)
-        sealed = bool(strategies_to_seal(setup)) and missing() is None
+        sealed = seals(setup) and missing() is None
         self._process = server.Process(target=playing.main, args=(theirs, folder, limit, sealed), daemon=True)
         with _main_hidden():
             self._process.start()
@@ -108,10 +108,9 @@ class GameProcess:
         self._process.close()
 
 
-def strategies_to_seal(setup: MatchSetup) -> list[str]:
-    """The strategies of a match that are sealed when games of it are played: by default those that are files."""
-    sealed = {player.strategy for player in setup.players if setup.sandboxed(player.name, seats=True)}
-    return sorted(sealed)
+def seals(setup: MatchSetup) -> bool:
+    """Whether a strategy of a match is sealed when games of it are played: by default one that is a file."""
+    return any(setup.sandboxed(player.name, seats=True) for player in setup.players)
 
 
 def ended(games: Sequence[GameProcess], timeout: float) -> list[GameProcess]:

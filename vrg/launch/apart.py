@@ -24,7 +24,7 @@ import msgspec
 from msgspec import Struct
 
 from vrg.agents.strategy import Action, RemoteStrategy, Strategy, View, decided
-from vrg.agents.telling import Said, sendable
+from vrg.agents.telling import Once, Said, sendable
 from vrg.blame import failure_of, tell_of_refusals
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, StrategyError, VrgError
@@ -286,7 +286,7 @@ def _answer(strategy: Strategy, pipe: Connection, time: list[float]) -> None:
         StrategyError: the strategy has failed. EOFError: the pipe is closed.
     """
     robot: RobotModel | None = None
-    warned: set[str] = set()
+    warn_once = Once()
     while True:
         told = pickle.loads(pipe.recv_bytes())
         robot = told.setdefault("robot", robot)
@@ -296,7 +296,6 @@ def _answer(strategy: Strategy, pipe: Connection, time: list[float]) -> None:
         action, mode = decided(strategy, view)
         said, problems = sendable(action)
         for problem in problems:
-            if problem not in warned and len(warned) < 50:
-                warned.add(problem)
+            if warn_once(problem):
                 print(strategy.complaint(problem))
         pipe.send_bytes(msgspec.msgpack.encode(_Decided(action.twist, said, mode)))

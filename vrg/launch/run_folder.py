@@ -71,7 +71,17 @@ class RunFolder:
 
     def setup_of(self, name: str) -> Path:
         """The set-up of the match as the process of a player gets it."""
-        return self.path / "setups" / f"{name}.json"
+        return self.setups / f"{name}.json"
+
+    @property
+    def setups(self) -> Path:
+        """The folder of the players' set-ups."""
+        return self.path / "setups"
+
+    @property
+    def secret_file(self) -> Path:
+        """The secret of the match; see `secret`."""
+        return self.path / "secret"
 
     def hand_out(self, setup: MatchSetup) -> None:
         """Write the set-up of the match for its processes, and for each player's process one of its own.
@@ -80,10 +90,9 @@ class RunFolder:
             LaunchError: a file cannot be written.
         """
         write_setup(setup, self.setup)
+        self.setups.mkdir(mode=0o700, exist_ok=True)
         for player in setup.players:
-            path = self.setup_of(player.name)
-            path.parent.mkdir(mode=0o700, exist_ok=True)
-            write_setup(setup.for_player(player.name), path)
+            write_setup(setup.for_player(player.name), self.setup_of(player.name))
 
     def secret(self) -> str:
         """The secret of the match that is played here. It is drawn at the first call, and outlives a restart.
@@ -91,7 +100,7 @@ class RunFolder:
         Raises:
             LaunchError: its file cannot be written or read.
         """
-        path = self.path / "secret"
+        path = self.secret_file
         try:
             try:
                 with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
