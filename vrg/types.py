@@ -1,4 +1,6 @@
-"""Types that every package of VRG shares: poses, twists, and the bounds of numbers. This module imports nothing of VRG.
+"""Types that every package of VRG shares: poses, twists, tables, and the bounds of numbers.
+
+This module imports nothing of VRG.
 
 Poses and twists are frozen structs, so that they travel on the bus without conversion. A struct does not check its
 values when it is made; the bounds are checked when a message is decoded. Lengths are in metres, angles in radians, and
@@ -6,9 +8,12 @@ times in seconds.
 """
 
 import math
-from typing import Annotated
+from typing import Annotated, Any, NoReturn, TypeVar
 
 from msgspec import Meta, Struct
+
+K = TypeVar("K")
+V = TypeVar("V")
 
 Metres = Annotated[float, Meta(ge=-1e5, le=1e5)]
 """A coordinate in the map's frame, m."""
@@ -61,3 +66,18 @@ class Twist(Struct, frozen=True, forbid_unknown_fields=True, gc=False):
 
 STILL = Twist(0.0, 0.0)
 """The twist of a body that stands still."""
+
+
+class FrozenDict(dict[K, V]):
+    """A dict that refuses to be changed: many receivers share what a message holds."""
+
+    __slots__ = ()
+
+    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
+        raise TypeError("expected nobody to change a message; a copy of this table, dict(table), can be changed")
+
+    __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse
+
+    def __reduce__(self) -> tuple[type["FrozenDict[K, V]"], tuple[dict[K, V]]]:
+        """Copy and pickle it at once, as it cannot be filled afterwards."""
+        return FrozenDict, (dict(self),)

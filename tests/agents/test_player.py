@@ -82,8 +82,8 @@ def referee_state(
 ) -> m.RefereeState:
     status = m.PlayerStatus(name=name, team="t", role="r", state="active", may_move=may_move, radius=0.35, pose=POSE)
     return m.RefereeState(
-        game="g", stage=m.Stage.PLAY_ROUND, halted=halted, way_out=None, waiting=[], clock=0.0, total=0.0, round=1,
-        rounds=1, score={}, players=[status], zones=[], estop=estop,
+        game="g", stage=m.Stage.PLAY_ROUND, halted=halted, way_out=None, waiting=(), clock=0.0, total=0.0, round=1,
+        rounds=1, score={}, players=(status,), zones=(), estop=estop,
     )  # fmt: skip
 
 
@@ -347,7 +347,7 @@ def test_what_a_player_says_goes_to_its_team_and_is_heard_there(bench: Bench) ->
 def test_a_player_cannot_say_more_than_the_radio_carries(bench: Bench, caplog: pytest.LogCaptureFixture) -> None:
     for number in range(100):
         told = telling(bench, Action(Twist(0.2, 0.1), "x" * (5000 + number // 50), sightings=[SIGHTING]))
-        assert told == [m.Sightings(seen=[SIGHTING])]
+        assert told == [m.Sightings(seen=(SIGHTING,))]
     assert bench.robot.told[-1] == "drive 0.20 0.10"
     assert "Ahead.act: say left out: expected at most 1024 bytes to be said at a tick, got 5003" in caplog.text
     assert len(caplog.messages) == 2, "each text is logged once"
@@ -379,13 +379,13 @@ def test_an_action_tells_the_referee_and_the_windows_what_it_holds(bench: Bench)
     action = Action(
         sightings=[SIGHTING],
         bids={"intruder1": np.float64(2.5), "intruder2": None},  # type: ignore[dict-item]
-        sketch=[m.Stroke(points=[(np.float64(1.0), 2)], label="here")],
+        sketch=[m.Stroke(points=((np.float64(1.0), 2),), label="here")],
     )
     assert telling(bench, action) == [
-        m.Sightings(seen=[SIGHTING]),
+        m.Sightings(seen=(SIGHTING,)),
         m.Bid(lot="intruder1", cost=2.5),
         m.Bid(lot="intruder2", cost=None),
-        m.Sketch(strokes=[m.Stroke(points=[(1.0, 2.0)], label="here")]),
+        m.Sketch(strokes=(m.Stroke(points=((1.0, 2.0),), label="here"),)),
     ]
 
 
@@ -403,8 +403,8 @@ def test_an_action_that_says_nothing_publishes_nothing(bench: Bench) -> None:
         Action(sightings=[m.Sighting(x=float("nan"), y=0.0, time=0.0, xx=1.0, xy=0.0, yy=1.0)]),
         Action(sightings=[SIGHTING] * 101),
         Action(sightings=["a robot"]),  # type: ignore[list-item]
-        Action(sketch=[m.Stroke(points=[])]),
-        Action(sketch=[m.Stroke(points=[(0.0, 0.0)], label="x" * 41)]),
+        Action(sketch=[m.Stroke(points=())]),
+        Action(sketch=[m.Stroke(points=((0.0, 0.0),), label="x" * 41)]),
         Action(bids=[1.0]),  # type: ignore[arg-type]
     ],
 )
@@ -415,7 +415,7 @@ def test_what_cannot_be_told_is_left_out_with_a_warning(
     bench.sent()
     good: dict[str, Any] = {"sketch": []} if action.sketch is None else {"bids": {"b": 1.0}}
     assert telling(bench, replace(action, **good)) == (
-        [m.Sketch(strokes=[])] if "sketch" in good else [m.Bid(lot="b", cost=1.0)]
+        [m.Sketch(strokes=())] if "sketch" in good else [m.Bid(lot="b", cost=1.0)]
     )
     assert re.fullmatch(
         r"Ahead\.act: (bids|sightings|sketch) left out: .+ \(.*, line \d+, in act\)", caplog.messages[0]

@@ -88,8 +88,8 @@ def referee(
         for name, team in (("a", "t"), ("b", "t"), ("c", "u"))
     ]  # fmt: skip
     return m.RefereeState(
-        game="g", stage=m.Stage.PLAY_ROUND, halted=halted, way_out=None, waiting=[], clock=0.0, total=0.0, round=1,
-        rounds=1, score={}, players=players, zones=[], estop=False,
+        game="g", stage=m.Stage.PLAY_ROUND, halted=halted, way_out=None, waiting=(), clock=0.0, total=0.0, round=1,
+        rounds=1, score={}, players=players, zones=(), estop=False,
     )  # fmt: skip
 
 

@@ -1,8 +1,10 @@
 """Messages survive the wire; anything else is refused with the key and the field."""
 
+import enum
 import math
 import threading
 import time
+from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -12,6 +14,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec import Struct, structs
 
 from vrg.bus import codec
 from vrg.bus import messages as m
@@ -29,7 +32,7 @@ from vrg.hal.sensors.odometry import Odometry
 from vrg.hal.sensors.sonar import Sonar
 from vrg.hal.sensors.touch import Touch
 from vrg.regions import Circle, Polygon, Rectangle, Sector
-from vrg.types import Pose, Twist
+from vrg.types import FrozenDict, Pose, Twist
 
 coordinates = st.floats(-1e5, 1e5)
 angles = st.floats(-1e4, 1e4)
@@ -39,6 +42,12 @@ seconds = st.floats(0, 1e8)
 counts = st.integers(0, 2**53)
 speeds = st.floats(-100, 100)
 spins = st.floats(-1000, 1000)
+
+
+def tuples(items: st.SearchStrategy[Any], **sizes: int) -> st.SearchStrategy[tuple[Any, ...]]:
+    """Tuples of so many of these."""
+    return st.lists(items, **sizes).map(tuple)
+
 
 statuses = st.builds(
     m.PlayerStatus,
@@ -64,9 +73,9 @@ sightings = st.builds(
 )  # fmt: skip
 auctions = st.builds(
     m.Auction,
-    lot=names, bidders=st.lists(names, max_size=3), opened=seconds, lasts=seconds,
+    lot=names, bidders=tuples(names, max_size=3), opened=seconds, lasts=seconds,
     bids=st.dictionaries(names, st.floats(0, 1e6), max_size=3), winner=st.none() | names,
-    evidence=st.lists(sightings, max_size=3),
+    evidence=tuples(sightings, max_size=3),
 )  # fmt: skip
 objects = st.builds(
     m.FieldObject,
@@ -74,7 +83,7 @@ objects = st.builds(
 )  # fmt: skip
 strokes = st.builds(
     m.Stroke,
-    points=st.lists(st.tuples(coordinates, coordinates), min_size=1, max_size=4), label=st.text(max_size=40),
+    points=tuples(st.tuples(coordinates, coordinates), min_size=1, max_size=4), label=st.text(max_size=40),
 )  # fmt: skip
 SMALL_PICTURE = png.encode(np.zeros((2, 3, 3), dtype=np.uint8))
 MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
@@ -83,7 +92,7 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
     ),
     m.Poses: st.builds(
         m.Poses,
-        bodies=st.lists(bodies, max_size=4),
+        bodies=tuples(bodies, max_size=4),
     ),
     m.Drive: st.builds(m.Drive, twist=st.builds(Twist, speeds, spins), armed=st.booleans()),
     m.RobotState: st.builds(
@@ -92,16 +101,16 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
     Ins: st.builds(Ins, pose=poses),
     Odometry: st.builds(Odometry, pose=poses, twist=st.builds(Twist, speeds, spins)),
     Encoders: st.builds(Encoders, left=st.integers(-(2**60), 2**60), right=st.just(0)),
-    Touch: st.builds(Touch, pressed=st.lists(st.booleans(), max_size=8).map(tuple)),
-    Sonar: st.builds(Sonar, range_max=st.just(5.0), ranges=st.lists(st.floats(0, 5), max_size=16).map(tuple)),
+    Touch: st.builds(Touch, pressed=tuples(st.booleans(), max_size=8)),
+    Sonar: st.builds(Sonar, range_max=st.just(5.0), ranges=tuples(st.floats(0, 5), max_size=16)),
     Gps: st.builds(
         Gps,
         latitude=st.none() | st.floats(-1.57, 1.57), longitude=st.none() | st.floats(-3.14, 3.14), satellites=counts,
     ),
     Battery: st.builds(Battery, charge=st.floats(0, 1)),
-    m.Sightings: st.builds(m.Sightings, seen=st.lists(sightings, max_size=4)),
+    m.Sightings: st.builds(m.Sightings, seen=tuples(sightings, max_size=4)),
     m.Bid: st.builds(m.Bid, lot=names, cost=st.none() | st.floats(0, 1e6)),
-    m.Sketch: st.builds(m.Sketch, strokes=st.lists(strokes, max_size=4)),
+    m.Sketch: st.builds(m.Sketch, strokes=tuples(strokes, max_size=4)),
     m.TeamOrder: st.builds(m.TeamOrder, priority=st.none() | names, lease=st.floats(0, 2)),
     m.Sight: st.builds(m.Sight, poses=st.dictionaries(names, poses, max_size=3)),
     m.Say: st.builds(
@@ -109,7 +118,7 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
     ),
     m.Links: st.builds(
         m.Links,
-        links=st.lists(
+        links=tuples(
             st.builds(
                 m.LinkCount,
                 speaker=names, arrived=counts, lost=counts, under_way=counts, delay=seconds, longest=seconds,
@@ -137,16 +146,16 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
         m.RefereeState,
         game=names, stage=st.sampled_from(m.Stage), halted=st.none() | st.text(max_size=40),
         way_out=st.none() | st.text(max_size=40),
-        waiting=st.lists(st.text(max_size=20), max_size=3), clock=seconds, total=seconds, round=counts, rounds=counts,
-        score=st.dictionaries(names, st.integers(0, 99), max_size=3), players=st.lists(statuses, max_size=3),
-        zones=st.lists(zones, max_size=3), auctions=st.lists(auctions, max_size=2),
-        objects=st.lists(objects, max_size=2), numbers=st.dictionaries(names, coordinates, max_size=2),
+        waiting=tuples(st.text(max_size=20), max_size=3), clock=seconds, total=seconds, round=counts, rounds=counts,
+        score=st.dictionaries(names, st.integers(0, 99), max_size=3), players=tuples(statuses, max_size=3),
+        zones=tuples(zones, max_size=3), auctions=tuples(auctions, max_size=2),
+        objects=tuples(objects, max_size=2), numbers=st.dictionaries(names, coordinates, max_size=2),
         winner=st.none() | names, estop=st.booleans(),
     ),
     m.Call: st.builds(
         m.Call,
-        number=counts, rule=names, text=st.text(max_size=50), players=st.lists(names, max_size=3),
-        poses=st.lists(poses, max_size=3), clock=seconds,
+        number=counts, rule=names, text=st.text(max_size=50), players=tuples(names, max_size=3),
+        poses=tuples(poses, max_size=3), clock=seconds,
     ),
     m.Official: st.builds(
         m.Official,
@@ -163,7 +172,7 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
     m.SeatAnswer: st.builds(m.SeatAnswer, id=names, refused=st.none() | st.text(max_size=50)),
     m.Processes: st.builds(
         m.Processes,
-        processes=st.lists(
+        processes=tuples(
             st.builds(
                 m.ProcessStatus,
                 name=names, machine=names, state=st.sampled_from(m.ProcessState), node=st.text(max_size=20),
@@ -179,7 +188,7 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
     Laser: st.builds(
         Laser,
         angle_min=angles, angle_step=angles, range_max=coordinates,
-        data=st.lists(st.floats(0, 80, width=32), max_size=20).map(lambda r: np.array(r, "<f4").tobytes()),
+        data=tuples(st.floats(0, 80, width=32), max_size=20).map(lambda r: np.array(r, "<f4").tobytes()),
     ),
 }  # fmt: skip
 
@@ -195,8 +204,27 @@ def test_a_message_comes_back_as_it_was_sent(kind: type[m.Message]) -> None:
     def check(body: m.Message, stamp: float, sequence: int) -> None:
         received = decode(encode(Received("k", stamp, sequence, body, "player/ann")), kind, "k")
         assert received == Received("k", stamp, sequence, body, "player/ann")
+        assert_immutable(body)
+        assert_immutable(received)
 
     check()
+
+
+def assert_immutable(value: object) -> None:
+    """Many receivers share a message, so nothing in it may be changed, however deep it is."""
+    if isinstance(value, Struct):
+        with pytest.raises(AttributeError):
+            setattr(value, value.__struct_fields__[0], None)
+        parts: Iterable[object] = structs.astuple(value)
+    elif isinstance(value, FrozenDict):
+        with pytest.raises(TypeError, match=r"dict\(table\)"):
+            value["x"] = 1
+        parts = value.values()
+    else:
+        assert value is None or isinstance(value, str | int | float | bytes | tuple | enum.Enum), value
+        parts = value if isinstance(value, tuple) else ()
+    for part in parts:
+        assert_immutable(part)
 
 
 @pytest.mark.parametrize("kind", MESSAGES, ids=lambda k: k.__name__)

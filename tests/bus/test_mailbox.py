@@ -18,7 +18,7 @@ def _drive(robot: str, stamp: float, sequence: int, left: float = 0.0) -> Receiv
 
 
 def _call(number: int, stamp: float = 0.0) -> Received[m.Call]:
-    call = m.Call(number=number, rule="r", text="", players=[], poses=[], clock=0.0)
+    call = m.Call(number=number, rule="r", text="", players=(), poses=(), clock=0.0)
     return Received(KEYS.referee_event.key, stamp, number, call)
 
 

@@ -48,7 +48,7 @@ def receive(session: Session, mailbox: Mailbox) -> None:
 
 
 def call(number: int) -> m.Call:
-    return m.Call(number=number, rule="r", text="", players=[], poses=[], clock=0.0)
+    return m.Call(number=number, rule="r", text="", players=(), poses=(), clock=0.0)
 
 
 class Calls:

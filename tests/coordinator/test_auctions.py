@@ -23,7 +23,7 @@ ALL = ["ann", "bob", "cat"]
 
 
 def auction(lot: str = "rug", bidders: Sequence[str] = ALL, **others: object) -> Auction:
-    return msgspec.structs.replace(Auction(lot=lot, bidders=list(bidders), opened=1.0, lasts=LASTS), **others)
+    return msgspec.structs.replace(Auction(lot=lot, bidders=tuple(bidders), opened=1.0, lasts=LASTS), **others)
 
 
 def state(*auctions: Auction) -> GameState:
@@ -163,7 +163,7 @@ def test_a_bid_of_somebody_who_may_not_bid_is_refused(who: str) -> None:
 def test_who_may_bid_no_longer_does_not_win() -> None:
     """A rule book takes somebody off the list, who has bid before."""
     now = after(state(), (1.1, bids(("ann", 1.0), ("bob", 2.0))))
-    now = opened(now, msgspec.structs.replace(now.auctions["rug"], bidders=["bob", "cat"]))
+    now = opened(now, msgspec.structs.replace(now.auctions["rug"], bidders=("bob", "cat")))
     assert winner(after(now, (1.5, []))) == "bob"
 
 
@@ -199,7 +199,7 @@ def test_an_open_auction_forgets_the_bid_of_who_has_won_another() -> None:
 def test_an_auction_that_is_opened_again_has_no_bids_and_no_winner() -> None:
     won = after(state(), (1.5, bids(("ann", 1.0)))).auctions["rug"]
     again = reopened(won, 7.0)
-    assert (again.lot, again.bidders, again.opened, again.lasts) == ("rug", ALL, 7.0, LASTS)
+    assert (again.lot, again.bidders, again.opened, again.lasts) == ("rug", tuple(ALL), 7.0, LASTS)
     assert (again.bids, again.winner) == ({}, None)
 
 
@@ -274,7 +274,7 @@ def test_whatever_is_bid_nobody_has_two_lots_and_who_wins_has_bid_and_may(
 
 def test_auctions_survive_the_journal() -> None:
     seen = Sighting(x=1.0, y=2.0, time=3.0, xx=0.01, xy=-0.001, yy=0.02)
-    now = after(state(auction(evidence=[seen]), auction("vase")), (1.5, bids(("ann", 1.0), ("bob", 2.5))))
+    now = after(state(auction(evidence=(seen,)), auction("vase")), (1.5, bids(("ann", 1.0), ("bob", 2.5))))
     assert msgspec.json.decode(msgspec.json.encode(now), type=GameState) == now
     assert msgspec.convert(msgspec.to_builtins(now), GameState) == now
 
@@ -298,8 +298,9 @@ def test_a_cost_and_no_cost_can_be_sent(cost: float | None) -> None:
 @pytest.mark.parametrize("cost", [math.nan, math.inf, -1.0])
 def test_no_state_of_the_referee_holds_a_cost_that_is_none(cost: float) -> None:
     body = RefereeState(
-        game="g", stage=Stage.PLAY_ROUND, halted=None, way_out=None, waiting=[],
-        clock=0.0, total=0.0, round=1, rounds=1, score={}, players=[], zones=[], auctions=[auction(bids={"ann": cost})],
+        game="g", stage=Stage.PLAY_ROUND, halted=None, way_out=None, waiting=(),
+        clock=0.0, total=0.0, round=1, rounds=1, score={}, players=(), zones=(),
+        auctions=(auction(bids={"ann": cost}),),
     )  # fmt: skip
     with pytest.raises(MessageError):
         decode(encode(Received("referee", 1.0, 0, body)), RefereeState, "referee")

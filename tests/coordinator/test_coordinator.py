@@ -127,7 +127,7 @@ def table(tmp_path: Path) -> Table:
 
 def test_the_round_begins_when_all_report_and_stand_still(table: Table) -> None:
     table.silent = {"m1"}
-    assert table.ticks(3).waiting == ["starting: 4 of 5 players are ready"]
+    assert table.ticks(3).waiting == ("starting: 4 of 5 players are ready",)
     table.silent = set()
     assert table.tick().stage is m.Stage.PLAY_ROUND
 
@@ -370,7 +370,7 @@ def test_nobody_asks_the_world_to_carry_a_physical_robot(table: Table) -> None:
 def test_a_physical_robot_whose_pose_is_too_old_halts_the_match_and_is_waited_for(table: Table) -> None:
     table.ages = {"m1": 0.6}
     said = "m1: its pose is older than 0.5 s"
-    assert table.ticks(3).waiting == [said]
+    assert table.ticks(3).waiting == (said,)
     table.ages = {"m1": 0.5}
     assert table.ticks(3).stage is m.Stage.PLAY_ROUND
     for age in (0.52, 0.62, 0.72):
@@ -407,7 +407,7 @@ def test_a_round_does_not_begin_by_old_poses(table: Table) -> None:
     table.silent = set()
     state = table.ticks(3)
     assert state.stage is m.Stage.INITIALIZE
-    assert state.waiting == ["no poses come: the newest are older than 2 s"]
+    assert state.waiting == ("no poses come: the newest are older than 2 s",)
 
 
 def full(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -494,7 +494,7 @@ class TestLatchedFaults:
             self.report(table, fault=None)
             state = table.tick()
         hint = "(`vrg official recover m1` or the key R clears it)"
-        assert state.waiting == [f"m1: its robot has latched a fault {hint}"]
+        assert state.waiting == (f"m1: its robot has latched a fault {hint}",)
         assert state.halted is None
 
     def test_a_button_at_a_drive_is_released_and_not_recovered(self, table: Table) -> None:
@@ -502,14 +502,14 @@ class TestLatchedFaults:
         for _ in range(3):
             self.report(table, fault="m1: somebody has pressed it", pressed=True)
             state = table.tick()
-        assert state.waiting == ["m1: somebody has pressed it"]
+        assert state.waiting == ("m1: somebody has pressed it",)
 
     def test_a_fault_that_begins_with_the_letters_of_a_name_keeps_the_name(self, table: Table) -> None:
         table.silent = {"m1"}
         for _ in range(3):
             self.report(table, fault="m12 amperes are too much", pressed=True)
             state = table.tick()
-        assert state.waiting == ["m1: m12 amperes are too much"]
+        assert state.waiting == ("m1: m12 amperes are too much",)
 
     def test_a_fault_that_is_not_latched_stops_nobody_else(self, table: Table) -> None:
         table.ticks(2)

@@ -25,7 +25,7 @@ def standing(clock: float = 0.0, **changed: object) -> Standing:
 
 
 def call(number: int) -> Call:
-    return Call(number=number, rule="tag", text="a tags b", players=["a"], poses=[], clock=1.0)
+    return Call(number=number, rule="tag", text="a tags b", players=("a",), poses=(), clock=1.0)
 
 
 @pytest.fixture

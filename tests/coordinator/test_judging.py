@@ -75,7 +75,7 @@ def another_text(calls: list[m.Call]) -> list[m.Call]:
 
 
 def another_player(calls: list[m.Call]) -> list[m.Call]:
-    return [structs.replace(calls[0], players=["s0", "m1"])]
+    return [structs.replace(calls[0], players=("s0", "m1"))]
 
 
 @pytest.mark.parametrize(

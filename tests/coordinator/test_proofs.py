@@ -224,7 +224,7 @@ def test_a_number_holds_as_its_relation_says(relation: Relation, value: float, h
 
 
 def test_a_call_whose_number_is_wrong_is_told() -> None:
-    call = Call(number=3, rule="tag", text="ann is tagged by bob", players=[], poses=[], clock=1.0)
+    call = Call(number=3, rule="tag", text="ann is tagged by bob", players=(), poses=(), clock=1.0)
     wrong = Measure("distance between ann and bob", 0.35, Relation.AT_MOST, 0.3)
     case = Case(call, None, Field({}), Field({}, time=7.0))
     (found,) = unproved(lambda _book, _case: [wrong], None, [case])  # type: ignore[arg-type]

@@ -62,10 +62,10 @@ def test_nothing_that_nobody_of_the_team_is_near_is_ever_seen(
 
 def test_the_hidden_state_tells_neither_poses_nor_what_they_follow_from() -> None:
     players = [status("r1", 1.0), status("b1", 2.0)]
-    auction = Auction(lot="x", bidders=["r1"], opened=1.0, lasts=0.3, bids={"r1": 4.0}, winner="r1")
+    auction = Auction(lot="x", bidders=("r1",), opened=1.0, lasts=0.3, bids={"r1": 4.0}, winner="r1")
     state = RefereeState(
-        game="g", stage=Stage.PLAY_ROUND, halted=None, way_out=None, waiting=[], clock=0.0, total=0.0, round=1,
-        rounds=1, score={"r": 1}, players=players, zones=[], auctions=[auction], estop=False,
+        game="g", stage=Stage.PLAY_ROUND, halted=None, way_out=None, waiting=(), clock=0.0, total=0.0, round=1,
+        rounds=1, score={"r": 1}, players=players, zones=(), auctions=(auction,), estop=False,
     )  # fmt: skip
     told = hidden(state)
     assert [player.pose for player in told.players] == [None, None]

@@ -44,8 +44,8 @@ class Bench:
     ) -> None:
         status = m.PlayerStatus(name="a", team="t", role="r", state="s", may_move=may_move, radius=0.3)
         state = m.RefereeState(
-            game="g", stage=m.Stage.PLAY_ROUND, halted=halted, way_out=None, waiting=[], clock=0.0, total=0.0, round=1,
-            rounds=1, score={}, players=[status], zones=[], estop=estop,
+            game="g", stage=m.Stage.PLAY_ROUND, halted=halted, way_out=None, waiting=(), clock=0.0, total=0.0, round=1,
+            rounds=1, score={}, players=(status,), zones=(), estop=estop,
         )  # fmt: skip
         self.say(KEYS.referee_state, state, stamp=stamp)
 

@@ -30,8 +30,8 @@ def state(
         m.PlayerStatus(name="b", team="t", role="r", state="s", may_move=True, radius=0.35),
     ]
     return m.RefereeState(
-        game="g", stage=m.Stage.PLAY_ROUND, halted=halted, way_out=None, waiting=[], clock=0.0, total=0.0, round=1,
-        rounds=1, score={}, players=players, zones=[], estop=estop,
+        game="g", stage=m.Stage.PLAY_ROUND, halted=halted, way_out=None, waiting=(), clock=0.0, total=0.0, round=1,
+        rounds=1, score={}, players=players, zones=(), estop=estop,
     )  # fmt: skip
 
 

@@ -96,8 +96,8 @@ def referee(halted: str | None = None, estop: bool = False, a_may: bool = True) 
         for n, may in (("a", a_may), ("b", True))
     ]
     return RefereeState(
-        game="g", stage=Stage.PLAY_ROUND, halted=halted, way_out=None, waiting=[], clock=0.0, total=0.0, round=1,
-        rounds=1, score={}, players=players, zones=[], estop=estop,
+        game="g", stage=Stage.PLAY_ROUND, halted=halted, way_out=None, waiting=(), clock=0.0, total=0.0, round=1,
+        rounds=1, score={}, players=players, zones=(), estop=estop,
     )  # fmt: skip
 
 

@@ -153,8 +153,8 @@ def test_an_emergency_stop_has_the_time_of_its_arrival_not_of_the_look(bench: Be
 
 
 def test_what_comes_while_the_launcher_looks_keeps_its_own_time_and_its_place_among_the_others(bench: Bench) -> None:
-    begin = Call(number=1, rule="begin", text="play begins", players=[], poses=[], clock=0.0)
-    halt = Call(number=2, rule="halt", text="play is halted", players=[], poses=[], clock=0.0)
+    begin = Call(number=1, rule="begin", text="play begins", players=(), poses=(), clock=0.0)
+    halt = Call(number=2, rule="halt", text="play is halted", players=(), poses=(), clock=0.0)
     bench.clock(4.0)
     bench.session.say(KEYS.referee_event, begin, 4.0, 0)
     bench.listening.look()
@@ -215,7 +215,7 @@ def test_an_order_is_logged_after_a_release_that_was_not_heard(bench: Bench) -> 
 
 def test_only_halts_are_logged_of_the_referees_calls(bench: Bench) -> None:
     for number, rule in enumerate(("begin", "halt", "resume")):
-        call = Call(number=number, rule=rule, text=f"{rule}!", players=[], poses=[], clock=0.0)
+        call = Call(number=number, rule=rule, text=f"{rule}!", players=(), poses=(), clock=0.0)
         bench.session.say(KEYS.referee_event, call, 1.0, number)
     [event] = bench.events()
     assert (event.what, event.number, event.text) == (What.HALT, 1, "halt!")

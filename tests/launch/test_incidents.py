@@ -37,7 +37,7 @@ class Run:
             text = f"play is halted: {text}"
         elif rule in ("resume", "game_over"):
             self._halted = None
-        call = Call(number=self._calls, rule=rule, text=text, players=[], poses=[], clock=time)
+        call = Call(number=self._calls, rule=rule, text=text, players=(), poses=(), clock=time)
         standing = Standing(
             stage=Stage.PLAY_ROUND, halted=self._halted, clock=time, total=time, in_stage=time, calls=self._calls,
             winner=None, game={},

@@ -39,9 +39,9 @@ class Bench:
         )
         self.now = 100.0
         self.state = RefereeState(
-            game="g", stage=Stage.PLAY_ROUND, halted=None, way_out=None, waiting=[], clock=0.0, total=0.0, round=1,
-            rounds=1, score={}, zones=[],
-            players=[PlayerStatus(name="ann", team="t", role="r", state="active", may_move=True, radius=0.3)],
+            game="g", stage=Stage.PLAY_ROUND, halted=None, way_out=None, waiting=(), clock=0.0, total=0.0, round=1,
+            rounds=1, score={}, zones=(),
+            players=(PlayerStatus(name="ann", team="t", role="r", state="active", may_move=True, radius=0.3),),
         )  # fmt: skip
 
     def hear(self, body: Any) -> None:

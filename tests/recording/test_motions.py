@@ -45,7 +45,7 @@ class World:
             self.rest = None if not m.at_rest(v, 0.0) else self.rest if self.rest is not None else time
             if tick % 5 == 0 and not deaf[0] <= time < deaf[1]:
                 body = m.Body("ann", Pose(self.x, 0.0, 0.0), v, 0.0, self._physical, 0.0, self.rest)
-                self.say(KEYS.poses, m.Poses(bodies=[body]), time)
+                self.say(KEYS.poses, m.Poses(bodies=(body,)), time)
                 self.say(KEYS.clock, m.Clock(time=time, tick=tick, epoch=0, rate=1.0, estop=False), time)
                 self.recorder.mailbox.handover(time)
                 self.recorder.tick(Tick(time))

@@ -60,7 +60,7 @@ def test_the_marks_on_which_players_line_up_come_back(recorder, path):
     match = synthetic.Match(KEYS)
     state = synthetic.state(1.0)
     mark = Pose(1.0, 2.0, 0.5)
-    marked = replace(state, players=[replace(state.players[0], mark=mark), *state.players[1:]])
+    marked = replace(state, players=(replace(state.players[0], mark=mark), *state.players[1:]))
     hear(recorder, match, (KEYS.referee_state, marked, 1.0))
     recorder.stop()
     (_, read) = read_match(path).states[0]
@@ -69,7 +69,7 @@ def test_the_marks_on_which_players_line_up_come_back(recorder, path):
 
 def test_orders_of_the_emergency_stop_and_sketches_come_back(recorder, path):
     match = synthetic.Match(KEYS)
-    sketch = m.Sketch(strokes=[m.Stroke(points=[(1.0, 2.0), (3.0, 4.0)], label="goal")])
+    sketch = m.Sketch(strokes=(m.Stroke(points=((1.0, 2.0), (3.0, 4.0)), label="goal"),))
     hear(recorder, match, (KEYS.estop, m.Estop(by="ann", reason="smoke"), 1.0), (KEYS.sketch("nemo"), sketch, 1.0))
     hear(recorder, match, (KEYS.estop_release, m.EstopRelease(by="bob"), 2.0))
     recorder.stop()

@@ -218,7 +218,7 @@ def recorded_readings(path, said, **options):
     recorder = Recorder("recorder", Mailbox(), KEYS, path, **options)
     body = m.Body(name="nemo", pose=Pose(1.0, 2.0, np.pi / 2), v=0.0, w=0.0, physical=False)
     match = synthetic.Match(KEYS)
-    match.say(recorder.mailbox, KEYS.poses, m.Poses(bodies=[body]), 0.0, 0)
+    match.say(recorder.mailbox, KEYS.poses, m.Poses(bodies=(body,)), 0.0, 0)
     for topic, reading in said:
         match.say(recorder.mailbox, topic, reading, 0.0, 7)
     recorder.mailbox.handover(0.0)

@@ -153,11 +153,11 @@ def test_who_has_a_players_keys_can_do_nothing_else_with_them(guarded: Match) ->
         put(keys.say("sharks", "shark").key, m.Say(words=b"\xa5rogue")),
         put(keys.say("minnows", "bob").key, m.Say(words=b"\xa5rogue")),
         put(keys.order("minnows").key, m.TeamOrder(priority="rogue", lease=2.0)),
-        put(keys.referee_event.key, m.Call(number=999, rule="rogue", text="x", players=[], poses=[], clock=0.0)),
+        put(keys.referee_event.key, m.Call(number=999, rule="rogue", text="x", players=(), poses=(), clock=0.0)),
         put(keys.speed_limit("ann").key, m.SpeedLimit(v_max=99.0)),
         put(keys.recover("ann").key, m.Recover(by="rogue")),
         put(keys.clock.key, m.Clock(time=FAR, tick=1, epoch=99, rate=1.0, estop=False), FAR),
-        put(keys.poses.key, m.Poses(bodies=[m.Body("ann", pose, 0.0, 0.0, False)])),
+        put(keys.poses.key, m.Poses(bodies=(m.Body("ann", pose, 0.0, 0.0, False),))),
         put(keys.robot_state("ann").key, m.RobotState(armed=True, estop=False, fault="rogue")),
         put(keys.world_request.key, m.WorldRequest(kind=m.RequestKind.REMOVE, robot="bob")),
         put(keys.official.key, m.Official(action=m.OfficialAction.END, by="rogue")),
@@ -338,7 +338,7 @@ def test_after_the_router_has_died_everybody_gets_in_again_and_nobody_else(guard
     guarded.lose_router()
     late = guarded.join()
     late.wait_until(lambda: set(late.heard.limits) == set(PLAYERS), "the speed limits, which were told once")
-    forged = put(guarded.keys.referee_event.key, m.Call(number=9, rule="x", text="x", players=[], poses=[], clock=0.0))
+    forged = put(guarded.keys.referee_event.key, m.Call(number=9, rule="x", text="x", players=(), poses=(), clock=0.0))
     with Spy(guarded) as spy:
         rogue(guarded, seat(guarded, ANN).folder, put=[forged])
         assert not spy.got(*forged)

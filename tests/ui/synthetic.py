@@ -26,27 +26,27 @@ OUT_AT = 12.5
 OBSTACLES = (Rectangle(16.0, -12.25, 26.0, -12.15), Rectangle(26.75, -32.0, 26.85, -13.0), Circle(21.0, -24.0, 0.35))
 
 
-def zones(passing: int = 1) -> list[m.Zone]:
+def zones(passing: int = 1) -> tuple[m.Zone, ...]:
     """The field, the safe end and the starting end; they swap after the first pass."""
     north = Rectangle(X_MIN, -16.0, X_MAX, Y_MAX)
     south = Rectangle(X_MIN, Y_MIN, X_MAX, -29.0)
     safe, start = (north, south) if passing == 1 else (south, north)
-    return [
+    return (
         m.Zone(name="field", kind="field", region=Rectangle(X_MIN, Y_MIN, X_MAX, Y_MAX)),
         m.Zone(name="safe zone", kind="safe", region=safe),
         m.Zone(name="start", kind="start", region=start),
-    ]
+    )
 
 
-def four_shapes() -> list[m.Zone]:
+def four_shapes() -> tuple[m.Zone, ...]:
     """A field that is a polygon, with one zone of each of the other shapes; the safe one is a sector."""
     field = Polygon(((X_MIN, Y_MIN), (X_MAX, Y_MIN), (X_MAX, -16.0), (22.0, Y_MAX), (X_MIN, Y_MAX)))
-    return [
+    return (
         m.Zone(name="field", kind="field", region=field),
         m.Zone(name="corner", kind="safe", region=Sector(X_MIN, Y_MIN, 5.0, 0.0, math.pi / 2)),
         m.Zone(name="island", kind="start", region=Circle(21.0, -22.0, 2.5)),
         m.Zone(name="gate", kind="goal", region=Rectangle(22.0, -31.0, 25.0, -28.0)),
-    ]
+    )
 
 
 def pose_at(name: str, time: float) -> Pose:
@@ -84,10 +84,10 @@ def _shark(name: str, time: float) -> tuple[float, float]:
 def poses(time: float) -> m.Poses:
     """Every body; the two first are said to be physical."""
     return m.Poses(
-        bodies=[
+        bodies=tuple(
             m.Body(name=name, pose=pose_at(name, time), v=0.9, w=0.1, physical=name in ("bruce", "nemo"))
             for name in NAMES
-        ]
+        )
     )
 
 
@@ -116,7 +116,7 @@ def state(time: float, **changes: object) -> m.RefereeState:
         "stage": m.Stage.PLAY_ROUND,
         "halted": None,
         "way_out": None,
-        "waiting": [],
+        "waiting": (),
         "clock": time - (passing - 1) * PASS_TIME,
         "total": time,
         "round": passing,
@@ -135,16 +135,16 @@ def calls(time: float) -> list[m.Call]:
             number=1,
             rule="tag",
             text="bruce tagged gill: the outlines were 0.24 m apart, outside the safe zone. gill is inactive.",
-            players=["gill", "bruce"],
-            poses=[pose_at("gill", TAGGED_AT), pose_at("bruce", TAGGED_AT)],
+            players=("gill", "bruce"),
+            poses=(pose_at("gill", TAGGED_AT), pose_at("bruce", TAGGED_AT)),
             clock=TAGGED_AT,
         ),
         m.Call(
             number=2,
             rule="out_of_bounds",
             text="squirt is out of bounds at x = 26.7 m and becomes inactive.",
-            players=["squirt"],
-            poses=[pose_at("squirt", OUT_AT)],
+            players=("squirt",),
+            poses=(pose_at("squirt", OUT_AT),),
             clock=OUT_AT,
         ),
     ]

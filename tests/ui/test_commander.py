@@ -191,8 +191,8 @@ def state_of(score: dict[str, int], *, hidden: bool = False) -> m.RefereeState:
         for number in range(1, 5)
     ]  # fmt: skip
     return m.RefereeState(
-        game="roboflag", stage=m.Stage.PLAY_ROUND, halted=None, way_out=None, waiting=[], clock=1.0, total=1.0,
-        round=1, rounds=2, score=dict(score), players=players, zones=[],
+        game="roboflag", stage=m.Stage.PLAY_ROUND, halted=None, way_out=None, waiting=(), clock=1.0, total=1.0,
+        round=1, rounds=2, score=dict(score), players=players, zones=(),
     )  # fmt: skip
 
 
@@ -301,7 +301,7 @@ class TestGamepad:
 
 
 def _tag(name: str) -> m.Call:
-    return m.Call(number=1, rule="tag", text="tag", players=[name], poses=[Pose(0.0, 0.0, 0.0)], clock=1.0)
+    return m.Call(number=1, rule="tag", text="tag", players=(name,), poses=(Pose(0.0, 0.0, 0.0),), clock=1.0)
 
 
 class TestWindow:

@@ -360,7 +360,7 @@ def test_any_size_can_be_drawn(scene_at, size):
 
 
 def test_odd_words_are_drawn(scene_at):
-    strange = m.Call(number=3, rule="tag", text="x" * 500 + " \0 ☃ 日本", players=[], poses=[], clock=1.0)
+    strange = m.Call(number=3, rule="tag", text="x" * 500 + " \0 ☃ 日本", players=(), poses=(), clock=1.0)
     scene = dataclasses.replace(scene_at(5.0, halted="y" * 900, waiting=["z" * 900] * 40), calls=(strange,))
     painted(scene)
 

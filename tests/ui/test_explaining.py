@@ -15,7 +15,7 @@ from vrg.ui.explaining import Card, Explainer
 from vrg.ui.spectator import Spectator
 from vrg.ui.text import Fonts
 
-CALL = Call(number=7, rule="tag", text="ann is tagged by bob", players=[], poses=[], clock=12.3)
+CALL = Call(number=7, rule="tag", text="ann is tagged by bob", players=(), poses=(), clock=12.3)
 
 
 def worked_out(explainer: Explainer) -> Card:

@@ -34,7 +34,7 @@ def written(table: object) -> str:
 def test_each_process_is_shown_with_what_it_tells_itself() -> None:
     mailbox = Mailbox()
     board = Board(mailbox, KEYS)
-    tell(mailbox, KEYS.processes.key, Processes(processes=[ROUTER, ANN, AWAY]))
+    tell(mailbox, KEYS.processes.key, Processes(processes=(ROUTER, ANN, AWAY)))
     pulse = Pulse(ticks=90, missed=3, frequency=9.96, late=0.012, drift=-4e-5, refused=7)
     tell(mailbox, KEYS.pulse("player", "ann").key, pulse)
     tell(mailbox, KEYS.pulse("player", "bob").key, pulse)
@@ -52,7 +52,7 @@ def test_where_the_output_is_no_terminal_it_is_printed_once_and_whole() -> None:
     console = Console(width=120, record=True, force_terminal=False, file=io.StringIO())
     node = ProcessTable("processes", mailbox, KEYS, console=console)
     node.tick(Tick(0.0))
-    tell(mailbox, KEYS.processes.key, Processes(processes=[ROUTER, ANN, AWAY]))
+    tell(mailbox, KEYS.processes.key, Processes(processes=(ROUTER, ANN, AWAY)))
     node.tick(Tick(0.5))
     assert not node.printed, "ann has told nothing of itself yet"
     tell(mailbox, KEYS.pulse("player", "ann").key, Pulse(ticks=1, missed=0))

@@ -57,7 +57,7 @@ def test_a_robot_that_is_placed_elsewhere_leaves_no_trail_across_the_field():
     builder = SceneBuilder()
     for tick, x in enumerate((0.0, 0.2, 0.4, 9.0)):
         body = m.Body(name="a", pose=Pose(x, 0.0, 0.0), v=1.0, w=0.0, physical=False)
-        builder.poses(m.Poses(bodies=[body]), tick * 0.2)
+        builder.poses(m.Poses(bodies=(body,)), tick * 0.2)
     assert builder.build(True).bodies[0].trail == ((9.0, 0.0),)
 
 
@@ -73,15 +73,15 @@ def test_trails_begin_anew_when_the_world_restarts():
 def test_only_the_last_calls_are_kept():
     builder = SceneBuilder()
     for number in range(1, 100):
-        builder.call(m.Call(number=number, rule="tag", text="", players=[], poses=[], clock=0.0), 0.0)
+        builder.call(m.Call(number=number, rule="tag", text="", players=(), poses=(), clock=0.0), 0.0)
     assert [call.number for call in builder.build(True).calls] == list(range(100 - CALLS_KEPT, 100))
 
 
 def test_what_an_official_was_refused_pushes_no_call_off_the_list():
     builder = SceneBuilder()
-    builder.call(m.Call(number=1, rule="tag", text="", players=[], poses=[], clock=0.0), 0.0)
+    builder.call(m.Call(number=1, rule="tag", text="", players=(), poses=(), clock=0.0), 0.0)
     for number in range(2, 100):
-        builder.call(m.Call(number=number, rule="refused", text="", players=[], poses=[], clock=0.0), 0.0)
+        builder.call(m.Call(number=number, rule="refused", text="", players=(), poses=(), clock=0.0), 0.0)
     assert [call.number for call in builder.build(True).calls] == [1]
 
 
@@ -116,7 +116,7 @@ def test_only_calls_that_the_game_marks_flash():
     builder.referee(synthetic.state(9.0))
     for rule in ("begin", "pass_over", "refused", "disqualified"):
         pose = synthetic.pose_at("gill", 9.0)
-        builder.call(m.Call(number=1, rule=rule, text="", players=["gill"], poses=[pose], clock=9.0), 9.0)
+        builder.call(m.Call(number=1, rule=rule, text="", players=("gill",), poses=(pose,), clock=9.0), 9.0)
     assert [flash.word for flash in flashes(builder, 9.1)] == ["disqualified"]
 
 

@@ -23,11 +23,11 @@ from vrg.ui.thoughts import Thoughts
 def test_a_sketch_is_shown_in_the_colour_of_its_players_role_while_it_plays():
     builder = SceneBuilder()
     builder.clock(m.Clock(time=1.0, tick=10, epoch=0, rate=1.0, estop=False))
-    builder.sketch("bruce", m.Sketch(strokes=[m.Stroke(points=[(1.0, 2.0)], label="x")]))
-    builder.sketch("somebody else", m.Sketch(strokes=[m.Stroke(points=[(3.0, 3.0)])]))
+    builder.sketch("bruce", m.Sketch(strokes=(m.Stroke(points=((1.0, 2.0),), label="x"),)))
+    builder.sketch("somebody else", m.Sketch(strokes=(m.Stroke(points=((3.0, 3.0),)),)))
     builder.referee(synthetic.state(1.0))
     assert builder.build(True).strokes == (SceneStroke("shark", ((1.0, 2.0),), "x"),)
-    builder.sketch("bruce", m.Sketch(strokes=[]))
+    builder.sketch("bruce", m.Sketch(strokes=()))
     assert builder.build(True).strokes == ()
 
 
@@ -64,10 +64,10 @@ CALL = CallRecord(Time(5, 0), 1, "dispatch", "", ["ann"], [], 1.0, 1)
 
 def test_what_the_first_player_of_a_call_expected_is_in_the_plot(axes):
     panel, labels = axes
-    early = Thought("ann", 4.0, [m.Stroke(points=[(1.0, 1.0), (2.0, 2.0)], label="too early")])
-    plain = Thought("ann", 5.1, [m.Stroke(points=[(1.0, 1.0), (3.0, 3.0)])])
-    said = Thought("ann", 5.6, [m.Stroke(points=[(1.0, 1.0), (4.0, 4.0)], label="meets in 2.0 s")])
-    other = Thought("bob", 5.0, [m.Stroke(points=[(9.0, 9.0), (8.0, 8.0)], label="bob")])
+    early = Thought("ann", 4.0, [m.Stroke(points=((1.0, 1.0), (2.0, 2.0)), label="too early")])
+    plain = Thought("ann", 5.1, [m.Stroke(points=((1.0, 1.0), (3.0, 3.0)))])
+    said = Thought("ann", 5.6, [m.Stroke(points=((1.0, 1.0), (4.0, 4.0)), label="meets in 2.0 s")])
+    other = Thought("bob", 5.0, [m.Stroke(points=((9.0, 9.0), (8.0, 8.0)), label="bob")])
     thoughts = Thoughts({}, [early, other, plain, said])
     thoughts.draw_at(panel, CALL, Moment("*", "dispatched", thought=True), {"ann": (1.0, 0.0, 0.0)}, labels)
     assert "meets in 2.0 s" in [text.get_text() for text in panel.texts]
@@ -76,7 +76,7 @@ def test_what_the_first_player_of_a_call_expected_is_in_the_plot(axes):
 
 def test_a_moment_that_does_not_ask_for_it_shows_no_thought(axes):
     panel, labels = axes
-    thoughts = Thoughts({}, [Thought("ann", 5.1, [m.Stroke(points=[(1.0, 1.0)], label="x")])])
+    thoughts = Thoughts({}, [Thought("ann", 5.1, [m.Stroke(points=((1.0, 1.0),), label="x")])])
     thoughts.draw_at(panel, CALL, Moment("X", "tag"), {"ann": (1.0, 0.0, 0.0)}, labels)
     assert not panel.texts
 

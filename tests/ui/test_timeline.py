@@ -93,7 +93,7 @@ def match_of(*places, **said):
     """A match with one robot that was at these (time, x, y, heading)."""
     return RecordedMatch(
         poses=[
-            (time, m.Poses(bodies=[m.Body(name="a", pose=Pose(x, y, theta), v=0.0, w=0.0, physical=False)]))
+            (time, m.Poses(bodies=(m.Body(name="a", pose=Pose(x, y, theta), v=0.0, w=0.0, physical=False),)))
             for time, x, y, theta in places
         ],
         **said,
@@ -125,7 +125,7 @@ def test_nobody_knows_what_a_body_did_while_nothing_was_recorded():
 def test_a_body_that_goes_away_stands_until_then_and_one_that_comes_later_is_not_there_before():
     match = match_of((0.0, 0.0, 0.0, 0.0), (0.1, 0.1, 0.0, 0.0))
     b = m.Body(name="b", pose=Pose(5.0, 5.0, 0.0), v=0.0, w=0.0, physical=False)
-    match.poses.append((0.2, m.Poses(bodies=[b])))
+    match.poses.append((0.2, m.Poses(bodies=(b,))))
     timeline = Timeline(match)
     assert [body.name for body in timeline.at(0.15).bodies] == ["a"]
     assert timeline.at(0.15).starts == ((0.0, 0.0),)
@@ -149,14 +149,14 @@ def test_the_emergency_stop_is_shown_while_it_is_engaged():
 
 
 def test_sketches_are_shown_until_the_next_one():
-    said = [(1.0, m.Sketch(strokes=[m.Stroke(points=[(1.0, 2.0)])])), (2.0, m.Sketch(strokes=[]))]
+    said = [(1.0, m.Sketch(strokes=(m.Stroke(points=((1.0, 2.0),)),))), (2.0, m.Sketch(strokes=()))]
     places = [(t / 2, 0.0, 0.0, 0.0) for t in range(8)]
     timeline = Timeline(match_of(*places, states=[(0.0, synthetic.state(0.0))], sketches={"nemo": said}))
     assert [len(timeline.at(time).strokes) for time in (0.9, 1.0, 1.9, 2.0)] == [0, 1, 1, 0]
 
 
 def test_what_an_official_was_refused_is_no_mark():
-    refused = m.Call(number=1, rule="refused", text="no", players=[], poses=[], clock=0.0)
+    refused = m.Call(number=1, rule="refused", text="no", players=(), poses=(), clock=0.0)
     timeline = Timeline(match_of((0.0, 0.0, 0.0, 0.0), calls=[(0.0, refused)]))
     assert not timeline.calls
 

@@ -57,4 +57,4 @@ class TeamChannel:
 @shared
 def _with_poses(state: RefereeState, sight: Sight) -> RefereeState:
     poses = sight.poses
-    return structs.replace(state, players=[structs.replace(p, pose=poses.get(p.name)) for p in state.players])
+    return structs.replace(state, players=tuple(structs.replace(p, pose=poses.get(p.name)) for p in state.players))

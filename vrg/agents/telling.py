@@ -63,13 +63,13 @@ def sendable(action: Action) -> tuple[Said, list[str]]:
 
     said = Said(
         None if action.say is None else attempt("say", lambda: packed(action.say), None),
-        attempt("sightings", lambda: checked(Sightings(seen=list(action.sightings))), None)
+        attempt("sightings", lambda: checked(Sightings(seen=tuple(action.sightings))), None)
         if action.sightings
         else None,
         attempt("bids", lambda: _bids(action.bids), []) if action.bids else [],
         None
         if action.sketch is None
-        else attempt("sketch", lambda: checked(Sketch(strokes=list(action.sketch or ()))), None),
+        else attempt("sketch", lambda: checked(Sketch(strokes=tuple(action.sketch or ()))), None),
     )
     return said, problems
 
@@ -123,7 +123,7 @@ class Telling:
         counts = self._radio.counts() if now >= self._count_at else []
         if counts:
             self._count_at = now + COUNT_PERIOD
-            self._mailbox.publish(self._links, Links(links=counts))
+            self._mailbox.publish(self._links, Links(links=tuple(counts)))
 
     def counted(self) -> dict[str, Any]:
         """What came over the radio, as plain data: the numbers of `LinkCount` by team mate."""

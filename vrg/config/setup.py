@@ -254,7 +254,7 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
             ConfigError: there is no such player.
         """
         changed = structs.replace(self.player(name), strategy=strategy)
-        return structs.replace(self, players=[changed if p.name == name else p for p in self.players])
+        return structs.replace(self, players=tuple(changed if p.name == name else p for p in self.players))
 
     @property
     def hosts(self) -> dict[str, Machine]:

@@ -32,7 +32,7 @@ def closed(state: S, lot: str) -> S:
 def published(auction: Auction) -> Auction:
     """A copy for everybody to see, with lists and tables of its own."""
     return structs.replace(
-        auction, bidders=list(auction.bidders), bids=dict(auction.bids), evidence=list(auction.evidence)
+        auction, bidders=tuple(auction.bidders), bids=dict(auction.bids), evidence=tuple(auction.evidence)
     )
 
 

@@ -53,8 +53,8 @@ def numbered(outcomes: Sequence[Outcome], before: int, clock: float) -> list[mes
             rule=call.rule,
             # A text that is too long for the message could not be read from the journal again.
             text=shortened(call.text),
-            players=list(call.players),
-            poses=list(call.poses),
+            players=tuple(call.players),
+            poses=tuple(call.poses),
             clock=clock,
             answers=call.answers,
         )

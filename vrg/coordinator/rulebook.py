@@ -57,13 +57,13 @@ class GameState(Struct, frozen=True, kw_only=True):
     """
 
     round: int = 1
-    states: dict[str, str] = {}
-    points: dict[str, int] = {}
-    disqualified: dict[str, Disqualification] = {}
-    auctions: dict[str, Auction] = {}
-    objects: list[FieldObject] = []
-    numbers: dict[str, float] = {}
-    driven: dict[str, Region] = {}
+    states: Mapping[str, str] = {}
+    points: Mapping[str, int] = {}
+    disqualified: Mapping[str, Disqualification] = {}
+    auctions: Mapping[str, Auction] = {}
+    objects: tuple[FieldObject, ...] = ()
+    numbers: Mapping[str, float] = {}
+    driven: Mapping[str, Region] = {}
 
     def with_state(self, names: Iterable[str], state: str) -> Self:
         """The same, but with these players in state `state`."""
@@ -206,7 +206,7 @@ class RuleBook(Generic[S]):
         """The state before the first round."""
         raise NotImplementedError
 
-    def marks(self, state: S) -> dict[str, Pose]:
+    def marks(self, state: S) -> Mapping[str, Pose]:
         """Where players line up before this round: their starts. Virtual robots that are late are put there."""
         return {name: contestant.start for name, contestant in self.contestants.items()}
 

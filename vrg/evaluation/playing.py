@@ -47,7 +47,7 @@ def played(setup: MatchSetup, folder: RunFolder, limit: float, zygote: Zygote | 
     return Played(
         ended=OVER if ending.state.stage is Stage.GAME_OVER else BROKEN_OFF,
         winner=ending.state.winner,
-        score=ending.state.score,
+        score=dict(ending.state.score),
         calls=counted((call.rule, teams.get(call.players[0], "") if call.players else "") for call in calls),
         match_time=round(ending.time, 3),
         play_time=round(ending.state.total, 3),

@@ -17,7 +17,6 @@ import traceback
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 import msgspec
@@ -113,7 +112,7 @@ class StrategyApart(RemoteStrategy):
 
     def send(self, view: View) -> None:
         """Send it a view. That its process has ended is found out by `act`."""
-        told: dict[str, Any] = {**vars(view), "velocities": dict(view.velocities)}
+        told: dict[str, Any] = dict(vars(view))
         if view.robot is self._known:
             del told["robot"]  # the longest part, and always the same
         self._known, self._sent = view.robot, view
@@ -290,7 +289,6 @@ def _answer(strategy: Strategy, pipe: Connection, time: list[float]) -> None:
     while True:
         told = pickle.loads(pipe.recv_bytes())
         robot = told.setdefault("robot", robot)
-        told["velocities"] = MappingProxyType(told["velocities"])
         view = View(**told)
         time[0] = view.time
         action, mode = decided(strategy, view)

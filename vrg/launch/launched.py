@@ -224,7 +224,7 @@ class LaunchedMatch:
             self._mailbox.publish(
                 keys.pulse(LAUNCHER, LAUNCHER), Pulse(ticks=0, missed=0, refused=session.refused.total())
             )
-            statuses = [status for host in self._hosts for status in host.statuses()]
+            statuses = tuple(status for host in self._hosts for status in host.statuses())
             self._mailbox.publish(keys.processes, Processes(processes=statuses))
         session.send(self._mailbox.collect())
 

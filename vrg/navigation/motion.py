@@ -2,11 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 from typing import Final
 
 from vrg.shared import shared
-from vrg.types import Vector
+from vrg.types import FrozenDict, Vector
 
 SMOOTHING = 0.5
 """The weight of the newest difference, 0 to 1."""
@@ -62,7 +61,7 @@ def _moved(before: _Motion, stamp: float, positions: Mapping[str, Vector]) -> _M
             continue
         vx, vy = before.velocities[name]
         velocities[name] = (vx + SMOOTHING * ((x - last[0]) / dt - vx), vy + SMOOTHING * ((y - last[1]) / dt - vy))
-    return _Motion(stamp, positions, MappingProxyType(velocities))
+    return _Motion(stamp, positions, FrozenDict(velocities))
 
 
 class TopSpeed:

@@ -53,7 +53,7 @@ class Setting:
     """
 
     game: str
-    zones: dict[int, list[Zone]]
+    zones: dict[int, tuple[Zone, ...]]
     objects: Sequence[FieldObject] = ()
 
 
@@ -113,8 +113,8 @@ def read_calls(path: Path | Sequence[Path]) -> list[CallRecord]:
 def read_setting(path: Path | Sequence[Path]) -> Setting:
     """Read the game and its field. Argument and errors are those of `read_tracks`."""
     game = ""
-    zones: dict[int, list[Zone]] = {}
-    objects: list[FieldObject] = []
+    zones: dict[int, tuple[Zone, ...]] = {}
+    objects: tuple[FieldObject, ...] = ()
     for topic, _, _, data in records_in(path):
         if topic == "/referee/state":
             state = decode(data, StateRecord, topic)
@@ -122,7 +122,7 @@ def read_setting(path: Path | Sequence[Path]) -> Setting:
             if state.stage == Stage.PLAY_ROUND or state.round not in zones:
                 zones[state.round] = state.zones
             objects = state.objects
-    return Setting(game, zones, tuple(objects))
+    return Setting(game, zones, objects)
 
 
 @dataclass(frozen=True)

@@ -67,7 +67,7 @@ class _Reading:
         self._bodies: dict[str, m.Body] = {}
         """Those of the instant that is being read; the record `/scene` ends it."""
         self._charge: dict[str, float] = {}
-        self._zones: list[m.Zone] = []
+        self._zones: tuple[m.Zone, ...] = ()
         self._numbers: set[int] = set()
 
     def sorted(self) -> RecordedMatch:
@@ -102,7 +102,7 @@ class _Reading:
                 self._take_charge(name, decode(data, BatteryRecord, topic).charge, stamp)
             case ["", "player", name, "sketch"]:
                 entities = decode(data, SceneUpdate, topic).entities
-                sketch = m.Sketch(strokes=[stroke for entity in entities for stroke in strokes_of(entity)])
+                sketch = m.Sketch(strokes=tuple(stroke for entity in entities for stroke in strokes_of(entity)))
                 self.match.sketches.setdefault(name, []).append((stamp, sketch))
 
     def _end_instant(self, stamp: float) -> None:
@@ -111,7 +111,7 @@ class _Reading:
             self._step_back(stamp)
         while poses and poses[-1][0] >= stamp:
             poses.pop()
-        poses.append((stamp, m.Poses(bodies=list(self._bodies.values()))))
+        poses.append((stamp, m.Poses(bodies=tuple(self._bodies.values()))))
         self._bodies.clear()
 
     def _step_back(self, time: float) -> None:
@@ -159,13 +159,13 @@ class _Reading:
             game=record.game, stage=_stage(record.stage), halted=record.halted or None,
             way_out=record.way_out or None, waiting=record.waiting, clock=record.clock, total=record.total,
             round=record.round, rounds=record.rounds, score=record.score,
-            players=[
+            players=tuple(
                 m.PlayerStatus(
                     name=p.name, team=p.team, role=p.role, state=p.state, may_move=p.may_move, radius=_RADIUS,
                     mark=p.mark[0] if p.mark else None,
                 )
                 for p in record.players
-            ],
+            ),
             zones=self._zones, auctions=record.auctions, objects=record.objects, winner=record.winner or None,
             estop=record.estop,
         )  # fmt: skip

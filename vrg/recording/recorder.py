@@ -136,9 +136,9 @@ class Recorder(Node):
         self._where: dict[str, Pose] = {}
         self._game_name, self._game = "", UNKNOWN
         self._roles: dict[str, tuple[str, str]] = {}
-        self._zones: list[m.Zone] | None = None
+        self._zones: tuple[m.Zone, ...] | None = None
         self._round = 0
-        self._objects: list[m.FieldObject] = []
+        self._objects: tuple[m.FieldObject, ...] = ()
 
     @property
     def recording(self) -> bool:
@@ -229,10 +229,10 @@ class Recorder(Node):
             fg.time_of(received.stamp), state.game, state.stage.value, state.halted or "", state.way_out or "",
             state.waiting, state.clock, state.total, state.round, state.rounds, state.score, state.winner or "",
             state.estop,
-            [
-                PlayerRecord(p.name, p.team, p.role, p.state, p.may_move, [p.mark] if p.mark is not None else [])
+            tuple(
+                PlayerRecord(p.name, p.team, p.role, p.state, p.may_move, () if p.mark is None else (p.mark,))
                 for p in state.players
-            ],
+            ),
             state.zones, state.auctions, state.objects,
         )  # fmt: skip
         self._write("/referee/state", record, received)

@@ -4,6 +4,8 @@ They are the messages of the bus as a viewer needs them. They carry their time; 
 not null, because a viewer's reader of schemas knows no unions; the ids by which officials match answers are left out.
 """
 
+from collections.abc import Mapping
+
 from msgspec import Struct
 
 from vrg.bus.messages import Auction, FieldObject, Sighting, Zone
@@ -19,7 +21,7 @@ class PlayerRecord(Struct, frozen=True, gc=False):
     role: str
     state: str
     may_move: bool
-    mark: list[Pose] = []
+    mark: tuple[Pose, ...] = ()
 
 
 class StateRecord(Struct, frozen=True, gc=False):
@@ -30,18 +32,18 @@ class StateRecord(Struct, frozen=True, gc=False):
     stage: str
     halted: str
     way_out: str
-    waiting: list[str]
+    waiting: tuple[str, ...]
     clock: float
     total: float
     round: int
     rounds: int
-    score: dict[str, int]
+    score: Mapping[str, int]
     winner: str
     estop: bool
-    players: list[PlayerRecord]
-    zones: list[Zone]
-    auctions: list[Auction] = []
-    objects: list[FieldObject] = []
+    players: tuple[PlayerRecord, ...]
+    zones: tuple[Zone, ...]
+    auctions: tuple[Auction, ...] = ()
+    objects: tuple[FieldObject, ...] = ()
 
 
 class ReportRecord(Struct, frozen=True, gc=False):
@@ -100,7 +102,7 @@ class SightingsRecord(Struct, frozen=True, gc=False):
     """vrg.Sightings: the unknown robots that a player has told the referee it has seen."""
 
     timestamp: Time
-    seen: list[Sighting]
+    seen: tuple[Sighting, ...]
 
 
 class CallRecord(Struct, frozen=True, gc=False):
@@ -113,7 +115,7 @@ class CallRecord(Struct, frozen=True, gc=False):
     number: int
     rule: str
     text: str
-    players: list[str]
-    poses: list[Pose]
+    players: tuple[str, ...]
+    poses: tuple[Pose, ...]
     clock: float
     round: int

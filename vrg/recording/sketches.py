@@ -38,5 +38,5 @@ def strokes_of(entity: fg.SceneEntity) -> list[Stroke]:
     labels = {(text.pose.position.x, text.pose.position.y): text.text for text in entity.texts}
     ways = [[(ball.pose.position.x, ball.pose.position.y)] for ball in entity.spheres]
     ways += [[(point.x, point.y) for point in line.points] for line in entity.lines]
-    strokes = [Stroke(points=way, label=labels.pop(way[-1], "")) for way in reversed(ways)]
+    strokes = [Stroke(points=tuple(way), label=labels.pop(way[-1], "")) for way in reversed(ways)]
     return strokes[::-1]

@@ -152,7 +152,7 @@ def _starts(poses: Timed[m.Poses]) -> Timed[m.Poses]:
         new = [body for body in at.bodies if body.name not in seen]
         if new:
             seen.update(body.name for body in new)
-            found.append((stamp, m.Poses(bodies=new)))
+            found.append((stamp, m.Poses(bodies=tuple(new))))
     return found
 
 
@@ -160,7 +160,7 @@ def _between(before: m.Poses, after: m.Poses, share: float) -> m.Poses:
     """Where bodies were when a share, 0 to 1, of the time between two instants was over."""
     later = {body.name: body.pose for body in after.bodies}
     return m.Poses(
-        bodies=[replace(body, pose=_on_the_way(body.pose, later.get(body.name), share)) for body in before.bodies]
+        bodies=tuple(replace(body, pose=_on_the_way(body.pose, later.get(body.name), share)) for body in before.bodies)
     )
 
 

@@ -81,7 +81,7 @@ def test_a_sighting_can_be_sent() -> None:
     rng = np.random.default_rng(0)
     sighting = seen_at((4.0, 3.0), 0.2, 0.6, rng, error=0.0)
     assert sighting is not None
-    assert checked(Sightings(seen=[sighting])).seen == [sighting]
+    assert checked(Sightings(seen=(sighting,))).seen == (sighting,)
     assert sighting.time == 1.0
 
 

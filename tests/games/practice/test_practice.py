@@ -60,7 +60,7 @@ def test_without_a_time_it_lasts() -> None:
     for _ in range(1000):
         match.step(10.0, READY, [])
     assert match.stage is Stage.PLAY_ROUND
-    assert match.state(READY, estop=False).zones == []
+    assert match.state(READY, estop=False).zones == ()
 
 
 @pytest.mark.parametrize("wrong", [{"x": (0, 1)}, {"x": (1, 0), "y": (0, 1)}, {"time": -1.0}])

@@ -205,7 +205,7 @@ def test_there_is_no_auction_before_two_detections() -> None:
 def test_two_detections_open_one_auction_for_all_pursuers() -> None:
     play = seen_twice()
     auction = play.state.auctions["i0"]
-    assert (auction.lot, auction.bidders, auction.winner, auction.bids) == ("i0", ["p0", "p1", "p2"], None, {})
+    assert (auction.lot, auction.bidders, auction.winner, auction.bids) == ("i0", ("p0", "p1", "p2"), None, {})
     assert auction.opened == pytest.approx(10.2)
     assert [s.time for s in auction.evidence] == [10.1, 10.2]
     assert [rule for rule in play.rulings if rule != "launch"] == ["auction"]
@@ -286,7 +286,7 @@ def test_when_the_winner_is_out_it_is_auctioned_again_among_the_others() -> None
     play.state = out(play.state, "p1")
     wait(play, 1)
     auction = play.state.auctions["i0"]
-    assert (auction.winner, auction.bidders) == (None, ["p0", "p2"])
+    assert (auction.winner, auction.bidders) == (None, ("p0", "p2"))
     assert play.calls[-1] == ("lost", "i0 is lost: p1 is disqualified; who can meet it?")
     assert play.state.dispatched == {}
 

@@ -241,7 +241,7 @@ def proved(rules: PursuitEvasion, ticks: Sequence[Field], state: State, rule: st
             break
         state = verdict.state
     assert call is not None
-    told = Call(number=1, rule=rule, text="", players=list(call.players), poses=list(call.poses), clock=now.time)
+    told = Call(number=1, rule=rule, text="", players=tuple(call.players), poses=tuple(call.poses), clock=now.time)
     (measure,) = prove(rules, Case(told, state, before, now))
     fair = Pose(now.poses["i0"].x + 3.0, 5.0, 0.0)
     poses = [fair, *told.poses[1:]]

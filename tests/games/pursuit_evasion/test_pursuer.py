@@ -58,14 +58,14 @@ def can_be_sent(action: Action) -> None:
     for lot, cost in action.bids.items():
         checked(Bid(lot=lot, cost=cost))
     if action.sketch is not None:
-        checked(Sketch(strokes=list(action.sketch)))
+        checked(Sketch(strokes=tuple(action.sketch)))
 
 
 def auctioned(*, winner: str | None = None, evidence: Sequence[Sighting] = ()) -> State:
     """i0 has been seen twice on its way through the middle of the area at 0.5 m/s."""
     rules = book()
     seen = list(evidence) or [sighting(4.0 + 0.5 * t, 5.0, t) for t in (0.0, 0.5, 1.0, 1.5)]
-    auction = Auction(lot="i0", bidders=["p0", "p1", "p2"], opened=0.5, lasts=0.5, winner=winner, evidence=seen)
+    auction = Auction(lot="i0", bidders=("p0", "p1", "p2"), opened=0.5, lasts=0.5, winner=winner, evidence=seen)
     state = crossing(rules, "i0", auctions={"i0": auction}, dispatched={} if winner is None else {"i0": (winner, 1.0)})
     return state if winner is None else state.with_state([winner], "dispatched")
 
@@ -162,7 +162,7 @@ def test_it_bids_for_an_intruder_that_it_can_meet_before_the_intruder_comes_in()
     """It stands beside the place where the intruder will come in; the meeting is outside, and will be a capture."""
     rules = book()
     seen = [sighting(-3.0 + 0.07 * i, 9.0, 0.1 * i) for i in range(15)]
-    auction = Auction(lot="i0", bidders=["p0"], opened=0.0, lasts=0.5, evidence=seen[-8:])
+    auction = Auction(lot="i0", bidders=("p0",), opened=0.0, lasts=0.5, evidence=seen[-8:])
     state = structs.replace(crossing(rules, "i0", entered=False), auctions={"i0": auction})
     player = pursuer()
     player.act(view(1.4, state=state, heard=[says(seen, 1.4)]))

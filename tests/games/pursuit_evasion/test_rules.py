@@ -168,7 +168,7 @@ def test_of_two_at_the_same_instant_the_lowest_name_has_captured_it_whatever_the
     for order in (1, -1):
         rules = PursuitEvasion(SETTINGS, contestants()[::order])
         state = rules.initial().with_state(["i0"], "crossing")
-        state = msgspec.structs.replace(state, entered=["i0"])
+        state = msgspec.structs.replace(state, entered=("i0",))
         verdict = move(
             rules, state, {"i0": (5, 5), "p0": (7, 5), "p1": (3, 5)}, {"i0": (5, 5), "p0": (5, 5), "p1": (5, 5)}
         )
@@ -242,7 +242,7 @@ def test_an_intruder_that_has_not_been_inside_does_not_escape() -> None:
 def test_an_intruder_that_comes_in_is_remembered_until_it_leaves() -> None:
     rules = book()
     coming = move(rules, crossing(rules, "i0", entered=False), {"i0": (-0.1, 5)}, {"i0": (0.1, 5)})
-    assert coming.state.entered == ["i0"]
+    assert coming.state.entered == ("i0",)
     assert [c.rule for c in coming.calls] == ["enter"]
     gone = move(rules, coming.state, {"i0": (9.9, 5)}, {"i0": (10.1, 5)})
     assert [c.rule for c in gone.calls] == ["escape"]
@@ -430,14 +430,20 @@ def test_the_auction_of_the_other_intruder_goes_on() -> None:
 
 def seen_twice(rules: PursuitEvasion, name: str, *, winner: str) -> State:
     """The state in which a pursuer has been dispatched to an intruder inside the area."""
-    evidence = [sighting(4.0, 5.0, 9.0), sighting(4.5, 5.0, 9.5)]
+    evidence = (sighting(4.0, 5.0, 9.0), sighting(4.5, 5.0, 9.5))
     auction = Auction(
-        lot=name, bidders=rules.pursuers, opened=0.2, lasts=0.5, bids={winner: 2.0}, winner=winner, evidence=evidence
+        lot=name,
+        bidders=tuple(rules.pursuers),
+        opened=0.2,
+        lasts=0.5,
+        bids={winner: 2.0},
+        winner=winner,
+        evidence=evidence,
     )
     return crossing(
         rules,
         name,
-        detected={name: [1.0, 2.0]},
+        detected={name: (1.0, 2.0)},
         seen={name: 0.8},
         evidence={name: evidence},
         dispatched={name: (winner, 0.8)},

@@ -185,6 +185,6 @@ def test_what_is_understood_is_what_messages_can_hold(said: Any) -> None:
     """So that who listens can draw it and tell it to others."""
     got = understood(sent(said))
     if got is not None:
-        assert checked(Sightings(seen=list(got.sightings))).seen == list(got.sightings)
+        assert checked(Sightings(seen=tuple(got.sightings))).seen == tuple(got.sightings)
         assert msgspec.convert(msgspec.to_builtins(got.pose), Pose) == got.pose
         assert msgspec.convert(msgspec.to_builtins(got.twist), Twist) == got.twist

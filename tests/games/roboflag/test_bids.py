@@ -33,7 +33,7 @@ def test_each_team_has_one_lot_in_which_only_its_own_players_bid() -> None:
     play = started()
     assert set(play.state.auctions) == {"red attack", "blue attack"}
     for team in ("red", "blue"):
-        assert lot(play, attack_of(team)).bidders == [f"{team}{i}" for i in range(1, 5)]
+        assert lot(play, attack_of(team)).bidders == tuple(f"{team}{i}" for i in range(1, 5))
 
 
 def test_the_lowest_bid_goes() -> None:
@@ -103,7 +103,7 @@ def test_a_halt_is_no_part_of_an_epoch() -> None:
 def test_tagged_players_may_not_bid() -> None:
     play = started()
     play.tick({"red1": QUIET, "blue1": NEAR})
-    assert lot(play).bidders == ["red2", "red3", "red4"]
+    assert lot(play).bidders == ("red2", "red3", "red4")
     assert won(play, ("red1", 0.0), ("red2", 8.0)) == "red2"
 
 
@@ -126,7 +126,7 @@ def test_disqualified_players_may_not_bid() -> None:
     play = started()
     play.match.disqualify("red1", "it has failed", Field({}))
     assert won(play, ("red1", 0.0), ("red2", 8.0)) == "red2"
-    assert lot(play).bidders == ["red2", "red3", "red4"]
+    assert lot(play).bidders == ("red2", "red3", "red4")
 
 
 def test_nobody_bids_while_a_team_mate_carries_the_flag() -> None:
@@ -145,7 +145,7 @@ def test_there_is_a_new_auction_at_once_when_the_flag_is_home_or_has_returned() 
     play.tick({"red1": FLAGS["blue"]})
     assert LOT not in play.state.auctions
     play.tick({"red1": QUIET, "blue1": NEAR})
-    assert lot(play).bidders == ["red2", "red3", "red4"]
+    assert lot(play).bidders == ("red2", "red3", "red4")
 
 
 def test_there_is_a_new_auction_at_once_if_the_winner_is_tagged() -> None:
@@ -154,7 +154,7 @@ def test_there_is_a_new_auction_at_once_if_the_winner_is_tagged() -> None:
     play.tick({"red1": QUIET, "blue1": NEAR})
     again = lot(play)
     assert (again.winner, again.bids, again.opened) == (None, {}, pytest.approx(play.match.clock))
-    assert again.bidders == ["red2", "red3", "red4"]
+    assert again.bidders == ("red2", "red3", "red4")
 
 
 def test_there_is_a_new_auction_at_once_if_the_winner_fails() -> None:
@@ -170,7 +170,7 @@ def test_a_mate_that_is_tagged_does_not_end_the_epoch() -> None:
     assert won(play, ("red1", 1.0)) == "red1"
     play.tick({"red2": QUIET, "blue1": NEAR})
     auction = lot(play)
-    assert (auction.winner, auction.bidders) == ("red1", ["red1", "red3", "red4"])
+    assert (auction.winner, auction.bidders) == ("red1", ("red1", "red3", "red4"))
 
 
 def test_a_team_without_normal_players_has_no_auction() -> None:

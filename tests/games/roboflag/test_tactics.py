@@ -61,7 +61,7 @@ def situation(
 ) -> Situation:
     """What the first of the players knows."""
     me = players[0]
-    auction = Auction(lot=attack_of(team), bidders=list(bids), opened=1.0, lasts=0.3, bids=dict(bids), winner=winner)
+    auction = Auction(lot=attack_of(team), bidders=tuple(bids), opened=1.0, lasts=0.3, bids=dict(bids), winner=winner)
     return Situation(
         ground=ground(team),
         me=me,

@@ -38,14 +38,14 @@ def view_of(here: Vector, players: list[PlayerStatus], velocities: dict[str, Vec
         stage=Stage.PLAY_ROUND,
         halted=None,
         way_out=None,
-        waiting=[],
+        waiting=(),
         clock=0.0,
         total=0.0,
         round=1,
         rounds=2,
         score={},
-        players=[me, *players],
-        zones=[Zone(name=kind, kind=kind, region=region) for kind, region in (("field", FIELD), ("safe", SAFE))],
+        players=(me, *players),
+        zones=tuple(Zone(name=kind, kind=kind, region=region) for kind, region in (("field", FIELD), ("safe", SAFE))),
     )
     readings = Readings(stamp=0.0, age=0.0, armed=True, estop=False)
     return View(0.0, me, readings, state, velocities, P2AT, Pose(*here, 0.0))
@@ -109,7 +109,7 @@ def test_a_minnow_that_is_home_makes_room_behind_it() -> None:
     here = (2.0, 3.3)
     me, shark = status("shark", "minnow", here), status("s", "shark", (5.0, 19.0))
     view = replace(view_of(here, [me, shark], {}), me=me)
-    view = replace(view, referee=structs.replace(view.referee, players=[me, shark]))
+    view = replace(view, referee=structs.replace(view.referee, players=(me, shark)))
     minnow = SharksAndMinnowsPlayer("shark", P2AT)
     minnow.act(view)
     assert minnow.act(view) != STILL

@@ -386,6 +386,6 @@ def referee(halted: str | None = None, may_move: bool = True) -> RefereeState:
         name="r", team="t", role="minnow", state="active", may_move=may_move, radius=0.4, pose=Pose(0.0, 0.0, 0.0)
     )
     return RefereeState(
-        game="g", stage=Stage.PLAY_ROUND, halted=halted, way_out=None, waiting=[], clock=0.0, total=0.0, round=1,
-        rounds=1, score={}, players=[me], zones=[],
+        game="g", stage=Stage.PLAY_ROUND, halted=halted, way_out=None, waiting=(), clock=0.0, total=0.0, round=1,
+        rounds=1, score={}, players=(me,), zones=(),
     )  # fmt: skip

@@ -13,7 +13,8 @@ from vrg.launch.sandbox.excess import excess
 
 
 @pytest.fixture
-def own(tmp_path: Path) -> Path:
+def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr(bounds, "SOCKETS", 1000)  # tests before this one have left some in this process
     folder = tmp_path / "players" / "ann"
     folder.mkdir(parents=True)
     return folder

@@ -141,5 +141,5 @@ class Bench:
 
     def call(self, number: int, rule: str = "capture", text: str = "robot1 captured robot2.") -> None:
         """A call of the referee."""
-        call = m.Call(number=number, rule=rule, text=text, players=["robot1"], poses=[], clock=3.0)
+        call = m.Call(number=number, rule=rule, text=text, players=("robot1",), poses=(), clock=3.0)
         self.tell(KEYS.referee_event, call)

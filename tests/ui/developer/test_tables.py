@@ -52,7 +52,7 @@ def test_start_conditions_halts_and_ways_out_are_listed(bench):
 def test_auctions_tell_who_bid_how_much_who_has_not_and_who_won(bench):
     bids = {"robot1": 4.2, "robot2": 3.1}
     auction = m.Auction(lot="i1", bidders=bench.names, opened=2.0, lasts=1.5, bids=bids)
-    won = m.Auction(lot="i2", bidders=["robot3"], opened=3.0, lasts=1.5, bids={"robot3": 1.0}, winner="robot3")
+    won = m.Auction(lot="i2", bidders=("robot3",), opened=3.0, lasts=1.5, bids={"robot3": 1.0}, winner="robot3")
     bench.changes = {"auctions": [auction, won]}
     bench.ticks(2)
     items = told(referee.referee(bench.node.insight))
@@ -91,7 +91,7 @@ def test_calls_stand_with_their_rule_the_newest_first_with_its_text(bench):
 def test_the_details_of_a_player_tell_poses_streams_process_and_radio(bench):
     bench.processes(cpu=0.5)
     link = m.LinkCount(speaker="robot2", arrived=9, lost=2, under_way=0, delay=0.25, longest=0.5)
-    bench.tell(KEYS.links("robot1"), m.Links(links=[link]))
+    bench.tell(KEYS.links("robot1"), m.Links(links=(link,)))
     pose = bench.pose("robot1")
     bench.tell(KEYS.robot_pose("robot1"), m.MeasuredPose(pose=Pose(pose.x + 1.0, pose.y, 0.0), v=0.0, w=0.0))
     for _ in range(10):

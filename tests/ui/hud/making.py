@@ -41,9 +41,9 @@ def status(name: str, pose: Pose | None, **changes: Any) -> m.PlayerStatus:
 
 def state(*players: m.PlayerStatus, **changes: Any) -> m.RefereeState:
     made = m.RefereeState(
-        game="hud", stage=m.Stage.PLAY_ROUND, halted=None, way_out=None, waiting=[], clock=1.0, total=1.0, round=1,
-        rounds=1, score={"team": 0}, players=list(players),
-        zones=[m.Zone(name="field", kind="field", region=Rectangle(-5.0, -4.0, 5.0, 4.0))],
+        game="hud", stage=m.Stage.PLAY_ROUND, halted=None, way_out=None, waiting=(), clock=1.0, total=1.0, round=1,
+        rounds=1, score={"team": 0}, players=tuple(players),
+        zones=(m.Zone(name="field", kind="field", region=Rectangle(-5.0, -4.0, 5.0, 4.0)),),
     )  # fmt: skip
     return structs.replace(made, **changes)
 

@@ -141,7 +141,7 @@ def test_decisions_are_published_and_the_referees_answer_goes_to_who_has_decided
     match.step(node, 5.0, 0)
     [asked] = said(node)
     assert (asked.action.value, asked.by) == (what.value, "official (web)")
-    answer = m.Call(number=9, rule="refused", text="not now", players=[], poses=[], clock=5.0, answers=asked.id)
+    answer = m.Call(number=9, rule="refused", text="not now", players=(), poses=(), clock=5.0, answers=asked.id)
     match.say(node.mailbox, keys.referee_event, answer, 5.0, 9)
     match.step(node, 5.05, 1)
     match.step(node, 5.1, 2)

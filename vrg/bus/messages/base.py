@@ -3,6 +3,9 @@
 from typing import Annotated, ClassVar
 
 from msgspec import Meta, Struct
+from msgspec.structs import force_setattr
+
+from vrg.types import FrozenDict
 
 TEXT_LENGTH = 2000
 """The length of the longest text in a message, in characters."""
@@ -10,6 +13,14 @@ Text = Annotated[str, Meta(max_length=TEXT_LENGTH)]
 REASON_LENGTH = 300
 Reason = Annotated[str, Meta(max_length=REASON_LENGTH)]
 """The text that a person types to explain a decision."""
+
+
+def freeze(struct: Struct, *names: str) -> None:
+    """Make the tables in these fields unchangeable. For `__post_init__`, which msgspec calls after decoding, too."""
+    for name in names:
+        table = getattr(struct, name)
+        if type(table) is not FrozenDict:
+            force_setattr(struct, name, FrozenDict(table))
 
 
 class Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, gc=False):

@@ -1,14 +1,15 @@
 """The messages of the referee and of the officials."""
 
 import enum
+from collections.abc import Mapping
 from typing import Annotated
 
-from msgspec import Meta, Struct, field
+from msgspec import Meta, Struct
 
-from vrg.bus.messages.base import Message, Reason, Text
+from vrg.bus.messages.base import Message, Reason, Text, freeze
 from vrg.bus.messages.player import SIGHTINGS_LIMIT, Cost, Sighting
 from vrg.regions import Region
-from vrg.types import Count, Metres, Name, Pose, Seconds, Twist
+from vrg.types import Count, FrozenDict, Metres, Name, Pose, Seconds, Twist
 
 
 class Stage(enum.StrEnum):
@@ -112,12 +113,15 @@ class Auction(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """
 
     lot: Name
-    bidders: Annotated[list[Name], Meta(max_length=AUCTIONS_LIMIT)]
+    bidders: Annotated[tuple[Name, ...], Meta(max_length=AUCTIONS_LIMIT)]
     opened: Seconds
     lasts: Seconds
-    bids: dict[Name, Cost] = {}
+    bids: Mapping[Name, Cost] = FrozenDict()
     winner: Name | None = None
-    evidence: Annotated[list[Sighting], Meta(max_length=SIGHTINGS_LIMIT)] = []
+    evidence: Annotated[tuple[Sighting, ...], Meta(max_length=SIGHTINGS_LIMIT)] = ()
+
+    def __post_init__(self) -> None:
+        freeze(self, "bids")
 
 
 class RefereeState(Message, frozen=True, kw_only=True):
@@ -146,20 +150,23 @@ class RefereeState(Message, frozen=True, kw_only=True):
     stage: Stage
     halted: Text | None
     way_out: Text | None
-    waiting: list[Text]
+    waiting: tuple[Text, ...]
     clock: Seconds
     total: Seconds
     round: Count
     rounds: Count
-    score: dict[Name, int]
-    players: list[PlayerStatus]
-    zones: list[Zone]
-    auctions: Annotated[list[Auction], Meta(max_length=AUCTIONS_LIMIT)] = field(default_factory=list)
-    objects: Annotated[list[FieldObject], Meta(max_length=OBJECTS_LIMIT)] = field(default_factory=list)
-    numbers: dict[Name, float] = field(default_factory=dict)
+    score: Mapping[Name, int]
+    players: tuple[PlayerStatus, ...]
+    zones: tuple[Zone, ...]
+    auctions: Annotated[tuple[Auction, ...], Meta(max_length=AUCTIONS_LIMIT)] = ()
+    objects: Annotated[tuple[FieldObject, ...], Meta(max_length=OBJECTS_LIMIT)] = ()
+    numbers: Mapping[Name, float] = FrozenDict()
     winner: Name | None = None
     ended: Text | None = None
     estop: bool = False
+
+    def __post_init__(self) -> None:
+        freeze(self, "score", "numbers")
 
     def player(self, name: str) -> PlayerStatus | None:
         """The player of this name, or None."""
@@ -181,7 +188,10 @@ class Sight(Message, frozen=True, kw_only=True):
         poses: the poses in the map's frame, by player. Those of the team itself are among them.
     """
 
-    poses: dict[Name, Pose]
+    poses: Mapping[Name, Pose]
+
+    def __post_init__(self) -> None:
+        freeze(self, "poses")
 
 
 class Call(Message, frozen=True, kw_only=True):
@@ -200,8 +210,8 @@ class Call(Message, frozen=True, kw_only=True):
     number: Count
     rule: Name
     text: Text
-    players: list[Name]
-    poses: list[Pose]
+    players: tuple[Name, ...]
+    poses: tuple[Pose, ...]
     clock: Seconds
     answers: Name | None = None
 

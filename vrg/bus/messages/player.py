@@ -115,7 +115,7 @@ class Links(Message, frozen=True, kw_only=True):
         links: one for each team mate that has said something.
     """
 
-    links: Annotated[list[LinkCount], Meta(max_length=LINKS_LIMIT)]
+    links: Annotated[tuple[LinkCount, ...], Meta(max_length=LINKS_LIMIT)]
 
 
 Variance = Annotated[float, Meta(ge=1e-6, le=100.0)]
@@ -156,7 +156,7 @@ class Sightings(Message, frozen=True, kw_only=True):
         seen: the sightings.
     """
 
-    seen: Annotated[list[Sighting], Meta(max_length=SIGHTINGS_LIMIT)]
+    seen: Annotated[tuple[Sighting, ...], Meta(max_length=SIGHTINGS_LIMIT)]
 
 
 class Bid(Message, frozen=True, kw_only=True):
@@ -179,7 +179,7 @@ class Stroke(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
         points: (x, y) in the map's frame, m. label: a short text beside the last point.
     """
 
-    points: Annotated[list[tuple[Metres, Metres]], Meta(min_length=1, max_length=STROKE_LIMIT)]
+    points: Annotated[tuple[tuple[Metres, Metres], ...], Meta(min_length=1, max_length=STROKE_LIMIT)]
     label: Annotated[str, Meta(max_length=40)] = ""
 
 
@@ -190,7 +190,7 @@ class Sketch(Message, frozen=True, kw_only=True):
         strokes: the dots and lines.
     """
 
-    strokes: Annotated[list[Stroke], Meta(max_length=SKETCH_LIMIT)]
+    strokes: Annotated[tuple[Stroke, ...], Meta(max_length=SKETCH_LIMIT)]
 
 
 class Pulse(Message, frozen=True, kw_only=True):

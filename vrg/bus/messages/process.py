@@ -49,4 +49,4 @@ class Processes(Message, frozen=True, kw_only=True):
         processes: each of them.
     """
 
-    processes: list[ProcessStatus]
+    processes: tuple[ProcessStatus, ...]

@@ -1,12 +1,13 @@
 """The messages of the world, and the requests to it."""
 
 import enum
+from collections.abc import Mapping
 from typing import Annotated
 
-from msgspec import Meta, Struct, field
+from msgspec import Meta, Struct
 
-from vrg.bus.messages.base import Message, Text
-from vrg.types import AngularSpeed, Count, Name, Pose, Seconds, Speed
+from vrg.bus.messages.base import Message, Text, freeze
+from vrg.types import AngularSpeed, Count, FrozenDict, Name, Pose, Seconds, Speed
 
 
 class Clock(Message, frozen=True, kw_only=True):
@@ -65,7 +66,7 @@ class Poses(Message, frozen=True, kw_only=True):
 
     version = 4
 
-    bodies: list[Body]
+    bodies: tuple[Body, ...]
 
 
 class RequestKind(enum.StrEnum):
@@ -92,7 +93,10 @@ class WorldRequest(Message, frozen=True, kw_only=True):
     robot: Name | None = None
     model: Name | None = None
     pose: Pose | None = None
-    places: dict[Name, Pose] = field(default_factory=dict)
+    places: Mapping[Name, Pose] = FrozenDict()
+
+    def __post_init__(self) -> None:
+        freeze(self, "places")
 
 
 class WorldAnswer(Message, frozen=True, kw_only=True):

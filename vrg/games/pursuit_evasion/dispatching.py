@@ -19,7 +19,7 @@ def dispatch(
     state: State, pursuers: Sequence[str], now: Field, clock: float, settings: Settings, calls: list[Call]
 ) -> State:
     """Open the auctions that are due, announce who has won and who has lost an intruder, and keep them up to date."""
-    bidders = [name for name in pursuers if name not in state.disqualified]
+    bidders = tuple(name for name in pursuers if name not in state.disqualified)
     for name in sorted(set(state.auctions) - set(state.crossing())):
         state = reset(state, name)  # it is disqualified
     for name in state.crossing():
@@ -30,7 +30,7 @@ def dispatch(
                 state = opened(state, structs.replace(auction, evidence=state.evidence[name]))
                 calls.append(Call(rule="auction", text=f"{name} has been seen twice: who can meet it?"))
             continue
-        auction = structs.replace(auction, bidders=bidders, evidence=state.evidence.get(name, []))
+        auction = structs.replace(auction, bidders=bidders, evidence=state.evidence.get(name, ()))
         why = _lost(state, auction, clock, settings.lost_after)
         if why:
             calls.append(Call(rule="lost", text=f"{name} is lost: {why}; who can meet it?"))

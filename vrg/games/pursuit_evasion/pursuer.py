@@ -67,7 +67,7 @@ class Pursuer(Strategy):
         self._lots: dict[str, Auction] = {}
         self._sketch_at = -math.inf
         self._tracks: dict[str, Track | None] = {}
-        self._known: dict[str, tuple[list[Sighting], int]] = {}
+        self._known: dict[str, tuple[tuple[Sighting, ...], int]] = {}
 
     @property
     def mode(self) -> str:
@@ -191,7 +191,7 @@ class Pursuer(Strategy):
 
     def _track_of(self, auction: Auction) -> Track | None:
         """The intruder of an auction. Only new evidence can make it another one."""
-        evidence, number = self._known.get(auction.lot, ([], 0))
+        evidence, number = self._known.get(auction.lot, ((), 0))
         track = self._watch.tracker.numbered(number) if evidence == auction.evidence else None
         if track is None:
             track = self._watch.tracker.track_of(self._watch.timely(auction.evidence))
@@ -227,12 +227,12 @@ class Pursuer(Strategy):
         for track in self._watch.tracker.tracks:
             if track.line.count < 2:
                 continue
-            strokes += [Stroke(points=[(s.x, s.y)]) for s in track.sightings[-SHOWN:]]
+            strokes += [Stroke(points=((s.x, s.y),)) for s in track.sightings[-SHOWN:]]
             ahead = self._meeting.time if self._meeting is not None and track is own else 0.0
-            strokes.append(Stroke(points=[track.line.at(track.line.first), track.line.at(view.time + ahead)]))
+            strokes.append(Stroke(points=(track.line.at(track.line.first), track.line.at(view.time + ahead))))
         if self._meeting is not None:
             label = f"meets in {self._meeting.time:.1f} s"
-            strokes.append(Stroke(points=[view.position, self._meeting.point], label=label))
+            strokes.append(Stroke(points=(view.position, self._meeting.point), label=label))
         if not strokes and not self._sketched:
             return None
         self._sketched = bool(strokes)

@@ -177,7 +177,7 @@ class PursuitEvasion(RuleBook[State]):
             entered, theta = name in state.entered, course.pose.theta
             ends = ends_of(name, there, before, now, self.area, reach, course=theta, entered=entered)
             if ends.inside and name not in state.entered:
-                state = structs.replace(state, entered=sorted([*state.entered, name]))
+                state = structs.replace(state, entered=tuple(sorted([*state.entered, name])))
                 calls.append(Call(rule="enter", text=f"{name} is in the area", players=(name,)))
             if ends.captured is not None:
                 by = ends.captured

@@ -1,8 +1,9 @@
 """The state of a match of pursuit-evasion."""
 
+from collections.abc import Mapping
 from typing import TypeVar
 
-from msgspec import Struct, field, structs
+from msgspec import Struct, structs
 
 from vrg.bus.messages import Sighting
 from vrg.coordinator.rulebook import Field, GameState
@@ -29,7 +30,7 @@ class Look(Struct, frozen=True, array_like=True):
     """Where everybody was when the referee looked at the field: the match time, s, and the poses by player."""
 
     time: float
-    poses: dict[str, Pose]
+    poses: Mapping[str, Pose]
 
 
 class Course(Struct, frozen=True, array_like=True):
@@ -59,14 +60,14 @@ class State(GameState, frozen=True, kw_only=True):
         dispatched: the pursuer that was sent to each intruder, and when (time of play, s).
     """
 
-    entered: list[str] = field(default_factory=list)
-    detected: dict[str, list[float]] = field(default_factory=dict)
-    seen: dict[str, float] = field(default_factory=dict)
-    evidence: dict[str, list[Sighting]] = field(default_factory=dict)
-    dispatched: dict[str, tuple[str, float]] = field(default_factory=dict)
-    looks: list[Look] = field(default_factory=list)
-    courses: dict[str, Course] = field(default_factory=dict)
-    silenced: dict[str, float] = field(default_factory=dict)
+    entered: tuple[str, ...] = ()
+    detected: Mapping[str, tuple[float, ...]] = {}
+    seen: Mapping[str, float] = {}
+    evidence: Mapping[str, tuple[Sighting, ...]] = {}
+    dispatched: Mapping[str, tuple[str, float]] = {}
+    looks: tuple[Look, ...] = ()
+    courses: Mapping[str, Course] = {}
+    silenced: Mapping[str, float] = {}
 
     def crossing(self) -> list[str]:
         """The intruders in play, by name."""
@@ -74,7 +75,7 @@ class State(GameState, frozen=True, kw_only=True):
 
     def detections(self, intruder: str) -> int:
         """The number of times at which an intruder was seen, at most 2."""
-        return len(self.detected.get(intruder, []))
+        return len(self.detected.get(intruder, ()))
 
     def looked(self, before: Field, now: Field, clock: float) -> "State":
         """The same after a look at the field: the look is remembered, and every intruder in play has a course.
@@ -94,9 +95,9 @@ class State(GameState, frozen=True, kw_only=True):
                 carried = abs(across(course.pose, pose)) > COURSE_REACH
                 course = Course(pose if carried else course.pose, clock)
             courses[name] = course
-        return structs.replace(self, looks=[*looks, Look(now.time, dict(now.poses))], courses=courses)
+        return structs.replace(self, looks=(*looks, Look(now.time, now.poses)), courses=courses)
 
-    def poses_at(self, time: float) -> dict[str, Pose] | None:
+    def poses_at(self, time: float) -> Mapping[str, Pose] | None:
         """Where everybody was at a match time, s, by the look that is nearest to it; None if there is none near."""
         look = min(self.looks, key=lambda look: abs(look.time - time), default=None)
         return None if look is None or abs(look.time - time) > NEAR + 1e-6 else look.poses
@@ -107,14 +108,14 @@ class State(GameState, frozen=True, kw_only=True):
         Args:
             clock: the time of play, s.
         """
-        times = self.detected.get(intruder, [])
+        times = self.detected.get(intruder, ())
         if len(times) < 2 and all(abs(sighting.time - time) > 1e-6 for time in times):
-            times = [*times, sighting.time]
-        evidence = self.evidence.get(intruder, [])
+            times = (*times, sighting.time)
+        evidence = self.evidence.get(intruder, ())
         # The first two may be near each other in time, because two are enough.
         early = len(evidence) < 2 and all(abs(sighting.time - each.time) > 1e-6 for each in evidence)
         if early or (evidence and sighting.time >= evidence[-1].time + APART):
-            evidence = sorted([*evidence, sighting], key=lambda s: s.time)[-EVIDENCE:]
+            evidence = tuple(sorted([*evidence, sighting], key=lambda s: s.time)[-EVIDENCE:])
         return structs.replace(
             self,
             seen={**self.seen, intruder: clock},
@@ -126,7 +127,7 @@ class State(GameState, frozen=True, kw_only=True):
         """The same, but as if an intruder had never been seen and had never been inside."""
         return structs.replace(
             self,
-            entered=[name for name in self.entered if name != intruder],
+            entered=tuple(name for name in self.entered if name != intruder),
             courses=_without(self.courses, intruder),
             detected=_without(self.detected, intruder),
             seen=_without(self.seen, intruder),
@@ -134,5 +135,5 @@ class State(GameState, frozen=True, kw_only=True):
         )
 
 
-def _without(table: dict[str, V], name: str) -> dict[str, V]:
+def _without(table: Mapping[str, V], name: str) -> dict[str, V]:
     return {key: value for key, value in table.items() if key != name}

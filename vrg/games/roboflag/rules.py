@@ -1,6 +1,6 @@
 """The rules of RoboFlag (thesis 4.4, Algorithm 4.3): capture the flag, with two halves, two homes and two flags."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from msgspec import structs
 
@@ -52,11 +52,11 @@ class RoboFlag(RuleBook[State]):
 
     def initial(self) -> State:
         """The state in which every player is normal, both flags are in their places, and nobody has scored."""
-        flags = [
+        flags = tuple(
             FieldObject(name=flag_of(team), kind=FLAG, x=place[0], y=place[1], team=team)
             for team in TEAMS
             for place in [self.layout.flag(team)]
-        ]
+        )
         return State(
             states=dict.fromkeys(self.contestants, NORMAL),
             points=dict.fromkeys(TEAMS, 0),
@@ -65,7 +65,7 @@ class RoboFlag(RuleBook[State]):
             marks={name: contestant.start for name, contestant in self.contestants.items()},
         )
 
-    def marks(self, state: State) -> dict[str, Pose]:
+    def marks(self, state: State) -> Mapping[str, Pose]:
         """Where everybody lines up for this round."""
         return state.marks
 
@@ -132,7 +132,7 @@ class RoboFlag(RuleBook[State]):
         calls = []
         for team in TEAMS:
             carrier = state.flag(team).carrier
-            if carrier in state.disqualified:
+            if carrier is not None and carrier in state.disqualified:
                 state = state.with_carrier(team, None).with_state([carrier], NORMAL)
                 text = f"{carrier} is disqualified, and the flag of {team} returns"
                 calls.append(Call(rule="flag_returns", text=text, players=(carrier,)))
@@ -151,11 +151,11 @@ class RoboFlag(RuleBook[State]):
         for team in TEAMS:
             lot = attack_of(team)
             auction = state.auctions.get(lot)
-            bidders = [
+            bidders = tuple(
                 name
                 for name in sorted(self.teams)
                 if self.teams[name] == team and state.states[name] == NORMAL and name not in state.disqualified
-            ]
+            )
             if state.flag(other(team)).carrier is not None or not bidders:
                 state = state if auction is None else closed(state, lot)
                 continue

@@ -1,5 +1,7 @@
 """The state of a match of RoboFlag."""
 
+from collections.abc import Mapping
+
 from msgspec import structs
 
 from vrg.bus.messages import FieldObject
@@ -17,7 +19,7 @@ class State(GameState, frozen=True, kw_only=True):
         marks: where each player lines up for this round: at one of the starts of its team.
     """
 
-    marks: dict[str, Pose]
+    marks: Mapping[str, Pose]
 
     def flag(self, team: str) -> FieldObject:
         """The flag of a team."""
@@ -26,4 +28,4 @@ class State(GameState, frozen=True, kw_only=True):
     def with_carrier(self, team: str, carrier: str | None) -> "State":
         """The same, but with this player as the carrier of the team's flag; None puts the flag back to its place."""
         changed = structs.replace(self.flag(team), carrier=carrier)
-        return structs.replace(self, objects=[changed if t.name == changed.name else t for t in self.objects])
+        return structs.replace(self, objects=tuple(changed if t.name == changed.name else t for t in self.objects))

@@ -62,4 +62,4 @@ class Talk:
         if self._sketch_at - view.time >= 0.0:
             return None
         self._sketch_at = view.time + SKETCH
-        return [] if goal is None else [Stroke(points=[view.position, goal])]
+        return [] if goal is None else [Stroke(points=(view.position, goal))]

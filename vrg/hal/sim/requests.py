@@ -1,5 +1,7 @@
 """The requests to the world: to add robots, to remove them, or to put them somewhere else."""
 
+from collections.abc import Mapping
+
 from vrg.bus.messages import RequestKind, WorldRequest
 from vrg.errors import ConfigError, WorldError
 from vrg.hal.models import RobotModel
@@ -42,7 +44,7 @@ def _spawn(world: World, request: WorldRequest) -> None:
     world.add(name, model, request.pose)
 
 
-def _place(world: World, places: dict[str, Pose]) -> None:
+def _place(world: World, places: Mapping[str, Pose]) -> None:
     """Put robots somewhere, as many as there is room for; the others stay where they are.
 
     Raises:
@@ -59,7 +61,7 @@ def _place(world: World, places: dict[str, Pose]) -> None:
         raise WorldError("; ".join(refused.values()))
 
 
-def _without_room(world: World, places: dict[str, Pose]) -> dict[str, str]:
+def _without_room(world: World, places: Mapping[str, Pose]) -> dict[str, str]:
     """The robots that cannot be put where they should be, each with the reason."""
     found = {}
     for name, pose in places.items():

@@ -219,7 +219,7 @@ class World:
             robot = self._fleet.find(name)
             stands = None if robot is None else robot.stands
             bodies.append(Body(name, Pose(x, y, theta), v, w, ghost is not None, age, rest, stands))
-        return Poses(bodies=bodies)
+        return Poses(bodies=tuple(bodies))
 
     def snapshot(self) -> WorldSnapshot:
         """The snapshot from which a restarted world goes on."""

@@ -137,8 +137,8 @@ class Commander(Node):
         poses = {player.name: player.pose for player in state.players if player.pose is not None}
         if not poses and sight is not None:
             poses, stamp = dict(sight.body.poses), sight.stamp
-        bodies = [Body(name, pose, 0.0, 0.0, False) for name, pose in poses.items()]
-        self._builder.poses(Poses(bodies=bodies), stamp)
+        bodies = (Body(name, pose, 0.0, 0.0, False) for name, pose in poses.items())
+        self._builder.poses(Poses(bodies=tuple(bodies)), stamp)
 
     def _open(self) -> None:
         self.pads.start()

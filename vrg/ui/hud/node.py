@@ -171,7 +171,7 @@ class Hud(Node):
             others = [Other(n, at, known.get(n, (0.0, 0.0)), told[n].radius) for n, at in places.items()]
             bodies += [_body(n, p.pose, 0.0, self._physical) for n, p in told.items() if p.pose is not None]
         self.desk.see(others)
-        self._builder.poses(Poses(bodies=bodies), tick.time)
+        self._builder.poses(Poses(bodies=tuple(bodies)), tick.time)
 
     def _ask_for_pictures(self, now: float) -> None:
         if self._robot.sensor(CameraSpec) is not None and not 0.0 <= now - self._asked < ASK:

@@ -118,7 +118,7 @@ class Receiver:
             return state.body
         poses = sight.body.poses
         return structs.replace(
-            state.body, players=[structs.replace(p, pose=poses.get(p.name)) for p in state.body.players]
+            state.body, players=tuple(structs.replace(p, pose=poses.get(p.name)) for p in state.body.players)
         )
 
 
