@@ -379,7 +379,7 @@ def test_an_action_tells_the_referee_and_the_windows_what_it_holds(bench: Bench)
     action = Action(
         sightings=[SIGHTING],
         bids={"intruder1": np.float64(2.5), "intruder2": None},  # type: ignore[dict-item]
-        sketch=[m.Stroke(points=((np.float64(1.0), 2),), label="here")],
+        sketch=[m.Stroke(points=[(np.float64(1.0), 2)], label="here")],
     )
     assert telling(bench, action) == [
         m.Sightings(seen=(SIGHTING,)),

@@ -211,6 +211,14 @@ def test_a_player_that_is_gone_for_long_halts_the_match_if_it_is_to(tmp_path: Pa
     assert table.ticks(5).halted == "m1 has not reported for 5 s"
 
 
+def test_a_player_that_floods_the_bus_is_out_at_once_and_named(table: Table) -> None:
+    table.ticks(2)
+    table.mailbox.flooded = frozenset({KEYS.bid("m1").key, KEYS.poses.key})
+    table.ticks(2)
+    out = [c.text for c in table.calls if c.rule == "disqualified"]
+    assert out == ["m1 is disqualified: it floods the bus with more than 2000 messages a second"]
+
+
 def test_a_player_that_is_gone_for_long_is_out_until_the_next_round_in_which_it_reports(table: Table) -> None:
     table.ticks(2)
     table.silent = {"m1"}

@@ -379,3 +379,14 @@ def test_who_has_no_certificate_is_refused(guarded: Match) -> None:
     with pytest.raises(zenoh.ZError):
         zenoh.open(configuration(settings))
     assert guarded.observer.playing or guarded.observer.stalled
+
+
+def test_a_player_that_floods_the_bus_is_cut_off_and_named(guarded: Match) -> None:
+    keys, observer = guarded.keys, guarded.observer
+    observer.wait_until(lambda: observer.playing, "play")
+    rogue(guarded, seat(guarded, ANN).folder, flood=[put(keys.report("ann").key, m.Report(mode="rogue", armed=True))])
+    # This match is halted for what a player does wrong; others disqualify it with the same words.
+    text = "ann floods the bus with more than 2000 messages a second"
+    observer.wait_until(lambda: observer.state.halted == text, "the halt")
+    assert f"{keys.report('ann').key}: expected at most 2000 messages a second" in guarded.log("referee")
+    guarded.resume()

@@ -8,11 +8,8 @@ none of them an advantage.
 
 from collections.abc import Sequence
 
-from vrg.bus.codec import Received, decode, encode
-from vrg.bus.mailbox import Inlet, Mailbox, Outgoing
-from vrg.bus.messages import Message
 from vrg.bus.node import Node, Tick, due_index
-from vrg.bus.topics import key_matches
+from vrg.bus.transport import MemoryTransport, turn
 
 
 class Lockstep:
@@ -27,19 +24,13 @@ class Lockstep:
 
     def __init__(self, world: Node, nodes: Sequence[Node], *, strict: bool = False) -> None:
         self._world = world
-        self._strict = strict
+        self._transport = MemoryTransport(strict=strict)
         self._started = False
         self._nodes = sorted(nodes, key=lambda node: (node.kind, node.name))
         self._due = {node.period: -1 for node in self._nodes}
-        self._routes: dict[str, list[Inlet[Message]]] = {}
-        self._exact: dict[str, list[Inlet[Message]]] = {}
         self._ticks = 0
-        self._patterns: list[Inlet[Message]] = []
-        for inlet in (inlet for node in [world, *self._nodes] for inlet in node.mailbox.inlets):
-            if "*" in inlet.topic.key:
-                self._patterns.append(inlet)
-            else:
-                self._exact.setdefault(inlet.topic.key, []).append(inlet)
+        for node in [world, *self._nodes]:
+            self._transport.attach(node.mailbox)
 
     @property
     def time(self) -> float:
@@ -59,28 +50,17 @@ class Lockstep:
                 node.start()
         time = self._ticks * self._world.period
         tick = Tick(time)
-        self._world.mailbox.handover(time)
-        self._call(self._world, tick)
-        self._deliver(self._world.mailbox)
-        periods = self._complete(time)
-        if periods:
-            called = [node for node in self._nodes if node.period in periods]
-            for node in called:
-                node.mailbox.handover(tick.time)
-                node.begin(tick)
-            for node in called:
-                self._call(node, tick)
-            for node in called:
-                self._deliver(node.mailbox)
+        turn([self._world], tick, self._transport)
+        if periods := self._complete(time):
+            turn([node for node in self._nodes if node.period in periods], tick, self._transport)
         self._ticks += 1
 
     def stop(self) -> None:
         """Stop every node, the world last, so that the world still hears the robots' last commands."""
         for node in self._nodes:
             node.stop()
-            self._deliver(node.mailbox)
-        self._world.mailbox.handover(self.time)
-        self._call(self._world, Tick(self.time))
+            self._transport.send(node.mailbox.collect())
+        turn([self._world], Tick(self.time), self._transport)
         self._world.stop()
 
     def _complete(self, time: float) -> set[float]:
@@ -92,29 +72,3 @@ class Lockstep:
                 self._due[period] = index
                 complete.add(period)
         return complete
-
-    @staticmethod
-    def _call(node: Node, tick: Tick) -> None:
-        try:
-            node.tick(tick)
-        except Exception as error:
-            error.add_note(f"raised by {node.kind} {node.name} at match time {tick.time:.2f} s")
-            raise
-
-    def _deliver(self, mailbox: Mailbox) -> None:
-        for sent in mailbox.collect():
-            message = _over_the_wire(sent) if self._strict else sent.message
-            inlets = self._routes.get(message.key)
-            if inlets is None:
-                inlets = self._routes[message.key] = self._route(message.key)
-            for inlet in inlets:
-                inlet.waiting.append(message)
-
-    def _route(self, key: str) -> list[Inlet[Message]]:
-        """Whoever hears what comes on a key."""
-        return self._exact.get(key, []) + [inlet for inlet in self._patterns if key_matches(inlet.topic.key, key)]
-
-
-def _over_the_wire(out: Outgoing) -> Received[Message]:
-    """The message as its receivers would get it from the bus."""
-    return decode(encode(out.message), out.topic.type, out.message.key)

@@ -206,12 +206,15 @@ class Mailbox:
 
     Attributes:
         inlets: the subscriptions.
+        flooded: the keys on which their senders, known by their seats, publish far more than a match needs. What comes
+            on them is dropped unread.
         now: the match time of this tick, s.
     """
 
     def __init__(self, sender: str = "") -> None:
         self.sender = sender
         self.inlets: list[Inlet[Message]] = []
+        self.flooded: frozenset[str] = frozenset()
         self.now = 0.0
         self._out: list[Outgoing] = []
         self._sequences: dict[str, int] = {}

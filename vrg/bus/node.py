@@ -57,7 +57,7 @@ class Node(ABC):
     def begin(self, tick: Tick) -> None:  # noqa: B027 - most nodes wait for nothing
         """Begin what takes long elsewhere, so that several nodes wait for it at the same time. It publishes nothing.
 
-        In lockstep it is called for all nodes that are due before the first of them is ticked. Others do not call it.
+        It is called before the tick, and where nodes share a process before the tick of the first of them.
         """
 
     @abstractmethod

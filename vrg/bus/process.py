@@ -12,6 +12,7 @@ from vrg.bus.node import Node, Tick, due_index
 from vrg.bus.session import Session
 from vrg.bus.stopping import StopSignal
 from vrg.bus.topics import Keys
+from vrg.bus.transport import turn
 from vrg.bus.wake_up import AutoResetEvent
 from vrg.errors import BusError, DuplicateNodeError
 
@@ -135,13 +136,13 @@ def run_node(
             pulse.beat(statistics)
             index = due_index(clock.now, node.period)
             if clock.stalled:
-                _call(node, session, Tick(clock.now, live=False), statistics)
+                _turn(node, session, Tick(clock.now, live=False), statistics)
             elif clock.heard and index > last:
                 statistics.missed += index - last - 1 if last >= 0 else 0
                 last = index
-                _call(node, session, Tick(clock.now), statistics)
+                _turn(node, session, Tick(clock.now), statistics)
             elif idle and time.monotonic() - called > idle:
-                _call(node, session, Tick(clock.now), statistics)
+                _turn(node, session, Tick(clock.now), statistics)
             else:
                 continue
             called = time.monotonic()
@@ -237,7 +238,7 @@ def run_world(
         number, due = first_tick, time.monotonic()
         while not stop.is_set():
             session.receive()
-            _call(node, session, Tick(number * node.period), statistics)
+            _turn(node, session, Tick(number * node.period), statistics)
             after_tick(number)
             pulse.beat(statistics)
             number += 1
@@ -287,10 +288,8 @@ class _Pulse:
             self._session.send(self._mailbox.collect())
 
 
-def _call(node: Node, session: Session, tick: Tick, statistics: Statistics) -> None:
-    node.mailbox.handover(tick.time)
-    node.tick(tick)
-    session.send(node.mailbox.collect())
+def _turn(node: Node, session: Session, tick: Tick, statistics: Statistics) -> None:
+    turn([node], tick, session)
     statistics.ticks += 1
 
 

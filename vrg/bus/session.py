@@ -11,7 +11,7 @@ import threading
 import time
 import uuid
 from collections import Counter, deque
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Final
 
@@ -21,11 +21,13 @@ from vrg.bus.access import may_publish
 from vrg.bus.codec import Header, encode, header
 from vrg.bus.configuration import check_endpoint, client_settings, router_settings
 from vrg.bus.credentials import Credentials
+from vrg.bus.flood import LIMIT, FlowMeter
 from vrg.bus.link import Link, kept_events, subscription
 from vrg.bus.mailbox import QUEUE_LIMIT, Inlet, Mailbox, Numbers, Origin, Outgoing
 from vrg.bus.messages import Message
 from vrg.bus.stopping import StopSignal
 from vrg.bus.topics import Qos, router_alive
+from vrg.bus.transport import OnArrival
 from vrg.errors import BusError, CredentialsError, MessageError, MisroutedError
 
 log = logging.getLogger(__name__)
@@ -37,9 +39,6 @@ ANSWER_PATIENCE: Final = 1.0
 """The longest real time in s to wait for the router's answer to who is alive."""
 REFUSED_KEYS: Final = 1000
 """The number of keys for which refused messages are counted one by one."""
-
-OnArrival = Callable[[Inlet[Message]], None]
-"""A function that is called on a thread of zenoh's when something has arrived for an inlet."""
 
 
 def configuration(settings: dict[str, Any]) -> zenoh.Config:
@@ -115,7 +114,7 @@ def _brief(error: zenoh.ZError) -> str:
 
 
 class Session:
-    """Publishes what nodes have put into their mailboxes, and brings to the mailboxes what arrives.
+    """The transport over zenoh: publishes what nodes have put into their mailboxes, and brings to them what arrives.
 
     Args:
         raw: a session of zenoh's that is connected. connect: opens another one after the link was lost.
@@ -125,8 +124,8 @@ class Session:
         instance: tells the senders of this process apart from those of the same names in other processes.
         dropped: the number of events that were lost because `receive` was not called for too long. The oldest are
             dropped first.
-        refused: how many messages came under a wrong key, or from a sender that may not publish there, by key. A
-            message that several subscriptions would have been given counts for each.
+        refused: how many messages came under a wrong key, from a sender that may not publish there, or in a flood, by
+            key. A message that several subscriptions would have been given counts for each.
     """
 
     def __init__(self, raw: zenoh.Session, connect: Callable[[], zenoh.Session], *, seats: bool = False) -> None:
@@ -141,6 +140,7 @@ class Session:
         self._moving = threading.Lock()
         self._refusing = threading.Lock()
         self._held = False
+        self._meters: list[tuple[Mailbox, FlowMeter]] = []
         self._link = Link(raw, connect, lost=self._hold, back=self._catch_up)
 
     @property
@@ -151,7 +151,9 @@ class Session:
     def attach(self, mailbox: Mailbox, on_arrival: OnArrival | None = None) -> None:
         """Subscribe to all topics of a mailbox. `on_arrival` is called on a thread of zenoh's."""
         for inlet in mailbox.inlets:
-            self._subscribe(inlet, on_arrival)
+            meter = FlowMeter()
+            self._meters.append((mailbox, meter))
+            self._subscribe(inlet, on_arrival, meter)
 
     def receive(self) -> None:
         """Pass what has arrived to the inlets. Call `mailbox.handover` next.
@@ -172,8 +174,14 @@ class Session:
         for slot in list(self._newest):
             inlet, head = self._newest.pop(slot)
             inlet.offer_header(head)
+        if self._seats:
+            now = time.monotonic()
+            for mailbox, _ in self._meters:
+                mailbox.flooded = frozenset()
+            for mailbox, meter in self._meters:
+                mailbox.flooded |= meter.flooded(now)
 
-    def send(self, outgoing: list[Outgoing]) -> None:
+    def send(self, outgoing: Sequence[Outgoing]) -> None:
         """Publish messages in the given order."""
         for out in outgoing:
             message = out.message
@@ -314,22 +322,30 @@ class Session:
             if self._seats and not may_publish(head.sender, key):
                 raise MisroutedError(key, key, head.sender)
         except MisroutedError as error:
-            with self._refusing:  # each subscription has a thread of zenoh's
-                counted = key if key in self.refused or len(self.refused) < REFUSED_KEYS else "other keys"
-                self.refused[counted] += 1
-                first = self.refused[counted] == 1
-            if first:
-                log.warning("refused a message: %s", error)
+            self._refuse(key, error)
             raise
         return head
 
-    def _subscribe(self, inlet: Inlet[Message], on_arrival: OnArrival | None) -> None:
+    def _refuse(self, key: str, why: object) -> None:
+        """Count a message that is refused, and log the first one on its key."""
+        with self._refusing:  # each subscription has a thread of zenoh's
+            counted = key if key in self.refused or len(self.refused) < REFUSED_KEYS else "other keys"
+            self.refused[counted] += 1
+            first = self.refused[counted] == 1
+        if first:
+            log.warning("refused a message: %s", why)
+
+    def _subscribe(self, inlet: Inlet[Message], on_arrival: OnArrival | None, meter: FlowMeter) -> None:
         event = inlet.topic.qos is Qos.EVENT
         number = id(inlet)
 
         def on_sample(sample: zenoh.Sample) -> None:
             key = str(sample.key_expr)
             if not inlet.admits(key):
+                return
+            # An emergency stop is always heard, however often somebody repeats it.
+            if inlet.alarm is None and not meter.admits(key, time.monotonic()):
+                self._refuse(key, f"{key}: expected at most {LIMIT} messages a second: more are dropped unread")
                 return
             try:
                 head = self._admit(key, sample.payload.to_bytes())

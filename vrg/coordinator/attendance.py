@@ -3,6 +3,7 @@
 from collections.abc import Container, Sequence
 
 from vrg.bus.codec import Received
+from vrg.bus.flood import LIMIT
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Report
 from vrg.bus.node import Tick, is_fresh
@@ -38,7 +39,9 @@ class Attendance:
 
     def __init__(self, mailbox: Mailbox, keys: Keys, names: Sequence[str]) -> None:
         self._names = names
+        self._mailbox = mailbox
         self._keys = {name: keys.report(name).key for name in names}
+        self._own = {name: {keys.bid(name).key, keys.sightings(name).key, self._keys[name]} for name in names}
         self._reports = mailbox.subscribe(keys.report(), only=self._keys.values())
         self._out_since: dict[str, float] = {}
         self._silence: dict[str, float] = dict.fromkeys(names, 0.0)
@@ -111,15 +114,17 @@ class Attendance:
                 own watchdogs stop that robot, so that it is where it was last.
 
         Returns:
-            the players that have fallen silent, each with what it does not do; and the reasons why a match must be
-            halted, because a physical robot needs a person.
+            the players that have fallen silent or that flood the bus, each with what it does; and the reasons why a
+            match must be halted, because a physical robot needs a person.
         """
         silent, halts = {}, []
         for name in self._names:
             report = self.report(name)
-            if report is None or (name in out and not self.reports_now(name, tick)):
+            if name not in out and self._mailbox.flooded & self._own[name]:
+                silent[name] = f"floods the bus with more than {LIMIT} messages a second"
+            elif report is None or (name in out and not self.reports_now(name, tick)):
                 continue
-            if SILENCE + self._silence[name] > PATIENCE * max(1.0, rate):
+            elif SILENCE + self._silence[name] > PATIENCE * max(1.0, rate):
                 silent[name] = f"has not reported for {PATIENCE:g} s"
             elif report.body.latched and (fault := _fault(name, report.body)):
                 halts.append(fault)

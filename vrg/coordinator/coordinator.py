@@ -299,7 +299,7 @@ class Coordinator(Node):
         if stale := self._stale(tick):
             reasons.append(stale)
         left = [name for name in self._names if name not in match.disqualified]
-        if silent and len(silent) == len(left):
+        if silent and len(silent) == len(left) and not self.mailbox.flooded:
             # It is not each of them that has failed, but what they have in common.
             reasons.append("no player reports")
         elif self._disqualify:

@@ -1,0 +1,36 @@
+"""The rate of the messages on each key. More than anything in a match publishes is a flood, and is dropped unread."""
+
+from typing import Final
+
+LIMIT: Final = 2_000
+"""The messages on one key in a second above which it is flooded. A world that runs 20 times as fast as real time
+publishes 1,000 poses a second; a player publishes 10 messages on a key in a second of match time."""
+WINDOW: Final = 1.0
+"""The real time in s in which messages are counted."""
+
+
+class FlowMeter:
+    """Counts messages. A flooded key stays so until fewer than LIMIT have come in a whole window."""
+
+    def __init__(self) -> None:
+        self._since = 0.0
+        self._counts: dict[str, int] = {}
+        self._before: frozenset[str] = frozenset()
+
+    def admits(self, key: str, now: float) -> bool:
+        """Count a message, and return whether it is no part of a flood.
+
+        Args:
+            now: real time of some clock, s.
+        """
+        if now - self._since >= WINDOW:
+            self._before = self.flooded(now)
+            self._since, self._counts = now, {}
+        count = self._counts[key] = self._counts.get(key, 0) + 1
+        return count <= LIMIT and key not in self._before
+
+    def flooded(self, now: float) -> frozenset[str]:
+        """The keys that are flooded now. Another thread than that of `admits` may ask."""
+        passed, counts = now - self._since, self._counts
+        over = frozenset(key for key, count in tuple(counts.items()) if count > LIMIT)
+        return over | self._before if passed < WINDOW else over if passed < 2 * WINDOW else frozenset()

@@ -1,0 +1,99 @@
+"""The contract below all executors: how the messages of nodes travel, and what one tick of a node is.
+
+An executor attaches the mailboxes of its nodes to a transport, decides when nodes are due, and calls `turn`. So the
+same nodes run over any transport: `vrg.bus.lockstep` runs all of them in the memory of one process, and
+`vrg.bus.process` runs each of them in a process of its own, over a session.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+from vrg.bus.codec import decode, encode
+from vrg.bus.mailbox import Inlet, Mailbox, Outgoing
+from vrg.bus.messages import Message
+from vrg.bus.node import Node, Tick
+from vrg.bus.topics import key_matches
+
+OnArrival = Callable[[Inlet[Message]], None]
+"""A function that is called when something has arrived for an inlet, on any thread."""
+
+
+class Transport(Protocol):
+    """Carries messages between mailboxes.
+
+    The messages of one sender on one key arrive in the order in which they were published. Of an EVENT topic all of
+    them arrive, and of the others at least the newest of each key. A mailbox is given its own messages, too, if it
+    subscribes to them.
+    """
+
+    def attach(self, mailbox: Mailbox, on_arrival: OnArrival | None = None) -> None:
+        """Bring to a mailbox what it subscribes to, from now on. Its subscriptions must be complete."""
+
+    def receive(self) -> None:
+        """Let what has arrived wait in the inlets, for the next `handover` of their mailboxes."""
+
+    def send(self, outgoing: Sequence[Outgoing]) -> None:
+        """Carry messages, in this order. `turn` calls it once a tick: the tick is done when it returns."""
+
+
+def turn(nodes: Sequence[Node], tick: Tick, transport: Transport) -> None:
+    """Tick nodes at the same instant: each is given what has arrived before, decides, and what it publishes is sent.
+
+    So no node is given what another one publishes in this tick, whatever their order.
+
+    Raises:
+        Exception: whatever a node raises, with a note that names the node. What it has published is not sent.
+    """
+    for node in nodes:
+        node.mailbox.handover(tick.time)
+        node.begin(tick)
+    for node in nodes:
+        try:
+            node.tick(tick)
+        except Exception as error:
+            error.add_note(f"raised by {node.kind} {node.name} at match time {tick.time:.2f} s")
+            raise
+        transport.send(node.mailbox.collect())
+
+
+class MemoryTransport:
+    """Carries messages between the mailboxes of one process at once. It uses no threads and no clock.
+
+    Args:
+        strict: True passes every message through the codec of the bus. `send` then raises MessageError or TypeError for
+            one that could not travel over the bus. This is slower.
+    """
+
+    def __init__(self, *, strict: bool = False) -> None:
+        self._strict = strict
+        self._attached: list[tuple[Inlet[Message], OnArrival | None]] = []
+        self._routes: dict[str, list[tuple[Inlet[Message], OnArrival | None]]] = {}
+
+    def attach(self, mailbox: Mailbox, on_arrival: OnArrival | None = None) -> None:
+        """Bring to a mailbox what it subscribes to."""
+        self._attached += [(inlet, on_arrival) for inlet in mailbox.inlets]
+        self._routes.clear()
+
+    def receive(self) -> None:
+        """Do nothing: what is sent waits in the inlets at once."""
+
+    def send(self, outgoing: Sequence[Outgoing]) -> None:
+        """Put messages into the inlets that subscribe to them."""
+        for out in outgoing:
+            message = out.message
+            routes = self._routes.get(message.key)
+            if routes is None:
+                routes = self._routes[message.key] = self._route(message.key)
+            if self._strict:
+                message = decode(encode(message), out.topic.type, message.key)
+            for inlet, on_arrival in routes:
+                inlet.offer(message)
+                if on_arrival is not None:
+                    on_arrival(inlet)
+
+    def _route(self, key: str) -> list[tuple[Inlet[Message], OnArrival | None]]:
+        return [
+            (inlet, on_arrival)
+            for inlet, on_arrival in self._attached
+            if key_matches(inlet.topic.key, key) and inlet.admits(key)
+        ]
