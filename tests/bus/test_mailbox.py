@@ -109,7 +109,7 @@ def test_published_messages_are_stamped_and_counted_by_key() -> None:
     assert mailbox.collect() == []
 
 
-def test_an_alarm_is_raised_at_once_and_once_and_the_message_still_handed_over() -> None:
+def test_an_alarm_is_raised_at_once_and_the_message_still_handed_over() -> None:
     heard: list[float] = []
     mailbox = Mailbox()
     inlet = mailbox.subscribe(KEYS.estop, alarm=lambda received: heard.append(received.stamp))
@@ -118,24 +118,11 @@ def test_an_alarm_is_raised_at_once_and_once_and_the_message_still_handed_over()
         message = Received(KEYS.estop.key, stamp, number, m.Estop(by="t"))
         inlet.offer(message)
         quiet.offer(message)
-        mailbox.sound()
-        mailbox.sound()
     assert heard == [1.0, 2.0]
     assert inlet.take() == []
     mailbox.handover(2.0)
     assert heard == [1.0, 2.0]
     assert len(inlet.take()) == len(quiet.take()) == 2
-
-
-def test_an_alarm_that_nobody_sounded_is_raised_by_the_handover() -> None:
-    heard: list[float] = []
-    inlet = Inlet(KEYS.estop, alarm=lambda received: heard.append(received.stamp))
-    inlet.offer(Received(KEYS.estop.key, 3.0, 0, m.Estop(by="t")))
-    inlet.handover()
-    assert heard == [3.0]
-    inlet.offer(Received(KEYS.estop.key, 4.0, 1, m.Estop(by="t")))
-    inlet.sound()
-    assert heard == [3.0, 4.0]
 
 
 def _heard(inlet: Inlet[m.Call], *steps: tuple[int, Origin, str]) -> list[int]:
@@ -162,17 +149,19 @@ def test_a_sender_that_begins_anew_is_heard_and_old_events_of_a_stranger_are_not
     assert _heard(inlet, (6, Origin.REPEATED, "coordinator/other/1")) == [6], "it may have been published just now"
 
 
-def test_an_alarm_sounds_whatever_the_number_of_its_message() -> None:
+def test_what_has_an_alarm_counts_whatever_the_number_of_its_message() -> None:
     """A simple program that engages the emergency stop may number all of its messages alike."""
     sounded: list[int] = []
     inlet = Inlet(KEYS.estop, lambda message: sounded.append(message.sequence))
     key = KEYS.estop.key
+    head = header(encode(Received(key, 0.0, 3, m.Estop(by="button"), "official/button/1")), key)
     for origin in (Origin.LIVE, Origin.LIVE, Origin.REPEATED, Origin.ASKED):
-        inlet.offer_header(
-            header(encode(Received(key, 0.0, 3, m.Estop(by="button"), "official/button/1")), key), origin
-        )
-    inlet.sound()
-    assert sounded == [3, 3]
+        inlet.offer_header(head, origin)
+    assert sounded == [], "the executor has sounded it when it arrived"
+    inlet.sound(head)
+    assert sounded == [3]
+    inlet.handover()
+    assert len(inlet.take()) == 2
 
 
 def test_the_numbers_of_invented_senders_fill_no_memory(monkeypatch: pytest.MonkeyPatch) -> None:

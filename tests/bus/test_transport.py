@@ -1,6 +1,7 @@
 """The contract of a transport, for each of them."""
 
 import socket
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -140,6 +141,19 @@ def test_the_executor_is_called_when_something_arrives(pair: tuple[Transport, Tr
     table.send((KEYS.referee_event, call(1)))
     table.receive_until(lambda: bool(arrived))
     assert arrived[0] is table.inlets[0]
+
+
+def test_an_alarm_sounds_without_a_tick_and_the_message_is_handed_over_at_the_next_one(
+    pair: tuple[Transport, Transport],
+) -> None:
+    table = Table(pair)
+    sounded = threading.Event()
+    inlet = table.receiver.subscribe(KEYS.estop, alarm=lambda _: sounded.set())
+    table.ready(KEYS.estop)
+    table.send((KEYS.estop, m.Estop(by="ann")))
+    assert sounded.wait(PATIENCE)
+    assert inlet.take() == []
+    table.receive_until(lambda: bool(inlet.take()))
 
 
 class _Counter(Node):

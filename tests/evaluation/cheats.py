@@ -13,6 +13,7 @@ from pathlib import Path
 from msgspec import structs
 from vrg.agents import STILL
 from vrg.bus import messages as m
+from vrg.bus.topics import Keys
 from vrg.games.sharks_and_minnows.player import SharksAndMinnowsPlayer
 from vrg.types import Pose
 
@@ -39,9 +40,16 @@ def patched(module, name, value):
     setattr(sys.modules[module], name, value)
 
 
+def publish(body, topic, *names):
+    """Publish a message as the referee, if it is in this process, or else as this player."""
+    for node in every("Coordinator") or every("Player"):
+        keys = Keys(node.mailbox.inlets[0].topic.key.split("/")[1])
+        found = getattr(keys, topic)
+        node.mailbox.publish(found(*names) if names else found, body)
+
+
 def official(view, action, subject=None, value=None):
-    for node in every("Coordinator"):
-        node.mailbox.publish(node._keys.official, m.Official(action=action, by="x", subject=subject, value=value))
+    publish(m.Official(action=action, by="x", subject=subject, value=value), "official")
 
 
 def zones(view):
@@ -157,18 +165,15 @@ def accuse(view):
 
 
 def stops(view):
-    for node in every("Coordinator"):
-        node.mailbox.publish(node._keys.estop, m.Estop(by="x", reason="x"))
+    publish(m.Estop(by="x", reason="x"), "estop")
 
 
 def drives(view):
-    for node in every("Coordinator"):
-        node.mailbox.publish(node._keys.drive("shark"), m.Drive(twist=STILL, armed=False))
+    publish(m.Drive(twist=STILL, armed=False), "drive", "shark")
 
 
 def slows(view):
-    for node in every("Coordinator"):
-        node.mailbox.publish(node._keys.speed_limit("shark"), m.SpeedLimit(v_max=0.01))
+    publish(m.SpeedLimit(v_max=0.01), "speed_limit", "shark")
 
 
 def lease(view):

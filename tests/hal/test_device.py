@@ -113,17 +113,16 @@ class TestGateAndLimit:
 
 class TestEmergencyStop:
     def test_it_reaches_the_robot_between_two_ticks(self, bench: Bench) -> None:
-        bench.say(KEYS.estop, m.Estop(by="x"))
         bench.driver.told.clear()
-        bench.mailbox.sound()
+        bench.say(KEYS.estop, m.Estop(by="x"))
         assert bench.driver.told == ["emergency stop"]
         for act in (bench.device.arm, lambda: bench.device.drive(AHEAD)):
             with pytest.raises(RobotError, match="emergency stop is engaged"):
                 act()
 
     def test_the_driver_is_told_once_and_told_of_the_release(self, bench: Bench) -> None:
+        bench.driver.told.clear()
         bench.say(KEYS.estop, m.Estop(by="x"))
-        bench.tick()
         assert bench.driver.told == ["emergency stop"]
         bench.tick()
         assert bench.driver.told == []

@@ -277,6 +277,11 @@ class Observer:
             self.wait_moving()
         raise AssertionError(f"{STALLED}, {times} times")
 
+    def estop(self) -> None:
+        """Engage the emergency stop."""
+        self._mailbox.publish(self.keys.estop, m.Estop(by="observer"))
+        self._session.send(self._mailbox.collect())
+
     def decide(self, action: m.OfficialAction, subject: str | None = None, value: str | None = None) -> None:
         """Speak as an official."""
         self._mailbox.publish(

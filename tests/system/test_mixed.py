@@ -187,6 +187,30 @@ def test_the_drives_stop_the_motors_of_a_player_in_an_endless_loop(mixed: Match,
     plays_on(mixed, tap, "ann", "bob")
 
 
+def test_the_emergency_stop_does_not_wait_for_a_strategy_that_hangs(mixed: Match, tap: Tap, strategies: Path) -> None:
+    observer = mixed.observer
+    old = mixed.child("bob")
+    (strategies / "was_stuck").unlink(missing_ok=True)
+    (strategies / "hang").touch()
+    observer.wait_until((strategies / "was_stuck").exists, "bob to be stuck")
+    observer.estop()
+
+    def gone() -> bool:
+        return not old.is_running() or old.status() == psutil.STATUS_ZOMBIE
+
+    orders = [messages.Command.ESTOP for _ in WIRING["bob"]]
+    observer.wait_until(
+        lambda: all(map(tap.count, WIRING["bob"], orders)) or gone(), "an Estop frame for each motor of bob"
+    )
+    assert not gone(), "the process whose strategy hangs has sent them"
+    mixed.wait_replaced("bob", old)
+    # Who is not there yet does not hear the release.
+    reports = len(observer.heard.reports["bob"])
+    observer.wait_until(lambda: len(observer.heard.reports["bob"]) > reports, "the new bob to report")
+    mixed.command("estop", "--release")
+    plays_on(mixed, tap, "ann", "bob")
+
+
 def test_a_drive_that_faults_halts_the_match_until_an_official_recovers_it(mixed: Match, tap: Tap) -> None:
     vrg_can(mixed, "fault", "error", "--id", "2", "--value", "0x2000")
     halted_because(mixed, "bob: node 2: MOTOR_OVER_TEMP")

@@ -1,5 +1,6 @@
 """The mailbox of one node. Executors fill and empty it between ticks; nodes only read from it and publish to it."""
 
+import contextlib
 import enum
 import logging
 import sys
@@ -67,7 +68,7 @@ class Inlet(Generic[T]):
 
     Args:
         topic: what is subscribed to.
-        alarm: called with each message before the tick that hands it over; see `Mailbox.subscribe`.
+        alarm: called with each message as soon as it arrives; see `Mailbox.subscribe`.
         only: the keys that messages are taken from; None takes them from any that fits, and at most KEYS_LIMIT.
 
     Attributes:
@@ -85,7 +86,6 @@ class Inlet(Generic[T]):
         self._known = only is not None
         self.topic = topic
         self.alarm = alarm
-        self._alarmed = 0
         self.dropped = 0
         self.by_key: dict[str, Received[T]] = {}
         self.waiting: list[Received[T]] = []
@@ -118,8 +118,16 @@ class Inlet(Generic[T]):
         return list(news.values())
 
     def offer(self, message: Received[T]) -> None:
-        """Executor only: let a message wait for the next handover."""
+        """Executor only: let a message that has just arrived wait for the next handover, and call the alarm."""
         self.waiting.append(message)
+        if self.alarm is not None:
+            self.alarm(message)
+
+    def sound(self, head: Header) -> None:
+        """Executor only: call the alarm with what has just come over the bus, on any thread; it is offered later."""
+        if self.alarm is not None:
+            with contextlib.suppress(MessageError):  # `offer_header` counts and logs it
+                self.alarm(decode_body(head, self.topic.type))
 
     def admits(self, key: str) -> bool:
         """Executor only: whether messages are taken from a key. Others are dropped unread."""
@@ -134,8 +142,8 @@ class Inlet(Generic[T]):
     def offer_header(self, head: Header, origin: Origin = Origin.LIVE) -> None:
         """Executor only: decode what came over the bus. A bad message is counted, logged and dropped.
 
-        After a lost link an event may come twice, and is handed over once. An alarm is sounded again all the same, and
-        what is perishable never comes twice, so of these nothing that was just published is dropped, whatever its
+        After a lost link an event may come twice, and is handed over once. What has an alarm counts again all the same,
+        and what is perishable never comes twice, so of these nothing that was just published is dropped, whatever its
         number.
         """
         try:
@@ -147,7 +155,7 @@ class Inlet(Generic[T]):
             news = self._numbers.is_new(head, origin)
             if not news and not (origin is Origin.LIVE and self.alarm is not None):
                 return
-        self.offer(message)
+        self.waiting.append(message)
 
     def refuse(self, error: MessageError) -> None:
         """Executor only: count and log a bad message, which is dropped."""
@@ -161,18 +169,8 @@ class Inlet(Generic[T]):
             self.by_key.clear()
             self._news.clear()
 
-    def sound(self) -> None:
-        """Executor only: call the alarm for each message that has arrived since the last call."""
-        if self.alarm is not None:
-            fresh, self._alarmed = self.waiting[self._alarmed :], len(self.waiting)
-            for message in fresh:
-                self.alarm(message)
-
     def handover(self) -> None:
         """Executor only: bring in the messages that wait."""
-        if self.alarm is not None:
-            self.sound()
-            self._alarmed = 0
         waiting, self.waiting = self.waiting, []
         if len(waiting) > 1:
             waiting.sort(key=_order)
@@ -229,9 +227,9 @@ class Mailbox:
 
         Args:
             topic: the topic to hear.
-            alarm: called with each message as soon as it arrives, on the node's own thread, between its ticks. It is
-                for an emergency stop, which cannot wait for the next tick. It may make a robot safe; it must not
-                publish.
+            alarm: called with each message as soon as it arrives, on any thread, also while the node decides. It is for
+                an emergency stop, which cannot wait for the end of a tick. It may make a robot safe; it must not
+                publish. What is heard late, because a link was lost, is only handed over.
             only: the keys of the topic that matter, where they are known.
         """
         inlet = Inlet(topic, alarm, only)
@@ -249,11 +247,6 @@ class Mailbox:
         self._sequences[key] = sequence + 1
         received = Received(key, self.now if stamp is None else stamp, sequence, body, self.sender)
         self._out.append(Outgoing(topic, received))
-
-    def sound(self) -> None:
-        """Executor only: call the alarms for the messages that have arrived since the last call."""
-        for inlet in self.inlets:
-            inlet.sound()
 
     def forget(self) -> None:
         """Executor only: drop everything but events, because the world has stepped back in time."""

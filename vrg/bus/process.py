@@ -117,7 +117,7 @@ def run_node(
         DuplicateNodeError: a node of this kind and name is alive already.
     """
     clock = _HeardClock(session, keys)
-    session.attach(node.mailbox, clock.wake_for_alarms)
+    session.attach(node.mailbox)
     claim(session, keys, node.kind, node.name)
     statistics = Statistics(cpu=-time.process_time(), wall=-time.monotonic())
     pulse = _Pulse(session, keys, node, clock.tracker)
@@ -132,7 +132,6 @@ def run_node(
                 node.mailbox.forget()
                 last = -1
             session.receive()
-            node.mailbox.sound()
             pulse.beat(statistics)
             index = due_index(clock.now, node.period)
             if clock.stalled:
@@ -176,11 +175,6 @@ class _HeardClock:
 
     def _wake(self, _inlet: Inlet[Message]) -> None:
         self._arrived.set()
-
-    def wake_for_alarms(self, inlet: Inlet[Message]) -> None:
-        """End a wait when a message arrives whose subscription has an alarm."""
-        if inlet.alarm is not None:
-            self._arrived.set()
 
     def wait(self, timeout: float) -> bool:
         """Wait for the next message for at most `timeout` s; return whether the world was restarted since the last."""

@@ -140,6 +140,7 @@ class Session:
         self._moving = threading.Lock()
         self._refusing = threading.Lock()
         self._held = False
+        self._failed: Exception | None = None
         self._meters: list[tuple[Mailbox, FlowMeter]] = []
         self._link = Link(raw, connect, lost=self._hold, back=self._catch_up)
 
@@ -159,9 +160,11 @@ class Session:
         """Pass what has arrived to the inlets. Call `mailbox.handover` next.
 
         Raises:
-            BaseException: the link to the router cannot be kept.
+            BaseException: the link to the router cannot be kept, or an alarm has failed.
         """
         self._link.check()
+        if self._failed is not None:
+            raise self._failed
         ready: list[tuple[Inlet[Message], Header, Origin]] = []
         held: list[tuple[Inlet[Message], Header, Origin]] = []
         with self._moving:
@@ -354,10 +357,13 @@ class Session:
             except MessageError as error:
                 inlet.refuse(error)
                 return
+            origin = _origin(sample)
+            if inlet.alarm is not None and origin is Origin.LIVE:
+                self._sound(inlet, head)
             if event:
                 with self._moving:
                     self.dropped += len(self._queue) == QUEUE_LIMIT
-                    self._queue.append((inlet, head, _origin(sample)))
+                    self._queue.append((inlet, head, origin))
             else:
                 self._newest[(number, key)] = (inlet, head)
             if on_arrival is not None:
@@ -366,6 +372,14 @@ class Session:
         if event:
             self._events.append((inlet, on_arrival))
         self._link.declare(subscription(inlet.topic.key, inlet.topic.qos, on_sample))
+
+    def _sound(self, inlet: Inlet[Message], head: Header) -> None:
+        """Call an alarm on a thread of zenoh's. What it raises is raised by the next `receive`."""
+        try:
+            inlet.sound(head)
+        except Exception as error:
+            self._failed = error
+            log.exception("an alarm has failed: %s", head.key)
 
     @staticmethod
     def _may_miss(inlet: Inlet[Message]) -> bool:

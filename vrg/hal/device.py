@@ -1,7 +1,7 @@
 """The match's side of a robot, written once for every driver.
 
 It enforces what the match demands of a robot, whatever the robot's player does: the referee's gate and its lease, the
-speed limit, the emergency stop (also between two ticks), the recovery from faults, and the lease of a human. It also
+speed limit, the emergency stop (also while the strategy decides), the recovery from faults, and the lease of a human. It also
 knows where a physical robot is on the map, and tells the world.
 """
 
@@ -207,7 +207,7 @@ class Device:
         self._driver.close()
 
     def _alarm(self, _order: Received[Estop]) -> None:
-        """Stop the robot at once. The executor calls this as soon as an order arrives, also between two ticks."""
+        """Stop the robot at once, on whatever thread the order arrives, also while the strategy decides."""
         self._latch.order(True, self._mailbox.now)
         self._driver.emergency_stop()
 

@@ -113,7 +113,7 @@ class Driver(ABC):
         """Stop, and let the motors accept no command until the robot is armed again. Idempotent."""
 
     def emergency_stop(self) -> None:
-        """Disarm in the fastest way possible. Called as soon as the order to stop arrives, also between two ticks."""
+        """Disarm in the fastest way possible. Called as soon as the order to stop arrives, on a thread of its own."""
         self.disarm()
 
     def release(self) -> None:  # noqa: B027 - not every robot latches its emergency stop

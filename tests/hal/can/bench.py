@@ -136,7 +136,6 @@ class DeviceBench(CanBench):
         """Let time pass; each tick begins as an executor and a player begin it."""
         until = self.now + seconds
         while True:
-            self.mailbox.sound()
             self.mailbox.handover(self.now)
             self.device.hear()
             self.said += [(out.message.key, out.message.body) for out in self.mailbox.collect()]

@@ -116,6 +116,10 @@ class SimDriver(Driver):
         if self._connected:
             self._send(STILL)
 
+    def emergency_stop(self) -> None:
+        """Accept no command until the robot is armed again. The world hears the order itself, and stops the robot."""
+        self._armed = False
+
     def close(self) -> None:
         """Disarm the robot and end the connection. Idempotent."""
         self.disarm()

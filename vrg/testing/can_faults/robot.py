@@ -37,11 +37,10 @@ def port_of(driver: CanDriver) -> Port:
 
 
 def deliver(mailbox: Mailbox, message: Received[Message]) -> None:
-    """Give a message to all who subscribe to its key, and raise the alarms."""
+    """Give a message to all who subscribe to its key; alarms sound at once."""
     for inlet in mailbox.inlets:
         if inlet.topic.key == message.key:
             inlet.offer(message)
-    mailbox.sound()
 
 
 @dataclass
