@@ -172,8 +172,8 @@ def test_the_drives_stop_the_motors_of_a_player_that_fails(mixed: Match, tap: Ta
     assert before.y - 60.0 < now.y < before.y + 5.0
 
 
-def test_the_drives_stop_the_motors_of_a_player_in_an_endless_loop(mixed: Match, tap: Tap, strategies: Path) -> None:
-    """Its process is alive in every other respect, the thread that hears the bus included."""
+def test_the_motors_of_a_player_in_an_endless_loop_are_switched_off(mixed: Match, tap: Tap, strategies: Path) -> None:
+    """The thread that hears the bus runs on, and does it if the drives' own watchdogs have not."""
     observer = mixed.observer
     old = mixed.child("bob")
     (strategies / "hang").touch()
@@ -181,8 +181,6 @@ def test_the_drives_stop_the_motors_of_a_player_in_an_endless_loop(mixed: Match,
     stuck = time.monotonic()
     observer.wait_until(lambda: tap.standing(2, 3), "bob's motors to stand")
     assert tap.setpoints(2, stuck) == 0
-    watchdog = messages.AxisError.WATCHDOG_TIMER_EXPIRED
-    observer.wait_until(lambda: tap.errors(2) & watchdog and tap.errors(3) & watchdog, "the drives to say why")
     mixed.wait_replaced("bob", old)
     plays_on(mixed, tap, "ann", "bob")
 

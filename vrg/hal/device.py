@@ -1,7 +1,7 @@
 """The match's side of a robot, written once for every driver.
 
-It enforces what the match demands of a robot, whatever the robot's player does: the referee's gate and its lease, the
-speed limit, the emergency stop (also while the strategy decides), the recovery from faults, and the lease of a human. It also
+It enforces what the match demands of a robot, whatever its player does: the referee's gate and its lease, the speed
+limit, the emergency stop (also while the strategy decides), the recovery from faults, and the lease of a human. It also
 knows where a physical robot is on the map, and tells the world.
 """
 

@@ -21,6 +21,7 @@ from vrg.hal.can.emulator.faults import FaultKind
 from vrg.hal.can.emulator.simulation import Simulation
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.odrive import codec, messages
+from vrg.hal.driver import COMMAND_TIMEOUT
 
 
 @pytest.fixture
@@ -289,6 +290,28 @@ class TestBusyPlayers:
         bench.advance(5.0)
         with pytest.raises(RobotError, match="this one is closed"):
             port.send(codec.encode(0, messages.Estop()))
+
+
+@pytest.mark.parametrize("protocol", NODES)
+@pytest.mark.parametrize("watchdog", [0.0, 0.25])
+def test_motors_are_switched_off_where_the_robots_own_thread_hangs(protocol: str, watchdog: float) -> None:
+    """Whether the drives watch or not: the thread that hears the bus runs on."""
+    left, right = NODES[protocol]
+    with Drives(protocol, [*left, *right], watchdog=watchdog) as drives:
+        bench = DeviceBench(protocol, left, right, **({} if watchdog else {"watchdog": "unsafe"}))
+        try:
+            bench.device.start()
+            gets_going(bench)
+            assert not at_rest(drives)
+            bench.clock.sleep(COMMAND_TIMEOUT + 1.0)
+            assert at_rest(drives)
+            reading = bench.device.read()
+            assert (reading.armed, reading.fault) == (False, None)
+            with pytest.raises(RobotError, match=r"no setpoint came .*Arm again"):
+                bench.device.drive(AHEAD)
+            gets_going(bench)
+        finally:
+            bench.close()
 
 
 @pytest.mark.parametrize("broken", ["on_frame", "on_quiet", "on_trouble"])

@@ -40,8 +40,9 @@ class Guard:
         unproved: nobody has seen yet, since the robot was connected or recovered, that the drives' own watchdogs work.
             At the first arming the drives are therefore left without setpoints, at zero speed, until each has said that
             its watchdog has stopped its motor.
-        lapsed: the node of a drive whose watchdog has disarmed the robot, until something else arms or disarms it; None
-            if none has.
+        lapsed: the words for the lack of setpoints that has disarmed the robot, until something else arms or disarms
+            it; None if there was none.
+        armed_at: when the player has armed it last.
         ready: that has been seen, and the robot can now be armed as the player has asked.
         stray: the node of a drive that is on though it was told to be off, for longer than OBEY_TIMEOUT; None if
             there is none.
@@ -54,14 +55,14 @@ class Guard:
         self.at_drive = False
         self.wanted = False
         self.unproved = True
-        self.lapsed: int | None = None
+        self.lapsed: str | None = None
         self.ready = False
         self.stray: int | None = None
         self._excused: dict[int, float] = {}
         self._on_since: dict[int, float] = {}
         self._told_off = -math.inf
         self._since = -math.inf
-        self._armed_at = -math.inf
+        self.armed_at = -math.inf
         self._on_at = math.inf
         self._obeyed: set[int] = set()
         self._proved: set[int] = set()
@@ -94,7 +95,7 @@ class Guard:
     def arm(self, now: float) -> None:
         """The player arms the robot; ask `refusal` first."""
         self.wanted, self.ready, self.lapsed = True, False, None
-        self._armed_at, self._on_at = now, math.inf
+        self.armed_at, self._on_at = now, math.inf
         self._obeyed.clear()
         self._proved.clear()
 
@@ -111,6 +112,11 @@ class Guard:
         for axis in self._axes:
             if axis.heard > self._excused.get(axis.node, -math.inf):
                 self._excused[axis.node] = heard_until
+
+    def lapse(self, words: str) -> None:
+        """No setpoint came in time: the robot is disarmed until it is armed again."""
+        self.disarm()
+        self.lapsed = words
 
     @property
     def proving(self) -> bool:
@@ -150,7 +156,7 @@ class Guard:
         if stopped and not (self.estop or self._forgiven(heard_until)):
             # After the emergency stop of the match the drives say so too: nobody pressed anything there.
             self.estop = self.at_drive = True
-        if self.wanted and heard_until > self._armed_at:
+        if self.wanted and heard_until > self.armed_at:
             self._obeyed |= {axis.node for axis in self._axes if axis.state is State.CLOSED_LOOP}
         problem = self._problem(heard_until)
         if problem is not None:
@@ -161,7 +167,8 @@ class Guard:
             self._prove(heard_until)
         starved = self._starved(heard_until) if self.wanted else None
         if self.wanted and (self.fault or self.estop or starved is not None):
-            self.wanted, self.lapsed = False, None if self.fault or self.estop else starved
+            lapsed = f"node {starved}: its watchdog has stopped its motor, as no setpoint came in time"
+            self.wanted, self.lapsed = False, None if self.fault or self.estop else lapsed
             self.told_off(heard_until)
             return True
         self._find_stray(heard_until)
@@ -173,7 +180,7 @@ class Guard:
 
     def _starved(self, heard_until: float) -> int | None:
         """The node of a drive whose watchdog has met a commander that was late; None if there is none."""
-        if self.ready or heard_until - self._armed_at <= GRACE:
+        if self.ready or heard_until - self.armed_at <= GRACE:
             return None
         return next((axis.node for axis in self._axes if axis.starved and axis.node not in self._proved), None)
 
@@ -227,13 +234,13 @@ class Guard:
             excused = self._excused.get(axis.node, -math.inf)
             if heard_until - max(axis.heard, self._since, excused) > HEARTBEAT_TIMEOUT:
                 return f"{name}: no heartbeat for {HEARTBEAT_TIMEOUT:g} s"
-            told = max(axis.told, self._armed_at, excused)
+            told = max(axis.told, self.armed_at, excused)
             # One that has fallen silent altogether is left to the judgement above.
             if self.wanted and heard_until - told > HEARTBEAT_TIMEOUT and axis.heard - told > HEARTBEAT_TIMEOUT / 2:
                 return f"{name}: it has not said for {HEARTBEAT_TIMEOUT:g} s whether its motor is on"
             if axis.fault and not forgiven:
                 return f"{name}: {axis.fault}"
-            due = axis.node in self._obeyed or heard_until - self._armed_at > START_TIMEOUT
+            due = axis.node in self._obeyed or heard_until - self.armed_at > START_TIMEOUT
             if self.wanted and due and not axis.starved and axis.state in (State.IDLE, State.STARTING):
                 reason = f"says {axis.refusal}" if axis.refusal else "gives no reason"
                 return f"{name}: expected closed-loop control, but it is idle and {reason}"

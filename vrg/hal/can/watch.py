@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from vrg.errors import RobotError
 from vrg.hal.can.axis import Axis, State
-from vrg.hal.can.guard import REPEAT, Guard
+from vrg.hal.can.guard import REPEAT, START_TIMEOUT, Guard
 from vrg.hal.can.plausibility import Bounds, Plausibility
 from vrg.hal.clock import Clock
 from vrg.hal.driver import COMMAND_TIMEOUT
@@ -75,6 +75,9 @@ class Watch:
 
     def look(self) -> None:
         """Judge, switch off if need be, and say once what is wrong and when the drives have said that they are off."""
+        if self._late:
+            self.guard.lapse(f"its motors were switched off, as no setpoint came for {COMMAND_TIMEOUT:g} s")
+            self.idle()
         # Where the bus is not heard any more, the order is repeated all the same.
         again = self.deaf > REPEAT and self._clock.now() - self._ordered >= REPEAT and not self.reopening
         if self.guard.look(self.heard_until) or (again and not self.guard.wanted and not self.guard.off):
@@ -87,6 +90,16 @@ class Watch:
         if self._told and not self._proved and self.guard.off:
             self._proved = True
             log.warning("%s: every drive says that its motor is off", self.name)
+
+    @property
+    def _late(self) -> bool:
+        """True if the robot's own thread sends no setpoints to motors that may turn. The first one may take long.
+
+        Where the bus was not heard, the drives have judged this themselves, and what they say of it waits to be read.
+        """
+        guard, now = self.guard, self._clock.now()
+        since = self._commanded if self._commanded > guard.armed_at else guard.armed_at + START_TIMEOUT
+        return guard.wanted and not guard.proving and now - since > COMMAND_TIMEOUT and self.deaf <= BLIND
 
     def compare(self, node: int, way: float | None) -> None:
         """Compare what an encoder has just said with what its motor was asked.
@@ -128,10 +141,7 @@ class Watch:
         if self.guard.fault:
             raise RobotError(f"{self.name}: {self.guard.fault}")
         if self.guard.lapsed is not None:
-            raise RobotError(
-                f"{self.name}: node {self.guard.lapsed}: its watchdog has stopped its motor, as no setpoint came in "
-                "time: is this computer too busy? Arm again"
-            )
+            raise RobotError(f"{self.name}: {self.guard.lapsed}: is this computer too busy? Arm again")
         if not self.guard.wanted and not self.guard.proving:
             raise RobotError(f"{self.name}: expected an armed robot to drive: call arm() first")
         if self.deaf > BLIND:
