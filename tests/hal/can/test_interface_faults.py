@@ -20,6 +20,7 @@ from vrg.errors import ConfigError, RobotError
 from vrg.hal.can.emulator.faults import FaultKind
 from vrg.hal.can.emulator.simulation import Simulation
 from vrg.hal.can.frame import Frame
+from vrg.hal.can.guard import COAST_TIMEOUT
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.driver import COMMAND_TIMEOUT
 
@@ -312,6 +313,52 @@ def test_motors_are_switched_off_where_the_robots_own_thread_hangs(protocol: str
             gets_going(bench)
         finally:
             bench.close()
+
+
+@pytest.mark.parametrize("protocol", NODES)
+class TestTurningOn:
+    """What a drive says is compared with what its encoder says, also where the motor is to be off."""
+
+    @pytest.fixture
+    def drives(self, protocol: str) -> Iterator[Drives]:
+        left, right = NODES[protocol]
+        with Drives(protocol, [*left, *right]) as drives:
+            yield drives
+
+    @pytest.fixture
+    def bench(self, protocol: str, drives: Drives) -> Iterator[DeviceBench]:
+        bench = DeviceBench(protocol, *NODES[protocol])
+        bench.device.start()
+        gets_going(bench)
+        yield bench
+        bench.close()
+
+    def test_a_motor_that_turns_on_although_its_drive_says_that_it_is_off_is_told(self, bench: DeviceBench) -> None:
+        node = bench.nodes[0]
+        bench.fault(node, FaultKind.STUCK)
+        bench.advance(0.05)
+        bench.device.disarm()
+        bench.advance(COAST_TIMEOUT + 0.1)
+        assert f"node {node}: it turns at" in (bench.device.read().fault or "")
+        bench.advance(1.0)
+        assert not bench.driver._train._watch.guard.off, "the order is repeated"
+        bench.fault(node, FaultKind.END)
+        bench.advance(1.0)
+        bench.recover()
+        bench.advance(1.0)
+        gets_going(bench)
+
+    def test_a_robot_that_somebody_pushes_when_it_has_stood_is_no_fault(
+        self, bench: DeviceBench, drives: Drives
+    ) -> None:
+        bench.device.disarm()
+        wait(bench, lambda: at_rest(drives), "the motors to stand")
+        for drive in drives.drives:
+            drive.motor.velocity = 20.0
+        bench.fault(bench.nodes[0], FaultKind.STUCK)
+        bench.fault(bench.nodes[1], FaultKind.STUCK)
+        bench.advance(3.0)
+        assert bench.device.read().fault is None
 
 
 @pytest.mark.parametrize("broken", ["on_frame", "on_quiet", "on_trouble"])

@@ -19,6 +19,12 @@ REPEAT = 0.2
 """s from one order to be off to the next, until every drive has said that it is off."""
 PROOF_TIMEOUT = 1.0
 """s without setpoints within which every drive's own watchdog must have stopped its motor, when it is proved."""
+COAST_TIMEOUT = 1.0
+"""s after the order to be off in which a motor must have become slower."""
+COASTS = 0.9
+"""The part of its speed at the order below which a motor that is off has become slower."""
+TURNS = 0.5
+"""The speed in turn/s of the motor's shaft above which it counts as turning."""
 GRACE = 0.5
 """s after an explicit act in which what the drives still say of before does not latch again."""
 
@@ -44,8 +50,8 @@ class Guard:
             it; None if there was none.
         armed_at: when the player has armed it last.
         ready: that has been seen, and the robot can now be armed as the player has asked.
-        stray: the node of a drive that is on though it was told to be off, for longer than OBEY_TIMEOUT; None if
-            there is none.
+        stray: the node of a drive that is on though it was told to be off, for longer than OBEY_TIMEOUT, or whose motor
+            has not become slower within COAST_TIMEOUT, whatever the drive says; None if there is none.
     """
 
     def __init__(self, axes: Sequence[Axis]) -> None:
@@ -61,6 +67,8 @@ class Guard:
         self._excused: dict[int, float] = {}
         self._on_since: dict[int, float] = {}
         self._told_off = -math.inf
+        self._ordered = True
+        self._coasting: dict[int, tuple[float, float]] = {}
         self._since = -math.inf
         self.armed_at = -math.inf
         self._on_at = math.inf
@@ -95,6 +103,8 @@ class Guard:
     def arm(self, now: float) -> None:
         """The player arms the robot; ask `refusal` first."""
         self.wanted, self.ready, self.lapsed = True, False, None
+        self._ordered = False
+        self._coasting.clear()
         self.armed_at, self._on_at = now, math.inf
         self._obeyed.clear()
         self._proved.clear()
@@ -143,12 +153,17 @@ class Guard:
 
     @property
     def off(self) -> bool:
-        """True if every drive itself has said that its motor is off since it was told so."""
-        return not self.wanted and all(axis.on is False and axis.told > self._told_off for axis in self._axes)
+        """True if every drive itself has said that its motor is off since it was told so, and no motor turns on."""
+        told = all(axis.on is False and axis.told > self._told_off for axis in self._axes)
+        return not self.wanted and told and self.stray is None
 
     def told_off(self, heard_until: float) -> None:
         """Every drive has been told to switch its motor off."""
         self._told_off = heard_until
+        if not self._ordered:
+            self._ordered = True
+            speeds = {axis.node: abs(axis.velocity) for axis in self._axes}
+            self._coasting = {node: (heard_until, speed) for node, speed in speeds.items() if speed > TURNS}
 
     def look(self, heard_until: float) -> bool:
         """Judge what the axes have heard until then; True if the motors must be switched off, once more if need be."""
@@ -207,7 +222,7 @@ class Guard:
         return self.wanted and self.unproved and self._obeyed.issuperset(axis.node for axis in self._axes)
 
     def _find_stray(self, heard_until: float) -> None:
-        """Find a drive that says that it is on, for too long, though nobody wants it."""
+        """Find a drive that says that it is on, for too long, though nobody wants it, or whose motor turns on."""
         if self.wanted:
             self.stray = None
             self._on_since.clear()
@@ -217,9 +232,16 @@ class Guard:
         on = {axis.node for axis in self._axes if axis.on and axis.told >= recent}
         self._on_since = {node: self._on_since.get(node, heard_until) for node in on}
         self.stray = next((n for n, at in self._on_since.items() if heard_until - at > OBEY_TIMEOUT), None)
+        # Both are worse than whatever has latched before, so they take its place.
         if self.stray is not None:
-            # It is worse than whatever has latched before, so it takes its place.
             self.fault = f"node {self.stray}: it is on, though it was told to be off"
+        for axis in self._axes:
+            ordered, speed = self._coasting.get(axis.node, (math.inf, 0.0))
+            if abs(axis.velocity) < COASTS * speed:
+                self._coasting.pop(axis.node)  # from now on a person may push the robot
+            elif axis.measured - ordered > COAST_TIMEOUT:
+                self.stray = axis.node
+                self.fault = f"node {axis.node}: it turns at {axis.velocity:.3g} turn/s, though it was told to be off"
 
     def _forgiven(self, heard_until: float) -> bool:
         """True if a drive may still say what it said before the explicit act; an armed one has nothing old to say."""

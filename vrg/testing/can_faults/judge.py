@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 from vrg.geometry import wrap
 from vrg.hal.can.emulator.drive import EmulatedDrive
+from vrg.hal.can.guard import COAST_TIMEOUT
 from vrg.hal.models import RobotModel
 from vrg.hal.readings import Readings
 from vrg.testing.can_faults.robot import RATIO
@@ -94,8 +95,10 @@ class Judge:
             slack = TURNS + 0.3 * max(map(abs, asked))
             obeys = min(asked) - slack <= velocity <= max(asked) + slack
             words = f"motor {drive.node} turns at {velocity:.1f} turn/s, asked for {asked[-1]:.1f}, and nobody says so"
-            self._must(f"obeys {index}", obeys or reported or strangers, REPORT, words)
-        stands = strangers or all(abs(drive.motor.velocity) <= TURNS for drive in self._drives)
+            within = REPORT + (COAST_TIMEOUT if drive.motor.stuck else 0.0)
+            self._must(f"obeys {index}", obeys or reported or strangers, within, words)
+        # No order stops one that is stuck.
+        stands = strangers or all(drive.motor.stuck or abs(drive.motor.velocity) <= TURNS for drive in self._drives)
         words = f"a motor still turns although this is reported: {self.fault or 'stop'}"
         self._must("stops", not reported or stands or "it is on, though" in self.fault, STOP, words)
         self._must("alone", awake or stands, STOP, "a motor turns although its player commands nothing")

@@ -186,6 +186,7 @@ class EmulatedDrive(ABC):
     def _advance(self, now: float) -> None:
         dt, self._now = max(0.0, now - self._now), max(now, self._now)
         self.motor.blocked = self._has(FaultKind.BLOCK)
+        self.motor.stuck = self._has(FaultKind.STUCK)
         self.motor.excess = (self._values[FaultKind.RUNAWAY] or _RUNAWAY) if self._has(FaultKind.RUNAWAY) else 1
         starves = self._fed + self._watchdog if self._watchdog else math.inf
         if not self._energised or self._has(FaultKind.FREEZE):

@@ -33,6 +33,7 @@ class FaultKind(enum.IntEnum):
     BLOCK = 11
     RUNAWAY = 12
     SCALE = 13
+    STUCK = 14
 
 
 WHAT = {
@@ -50,6 +51,7 @@ WHAT = {
     FaultKind.BLOCK: "its wheel is blocked",
     FaultKind.RUNAWAY: "it turns --value times as fast as it is asked (default 3)",
     FaultKind.SCALE: "its encoder tells --value times its speed (default 60)",
+    FaultKind.STUCK: "its motor turns on when it is switched off, though it says that it is off",
 }
 
 

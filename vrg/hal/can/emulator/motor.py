@@ -37,7 +37,8 @@ class Motor:
     Attributes:
         position, velocity: of the shaft, in turns and turn/s. current: A.
         current_limit, velocity_limit: as in the model, until a master changes them.
-        blocked: something holds the wheel. excess: how many times as fast as it is asked the motor turns.
+        blocked: something holds the wheel. stuck: it turns on when it is switched off.
+        excess: how many times as fast as it is asked the motor turns.
     """
 
     def __init__(self, model: MotorModel) -> None:
@@ -47,7 +48,7 @@ class Motor:
         self.position = 0.0
         self.velocity = 0.0
         self.current = 0.0
-        self.blocked = False
+        self.blocked = self.stuck = False
         self.excess = 1
 
     @property
@@ -60,6 +61,9 @@ class Motor:
         self.current = 0.0
         if self.blocked:
             self.velocity = 0.0
+        if self.stuck:
+            self.position += self.velocity * dt
+            return
         decay = math.exp(-dt / self.model.braking)
         self.position += self.velocity * self.model.braking * (1 - decay)
         self.velocity *= decay
