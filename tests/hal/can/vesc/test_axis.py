@@ -4,8 +4,9 @@ import pytest
 
 from vrg.hal.can.axis import State
 from vrg.hal.can.emulator.faults import FaultKind
+from vrg.hal.can.frame import Frame
 from vrg.hal.can.protocols import PROTOCOLS
-from vrg.hal.can.vesc.codec import Packet, setpoint
+from vrg.hal.can.vesc.codec import BROADCAST, HOST, Packet, frame_id, payload_frames, setpoint
 from vrg.hal.can.vesc.drive import MIN_ERPM
 from vrg.hal.can.vesc.options import VescOptions
 from vrg.testing.wire import ProtocolWire
@@ -76,3 +77,50 @@ def test_without_pole_pairs_it_is_refused() -> None:
     wire.meet()
     assert wire.axis.problem is not None
     assert "pole_pairs" in wire.axis.problem
+
+
+def payload(receiver: int, *numbers: int) -> list[Frame]:
+    """What another program tells a drive's interpreter, or a drive another program."""
+    return payload_frames(receiver, 7, bytes(numbers))
+
+
+FOREIGN = {
+    "SET_RPM": [setpoint(Packet.SET_RPM, NODE, 900)],
+    "CONF_CURRENT_LIMITS": [Frame(frame_id(Packet.CONF_CURRENT_LIMITS, NODE), bytes(8), extended=True)],
+    "SHUTDOWN": [Frame(frame_id(Packet.SHUTDOWN, NODE), b"", extended=True)],
+    "a duty cycle for all": [setpoint(Packet.SET_DUTY, BROADCAST, 5000)],
+    "payload 8": payload(NODE, 8, 0, 0, 3, 132),  # the speed
+    "payload 6": payload(NODE, 6, 0, 0, 3, 132),  # the current
+    "payload 29": payload(NODE, 29),  # start again
+    "payload 30": payload(NODE, 30),  # keep the time-out away
+    "payload 13": payload(NODE, 13, *range(100)),  # new settings, in many frames
+}
+
+
+@pytest.mark.parametrize("frames", FOREIGN.values(), ids=FOREIGN)
+def test_what_another_program_commands_is_seen(wire: ProtocolWire, frames: list[Frame]) -> None:
+    wire.prepare()
+    for frame in frames:
+        wire.axis.receive(frame)
+    assert "another program commands it too" in (wire.axis.odd or "")
+
+
+@pytest.mark.parametrize("asked", [(0,), (4,), (50, 0, 0, 128, 0), (14,)])
+def test_another_program_may_ask(wire: ProtocolWire, asked: tuple[int, ...]) -> None:
+    wire.prepare()
+    for frame in payload(NODE, *asked):
+        wire.axis.receive(frame)
+    assert wire.axis.odd is None
+
+
+def test_answers_to_another_robot_on_the_bus_are_no_fault(wire: ProtocolWire) -> None:
+    """Both programs ask by the same id, and the pieces of two answers may get mixed up."""
+    wire.prepare()
+    one, other = payload(HOST, 0, *range(40)), payload(HOST, 0, *range(60, 120))
+    for pair in zip(one, other[: len(one)], strict=True):
+        for frame in pair:
+            wire.axis.receive(frame)
+    wire.axis.receive(Frame(frame_id(Packet.PROCESS_SHORT_BUFFER, HOST), b"", extended=True))
+    assert wire.axis.odd is None
+    wire.advance(0.5)
+    assert wire.says() == (State.IDLE, None)

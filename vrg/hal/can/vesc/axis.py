@@ -4,6 +4,8 @@ It tells its speed, current and tachometer by itself, if its status messages 1 a
 time-out and its kill switch must be asked for. The time-out is its watchdog.
 """
 
+from contextlib import suppress
+
 from vrg.hal.can.axis import NEVER, Axis, Send, State
 from vrg.hal.can.frame import Filter, Frame, FrameError
 from vrg.hal.can.options import ProtocolOptions
@@ -33,7 +35,7 @@ class VescAxis(Axis):
         super().__init__(node, send, clock, options)
         self._pairs = self.options.pole_pairs or 1
         self.wrap = 2**32 / (codec.TACHO_STEPS * self._pairs)
-        self._assembler = codec.Assembler()
+        self._answers, self._overheard = codec.Assembler(), codec.Assembler()
         self._versions: set[codec.Firmware] = set()
         self._asked = 0
         self._flags: int | None = None
@@ -86,8 +88,10 @@ class VescAxis(Axis):
             if node == codec.HOST:
                 self._answer(frame)
             elif node in (self.node, codec.BROADCAST):
-                if packet in codec.SETPOINTS:
+                if packet in codec.COMMANDS:
                     self._complain(f"another program commands it too: {Packet(packet).name}")
+                elif packet in codec.PAYLOADS:
+                    self._overhear(frame)
                 elif node == self.node:
                     self._status(packet, frame)
         except FrameError as error:
@@ -159,9 +163,19 @@ class VescAxis(Axis):
             self._estimate(position, self._erpm / 60 / self._pairs, frame.at)
             self._supply(told.voltage, frame.at)
 
+    def _overhear(self, frame: Frame) -> None:
+        """Take in a piece of what another program has told the drive's interpreter."""
+        with suppress(FrameError):  # the drive does not obey what is damaged
+            whole = self._overheard.take(frame)
+            if whole is not None and whole[1] and whole[1][0] not in set(Comm):
+                self._complain(f"another program commands it too: payload {whole[1][0]}")
+
     def _answer(self, frame: Frame) -> None:
-        """Take in a piece of an answer, of whatever drive."""
-        whole = self._assembler.take(frame)
+        """Take in a piece of an answer, of whatever drive: other programs on the bus ask theirs by the same id."""
+        try:
+            whole = self._answers.take(frame)
+        except FrameError:
+            return  # pieces of two answers got mixed up; who needs one asks again
         if whole is None or whole[0] != self.node or not whole[1]:
             return
         payload = whole[1]

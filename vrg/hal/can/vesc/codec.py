@@ -48,8 +48,18 @@ class Packet(enum.IntEnum):
     STATUS_4 = 16
     PING = 17
     PONG = 18
+    DETECT_APPLY_ALL_FOC = 19
+    CONF_CURRENT_LIMITS = 21
+    CONF_STORE_CURRENT_LIMITS = 22
+    CONF_CURRENT_LIMITS_IN = 23
+    CONF_STORE_CURRENT_LIMITS_IN = 24
+    CONF_FOC_ERPMS = 25
+    CONF_STORE_FOC_ERPMS = 26
     STATUS_5 = 27
-    STATUS_6 = 28
+    CONF_BATTERY_CUT = 29
+    CONF_STORE_BATTERY_CUT = 30
+    SHUTDOWN = 31
+    STATUS_6 = 58
 
 
 SETPOINTS = frozenset(
@@ -60,13 +70,34 @@ SETPOINTS = frozenset(
     }
 )  # fmt: skip
 """What makes a motor do something."""
+COMMANDS = SETPOINTS | {
+    Packet.DETECT_APPLY_ALL_FOC, Packet.CONF_CURRENT_LIMITS, Packet.CONF_STORE_CURRENT_LIMITS,
+    Packet.CONF_CURRENT_LIMITS_IN, Packet.CONF_STORE_CURRENT_LIMITS_IN, Packet.CONF_FOC_ERPMS,
+    Packet.CONF_STORE_FOC_ERPMS, Packet.CONF_BATTERY_CUT, Packet.CONF_STORE_BATTERY_CUT, Packet.SHUTDOWN,
+}  # fmt: skip
+"""What changes what a motor does, now or later."""
+PAYLOADS = frozenset(
+    {Packet.FILL_RX_BUFFER, Packet.FILL_RX_BUFFER_LONG, Packet.PROCESS_RX_BUFFER, Packet.PROCESS_SHORT_BUFFER}
+)
+"""What carries a payload for the command interpreter, or a part of one."""
 
 
 class Comm(enum.IntEnum):
-    """The first byte of a payload."""
+    """The first byte of a payload that only asks. Every other one changes something, or keeps the time-out away."""
 
     FW_VERSION = 0
+    GET_VALUES = 4
+    GET_MCCONF = 14
+    GET_MCCONF_DEFAULT = 15
+    GET_APPCONF = 17
+    GET_APPCONF_DEFAULT = 18
+    GET_DECODED_PPM = 31
+    GET_DECODED_ADC = 32
+    GET_VALUES_SETUP = 47
     GET_VALUES_SELECTIVE = 50
+    GET_VALUES_SETUP_SELECTIVE = 51
+    PING_CAN = 62
+    GET_IMU_DATA = 65
 
 
 FAULT_BIT, FLAGS_BIT = 1 << 15, 1 << 21
