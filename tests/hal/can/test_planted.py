@@ -97,7 +97,10 @@ PLANTED: list[tuple[str, str, Frame, str | None]] = [
     ("vesc", "a handbrake", vesc.setpoint(Packet.SET_CURRENT_HANDBRAKE, NODE, 1), f"{ANOTHER}: SET_CURRENT_HANDBRAKE"),
     ("vesc", "a short status", ve(Packet.STATUS, bytes(3)), "a malformed frame: STATUS"),
     ("vesc", "a negative voltage", ve(Packet.STATUS_5, struct.pack(">ihh", 0, -10, 0)), "its supply says -1 V"),
-    ("vesc", "a damaged answer", ve(Packet.PROCESS_RX_BUFFER, bytes([NODE, 1, 0, 9, 1, 2]), vesc.HOST), "checksum"),
+    ("vesc", "an answer to two at once", ve(Packet.PROCESS_RX_BUFFER, bytes([NODE, 1, 0, 9, 1, 2]), vesc.HOST), None),
+    ("vesc", "a payload that sets the speed", ve(Packet.PROCESS_SHORT_BUFFER, bytes([7, 0, 8, 0, 0, 3, 132])), ANOTHER),
+    ("vesc", "other limits", ve(Packet.CONF_CURRENT_LIMITS, bytes(8)), ANOTHER),
+    ("vesc", "a shutdown", ve(Packet.SHUTDOWN, b""), ANOTHER),
     ("vesc", "a ping", ve(Packet.PING, bytes([200])), None),
 ]  # fmt: skip
 

@@ -8,9 +8,11 @@ from tests.hal.can.odrive.wire import CLOSED, IDLE, Wire
 from vrg.errors import RobotError
 from vrg.hal.can.axis import State
 from vrg.hal.can.frame import Frame
+from vrg.hal.can.listener import Claim
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.odrive.axis import OdriveAxis
 from vrg.hal.can.odrive.inputs import InputMode
+from vrg.hal.can.odrive.listener import OdriveListener
 from vrg.hal.can.odrive.messages import AxisError, AxisState, Command
 from vrg.hal.can.odrive.results import ProcedureResult
 from vrg.hal.simulated_clock import SimulatedClock
@@ -220,3 +222,34 @@ def test_robot_errors_of_the_sender_go_on_to_the_caller() -> None:
 
     with pytest.raises(RobotError, match="full"):
         OdriveAxis(0, full, SimulatedClock()).command(1.0)
+
+
+class TestFirmware05:
+    """It answers no question for a version, and takes every frame of command 6 for an order to change its id."""
+
+    def test_it_is_refused_in_words_and_never_asked_what_it_would_obey(self, wire: Wire) -> None:
+        wire.beat()
+        for _ in range(10):
+            assert not wire.axis.identified
+            wire.axis.identify(0.5)
+            if wire.axis.problem:
+                break
+        assert "expected firmware 0.6 or newer" in (wire.axis.problem or "")
+        assert wire.axis.identified, "nobody waits for its version any more"
+        assert {codec.command_of(frame.id) for frame in wire.sent} == {Command.VERSION}
+
+    def test_one_that_tells_its_version_late_is_none(self, wire: Wire) -> None:
+        wire.beat()
+        wire.axis.identify(0.5)
+        wire.hear(messages.Version(messages.PROTOCOL_VERSION, 4, 4, 58, 0, 6, 11, 0))
+        assert wire.axis.problem is None
+        assert wire.sent[-1] == codec.request(4, Command.ADDRESS)
+
+    def test_a_scan_asks_for_no_serial_number_either(self) -> None:
+        sent: list[Frame] = []
+        listener = OdriveListener(lambda frame, urgent=False: sent.append(frame), SimulatedClock())
+        beat = codec.encode(4, messages.Heartbeat(0, IDLE))
+        assert listener.claim(beat) is not Claim.NONE
+        listener.hear(beat)
+        listener.ask(listener.found[4])
+        assert Command.ADDRESS not in {codec.command_of(frame.id) for frame in sent}

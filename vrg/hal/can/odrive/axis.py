@@ -16,6 +16,8 @@ _TOLD = (messages.Error, messages.TxSdo, messages.Iq, messages.Temperature, mess
 """What a drive tells and this axis has no use for."""
 _SUPPLY_PERIOD = 1.5
 """s without the supply's voltage after which it is asked for."""
+_PATIENCE = 6
+"""How often a drive is asked for its version until the lack of an answer is a problem."""
 _REZERO = float(1 << 18)
 """turns beyond which a float32 steps by more than 1/64 turn; the position is then set back to zero before a start."""
 
@@ -32,6 +34,7 @@ class OdriveAxis(Axis):
         self._serials: set[int] = set()
         self._wanted = False
         self._asked_supply = NEVER
+        self._asked = 0
 
     @classmethod
     def check_node(cls, node: int) -> str | None:
@@ -46,11 +49,13 @@ class OdriveAxis(Axis):
     @property
     def identified(self) -> bool:
         """Whether the version has come; serial numbers follow within the same moment, if the firmware has them."""
-        return self._version is not None
+        return self._version is not None or self.problem is not None
 
     @property
     def problem(self) -> str | None:
-        """A protocol that is not CANSimple 2, or two drives with this id."""
+        """Firmware 0.5, which tells no version; a protocol that is not CANSimple 2; or two drives with this id."""
+        if self._version is None and self._asked > _PATIENCE and self.heard != NEVER:
+            return "it tells no version: expected firmware 0.6 or newer, as 0.5 and older speak another CANSimple"
         if len(self._serials) > 1:
             both = " and ".join(f"{serial:X}" for serial in sorted(self._serials))
             return f"{len(self._serials)} drives have this id: serial numbers {both}; give one another id"
@@ -76,7 +81,7 @@ class OdriveAxis(Axis):
             case messages.BusVoltageCurrent():
                 self._supply(message.voltage, frame.at)
             case messages.Version():
-                self._version, self.firmware = message, message.firmware
+                self._learn(message)
             case messages.Address(node=node) if codec.node_of(frame.id) == codec.BROADCAST:
                 if node != codec.BROADCAST:  # that would be a drive without an id, which says who it is
                     self._complain("another program gives drives other ids")
@@ -93,10 +98,9 @@ class OdriveAxis(Axis):
                 self._complain(f"another program commands it too: {type(message).__name__}")
 
     def identify(self, patience: float) -> None:
-        """Ask for version and serial number; the answers come to `receive`, so that this waits for nothing."""
+        """Ask for the version; the answer comes to `receive`, which then asks for the serial number."""
+        self._asked += 1
         self._send(codec.request(self.node, Command.VERSION))
-        self._send(codec.request(codec.BROADCAST, Command.ADDRESS))
-        self._send(codec.request(self.node, Command.ADDRESS))
 
     def prepare(self) -> None:
         """Set the limits that a person has given; each start sends the mode with it."""
@@ -144,6 +148,15 @@ class OdriveAxis(Axis):
         if now - max(self.supplied, self._asked_supply) > _SUPPLY_PERIOD:
             self._asked_supply = now
             self._send(codec.request(self.node, Command.BUS_VOLTAGE_CURRENT))
+
+    def _learn(self, version: messages.Version) -> None:
+        """Take in the version, and ask for the serial number.
+
+        Firmware 0.5, which tells no version, would take that question for an order to change its id.
+        """
+        self._version, self.firmware = version, version.firmware
+        if version.protocol == messages.PROTOCOL_VERSION:
+            self._send(codec.request(self.node, Command.ADDRESS))
 
     def _heartbeat(self, heartbeat: messages.Heartbeat, at: float) -> None:
         self.heard = at

@@ -12,7 +12,7 @@ from vrg.hal.clock import Clock
 _HEARTBEAT_BYTES = 8
 _READ, _WRITE, _SAVE = 0, 1, 1
 """The operations of an RxSdo, and the action of a Reboot that saves first."""
-_VALUES = (Command.VERSION, Command.ADDRESS, Command.ENCODER_ESTIMATES, Command.BUS_VOLTAGE_CURRENT)
+_VALUES = (Command.VERSION, Command.ENCODER_ESTIMATES, Command.BUS_VOLTAGE_CURRENT)
 
 
 class OdriveListener(Listener):
@@ -129,11 +129,16 @@ class OdriveListener(Listener):
         return self.endpoints.find(setting)
 
     def ask(self, node: Found) -> None:
-        """Ask a drive for its values; the answers come to `hear`, so that this waits for nothing."""
+        """Ask a drive for its values, and for its serial number once it has told a version.
+
+        Firmware 0.5, which tells none, would take the latter for an order to change its id.
+        """
         if node.node == codec.BROADCAST:
             return  # it answers nothing but who it is
         for command in _VALUES:
             self._send(codec.request(node.node, command))
+        if self._clock.wait(lambda: node.firmware, ANSWER_PATIENCE):
+            self._send(codec.request(node.node, Command.ADDRESS))
 
 
 def _is_nameless(frame: Frame) -> bool:
