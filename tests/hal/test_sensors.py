@@ -70,6 +70,11 @@ def test_odometry_turns_by_the_effective_track() -> None:
     assert said["a", Odometry].twist.w == pytest.approx(1.0, abs=1e-2)
 
 
+def test_odometry_turns_round_and_round_within_half_a_turn() -> None:
+    said = drive(make("a", noise=False), "a", 250, *P2AT.wheels(Twist(0.0, 1.0)))
+    assert said["a", Odometry].pose.theta == pytest.approx(5.0 - math.tau, abs=1e-2)
+
+
 def test_noise_makes_odometry_drift_by_about_a_per_cent() -> None:
     names = [f"r{n}" for n in range(20)]
     said = drive(make(*names), names, 1000, 5.0, 5.0)

@@ -1,5 +1,6 @@
 """What goes wrong with a bus, or with those who share it: the robot stops, says why, and waits to be told to move."""
 
+import math
 from collections.abc import Iterator
 
 import pytest
@@ -359,6 +360,30 @@ class TestTurningOn:
         bench.fault(bench.nodes[1], FaultKind.STUCK)
         bench.advance(3.0)
         assert bench.device.read().fault is None
+
+
+@pytest.mark.parametrize("protocol", ["moteus", "vesc", "cia402"])
+def test_a_position_that_begins_anew_is_no_jump(protocol: str) -> None:
+    left, right = NODES[protocol]
+    with Drives(protocol, [*left, *right]) as drives:
+        bench = DeviceBench(protocol, left, right)
+        try:
+            turns = bench.driver._train._watch.axes[left[0]].wrap
+            if not turns:  # it depends on the counts that the drive tells
+                bench.device.start()
+                turns = bench.driver._train._watch.axes[left[0]].wrap
+            drives.drives[0].motor.position = turns / 2 - 15.0
+            bench.device.start()
+            gets_going(bench)
+            before = bench.odometry.pose
+            for _ in range(60):
+                bench.device.drive(AHEAD)
+                bench.advance(0.05)
+            assert drives.drives[0].motor.position > turns / 2
+            assert bench.device.read().fault is None
+            assert math.dist((before.x, before.y), (bench.odometry.pose.x, bench.odometry.pose.y)) > 0.5
+        finally:
+            bench.close()
 
 
 @pytest.mark.parametrize("broken", ["on_frame", "on_quiet", "on_trouble"])

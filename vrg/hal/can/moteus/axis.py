@@ -14,6 +14,7 @@ from vrg.hal.can.moteus.options import MoteusOptions
 from vrg.hal.can.moteus.registers import (
     LIMITS,
     MAP_VERSION,
+    WRAP,
     Mode,
     Register,
     describe_fault,
@@ -81,6 +82,7 @@ class MoteusAxis(Axis):
 
     def __init__(self, node: int, send: Send, clock: Clock, options: ProtocolOptions | None = None) -> None:
         super().__init__(node, send, clock, options)
+        self.wrap = WRAP
         self._serials: set[str] = set()
         self._map: int | None = None
         self.mode = ""

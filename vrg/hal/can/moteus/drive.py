@@ -12,7 +12,7 @@ from vrg.hal.can.emulator.faults import FaultKind
 from vrg.hal.can.frame import Frame, FrameError
 from vrg.hal.can.moteus import codec
 from vrg.hal.can.moteus.codec import Kind, Resolution, Subframe
-from vrg.hal.can.moteus.registers import MAP_VERSION, Mode, Register, scale_of
+from vrg.hal.can.moteus.registers import MAP_VERSION, WRAP, Mode, Register, scale_of
 
 _MODEL, _FIRMWARE = 9, 0x0001_0001
 _TICK = 0.01
@@ -50,7 +50,7 @@ class MoteusDrive(EmulatedDrive):
         self._watchdog = 0.0
         self._measures: dict[int, Callable[[], float]] = {
             Register.MODE: lambda: self._mode,
-            Register.POSITION: lambda: self._estimates()[0],
+            Register.POSITION: lambda: math.remainder(self._estimates()[0], WRAP),
             Register.VELOCITY: lambda: self._estimates()[1],
             Register.TORQUE: lambda: self.motor.torque,
             Register.Q_CURRENT: lambda: self.motor.current,

@@ -70,6 +70,10 @@ def scale_of(register: int) -> Scale:
     return SCALES.get(register, WHOLE)
 
 
+WRAP = 65536.0
+"""turns after which a position begins anew: a drive counts in 16.48 bits of fixed point, from -32768 turns."""
+
+
 class Mode(enum.IntEnum):
     """What a drive is doing: the register MODE."""
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from vrg.geometry import wrap
 from vrg.hal.sensors.encoders import EncodersSpec
 from vrg.hal.sensors.odometry import Odometry, OdometrySpec
 from vrg.hal.sim.sensors.base import Instant, Mounted, Said, SensorSimulation, Surroundings
@@ -78,7 +79,8 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
         said: list[Said] = []
         for m in due:
             index = self._index[m.robot, m.spec.name]
-            odometry = Odometry(pose=Pose(*poses[index]), twist=Twist(v[index], w[index]))
+            x, y, theta = poses[index]
+            odometry = Odometry(pose=Pose(x, y, wrap(theta)), twist=Twist(v[index], w[index]))
             said.append((m.robot, m.spec.name, odometry))
         return said
 
