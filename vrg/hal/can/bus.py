@@ -8,6 +8,7 @@ dead for good; a full transmit queue is an error at once, whatever the time-out;
 import contextlib
 import errno
 import logging
+import math
 import threading
 import time
 from collections.abc import Callable, Iterable
@@ -68,6 +69,7 @@ class CanBus:
         self._echoes = Echoes() if echoing else None
         self._echo_lock = threading.Lock()
         self._fd = False
+        self._stamps = Stamps() if link.interface in _WALL_CLOCK else None
         self._pacer = Pacer(0.0)
         self._pace_lock = threading.Lock()
 
@@ -120,6 +122,10 @@ class CanBus:
             raise NoFdError(f"{self.link}: CAN FD is switched off on this interface")
         deadline = time.monotonic() + SEND_PATIENCE
         while self._pacer.frame_time and (delay := self._reserve(urgent)) > 0:
+            if time.monotonic() + delay > deadline:
+                raise RobotError(
+                    f"{self.link}: more frames wait to be sent than the bus carries in {SEND_PATIENCE:g} s"
+                )
             time.sleep(delay)
         while True:
             bus = self._bus
@@ -186,7 +192,7 @@ class CanBus:
                 elif message.is_error_frame:
                     self._error_frame(message)
                 else:
-                    self._take(frame_of(message, stamped=self.link.interface in _WALL_CLOCK))
+                    self._take(frame_of(message, self._stamps))
             except Exception as error:
                 # Whoever listens has failed: the motors must stop, and somebody must see it.
                 log.exception("%s: a frame could not be handled: %s", self.link, message)
@@ -240,20 +246,47 @@ def message_of(frame: Frame) -> can.Message:
     )
 
 
-def frame_of(message: can.Message, *, stamped: bool = True) -> Frame:
+class Stamps:
+    """Tells from the stamps of frames, which are times of day, how long they have waited to be read.
+
+    By this, old heartbeats are not taken for new ones after a freeze. The time of day may be set meanwhile: then, for
+    SETTLE s, a frame is as old as it can be by the clock before and by the clock after, whichever is less.
+    """
+
+    STEP, SETTLE = 0.01, 1.0
+
+    def __init__(self) -> None:
+        self._offset = self._before = math.inf
+        self._set_at = -math.inf
+
+    def age(self, stamp: float, wall: float, now: float) -> float:
+        """The age of a frame, s.
+
+        Args:
+            stamp: the time of day at which it was on the bus, s. wall: the time of day, now: the monotonic time, s.
+        """
+        offset = wall - now
+        if abs(offset - self._offset) > self.STEP:
+            self._before, self._set_at = self._offset, now
+        self._offset = offset
+        if now - self._set_at < self.SETTLE:
+            offset = min(offset, self._before)
+        return max(0.0, now + offset - stamp)
+
+
+def frame_of(message: can.Message, stamps: Stamps | None = None) -> Frame:
     """The frame that python-can has received.
 
     Args:
-        stamped: its time stamp is the time of day at which it was on the bus; otherwise it counts as new.
+        stamps: tells how old it is; without it the frame counts as new.
     """
-    # The kernel's stamp tells how long a frame has waited to be read: after a freeze, old heartbeats are not taken for
-    # new ones. A clock that is set meanwhile makes a frame at most older, never newer than now.
-    waited = max(0.0, time.time() - message.timestamp) if stamped and message.timestamp else 0.0
+    now = time.monotonic()
+    waited = stamps.age(message.timestamp, time.time(), now) if stamps is not None and message.timestamp else 0.0
     return Frame(
         message.arbitration_id,
         bytes(message.data),
         message.is_remote_frame,
         message.is_extended_id,
-        time.monotonic() - waited,
+        now - waited,
         message.is_fd,
     )
