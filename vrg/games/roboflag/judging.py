@@ -23,7 +23,8 @@ Judged = tuple[State, list[Call]]
 Stretch = tuple[float, float]
 """A part of the time between two looks, as two fractions of it."""
 ROUNDING = 1e-9
-"""The distance in m by which a player may be farther away than a limit, because numbers are rounded."""
+"""The distance in m by which a player may be farther away than a limit, because numbers are rounded; and the fraction of
+the time between two looks by which two instants may differ that are the same."""
 
 
 @dataclass(frozen=True)
@@ -157,8 +158,8 @@ def first_exposed(reach: Stretch, exposed: Stretch, refuges: Sequence[Stretch]) 
     if at > last:
         return None
     for start, end in sorted(refuges):
-        if start <= at <= end:
-            if end >= last:
+        if start - ROUNDING <= at <= end:
+            if end >= last - ROUNDING:
                 return None
             at = end
     return at
