@@ -23,8 +23,8 @@ Judged = tuple[State, list[Call]]
 Stretch = tuple[float, float]
 """A part of the time between two looks, as two fractions of it."""
 ROUNDING = 1e-9
-"""The distance in m by which a player may be farther away than a limit, because numbers are rounded; and the fraction of
-the time between two looks by which two instants may differ that are the same."""
+"""The distance in m by which a player may be farther away than a limit, because numbers are rounded; and the fraction
+of the time between two looks by which two instants may differ that are the same."""
 
 
 @dataclass(frozen=True)
