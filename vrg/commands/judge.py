@@ -7,7 +7,6 @@ import typer
 
 from vrg.commands.after import RunArgument, ended_run
 from vrg.errors import LaunchError
-from vrg.games import game_of
 
 if TYPE_CHECKING:
     from vrg.coordinator.judging import Disagreement, Judgement
@@ -19,22 +18,14 @@ def judge(run: RunArgument) -> None:
 
     The exit status is 1 if there is a disagreement.
     """
-    from vrg.config.rules import rulebook_of
-    from vrg.coordinator.cases import cases_of
-    from vrg.coordinator.evidence import read_evidence
-    from vrg.coordinator.journal import read_journal
-    from vrg.coordinator.judging import judge_again, unproved
+    from vrg.launch.judged import judge_run
 
     folder, setup = ended_run(run)
     if not folder.evidence.is_file():
         raise LaunchError(f"{run}: expected {folder.evidence.name}, found none: an earlier VRG has played this match")
-    _, records = read_journal(folder.journal)
-    book = rulebook_of(setup)
-    judgement = judge_again(book, read_evidence(folder.evidence), records)
+    judgement, wrong = judge_run(setup, folder)
     seen, compared = _recorded(folder)
-    cases = cases_of(book, read_evidence(folder.evidence), records)
-    measured = unproved(game_of(setup.game).load_prover(), book, cases)
-    found = sorted([*judgement.disagreements, *measured, *seen], key=lambda d: d.time)
+    found = sorted([*wrong, *seen], key=lambda d: d.time)
     for disagreement in found:
         typer.echo(str(disagreement))
     typer.echo(_sentence(judgement, len(found), compared))
