@@ -1,12 +1,10 @@
 """Finds the instants of calls in the evidence, so that it can be shown why they were made. Pure."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import chain, pairwise
 from typing import Any
 
-from vrg.coordinator.evidence import Exhibit, begun, enact
+from vrg.coordinator.evidence import Exhibit, replayed
 from vrg.coordinator.journal import Record
-from vrg.coordinator.match import Match
 from vrg.coordinator.proof import Case
 from vrg.coordinator.rulebook import Field, RuleBook
 
@@ -17,14 +15,9 @@ def cases_of(book: RuleBook[Any], exhibits: Iterable[Exhibit], records: Sequence
     Args:
         book: the rule book of the match. exhibits: the evidence. records: those of the journal.
     """
-    match, before = Match(book), Field({})
-    for exhibit, following in pairwise(chain(exhibits, [None])):
-        assert exhibit is not None
+    before = Field({})
+    for exhibit, following, match, state, _ in replayed(book, exhibits):
         tick = exhibit.tick
-        match = begun(book, match, tick)
-        state = match.game
-        for entry in tick.entries:
-            enact(match, entry, tick.field)
         # Who was put somewhere or pushed away is judged elsewhere than on its way.
         seen = match.judged or (before if before.poses else tick.field, tick.field)
         decided = following is None or following.tick.after > tick.after

@@ -9,8 +9,9 @@ import hashlib
 import logging
 import os
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -117,11 +118,6 @@ class TickEvidence(Struct, frozen=True, array_like=True):
         """The entry with which a coordinator began in this tick; None if none did."""
         first = self.entries[0] if self.entries else None
         return first if isinstance(first, Began) else None
-
-
-def begun(book: RuleBook[Any], match: Match, tick: TickEvidence) -> Match:
-    """The match to which the entries of a tick were done: another one where a coordinator began in this tick."""
-    return match if tick.began is None else Match(book, tick.began.standing)
 
 
 def enact(match: Match, entry: Entry, field: Field) -> Outcome:
@@ -257,6 +253,27 @@ def read_evidence(path: Path) -> Iterator[Exhibit]:
         return
     except OSError as error:
         raise JournalError(f"{path}: cannot be read: {error.strerror}") from error
+
+
+def replayed(
+    book: RuleBook[Any], exhibits: Iterable[Exhibit]
+) -> Iterator[tuple[Exhibit, Exhibit | None, Match, Any, list[Outcome]]]:
+    """Do again what the referee did, tick by tick.
+
+    Returns:
+        for each tick: it and the one that follows it, the match after it, which may be corrected before the next, the
+        state of the game before it, and what followed from it.
+    """
+    match, exhibit = Match(book), None
+    for following in chain(exhibits, [None]):
+        if exhibit is not None:
+            tick = exhibit.tick
+            if tick.began is not None:
+                match = Match(book, tick.began.standing)
+            state = match.game
+            made = [outcome for entry in tick.entries if (outcome := enact(match, entry, tick.field))]
+            yield exhibit, following, match, state, made
+        exhibit = following
 
 
 def _decoded(path: Path, number: int, data: bytes) -> TickEvidence:

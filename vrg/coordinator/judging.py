@@ -2,13 +2,12 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import chain, pairwise
 from typing import Any
 
 import msgspec
 
 from vrg.bus.messages import Call, Stage
-from vrg.coordinator.evidence import Exhibit, begun, enact
+from vrg.coordinator.evidence import Exhibit, replayed
 from vrg.coordinator.journal import Record
 from vrg.coordinator.match import Match, Standing
 from vrg.coordinator.outcome import Outcome, numbered
@@ -55,21 +54,17 @@ def judge_again(book: RuleBook[Any], exhibits: Iterable[Exhibit], records: Seque
     Args:
         book: the rule book of the match. exhibits: the evidence. records: those of the journal.
     """
-    match = Match(book)
     found: list[Disagreement] = []
     outcomes: list[Outcome] = []
     chained = True
     ticks = compared = reached = 0
-    for exhibit, following in pairwise(chain(exhibits, [None])):
-        assert exhibit is not None
+    for exhibit, following, match, _, made in replayed(book, exhibits):
         tick, after = exhibit.tick, exhibit.tick.after
         ticks += 1
         if not exhibit.genuine:
             what = "the evidence of this tick was changed after it was written, or one before it"
             found.append(Disagreement(tick.time, what))
-        if tick.began is not None:
-            match, outcomes = begun(book, match, tick), []
-        outcomes += [outcome for entry in tick.entries if (outcome := enact(match, entry, tick.field))]
+        outcomes = made if tick.began is not None else [*outcomes, *made]
         if following is not None and following.tick.after == after:
             continue
         decided, outcomes = outcomes, []

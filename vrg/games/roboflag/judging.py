@@ -9,7 +9,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from vrg.coordinator.rulebook import Call
+from vrg.coordinator.rulebook import Call, called
 from vrg.games.roboflag import FLAGGED, NORMAL, TAGGED, TEAMS, other
 from vrg.games.roboflag.layout import Layout
 from vrg.games.roboflag.state import State
@@ -62,7 +62,7 @@ class Ways:
 
     def call(self, rule: str, text: str, at: float, *names: str) -> Call:
         """A call about these players, with their poses at a fraction of the time between the looks."""
-        return Call(rule=rule, text=text, players=names, poses=tuple(self.pose(name, at) for name in names))
+        return called(rule, text, {name: self.pose(name, at) for name in names})
 
 
 def judge_homes(state: State, layout: Layout, ways: Ways) -> Judged:
