@@ -10,7 +10,6 @@ BROKEN_OFF = "broken off"
 """The game reached the limit of match time. It counts as a draw."""
 FAILED = "failed"
 """The game was given up, or its process died. It counts as a draw."""
-
 INVALID = "not valid"
 """The rule book judges otherwise than the referee of the game: something has changed that referee or its record."""
 
