@@ -373,7 +373,5 @@ def _at_most(limit: int, offers: Sequence[Offer]) -> list[Offer]:
     return kept[::-1]
 
 
-def _held(state: RefereeState, halted: str | None) -> RefereeState:
-    return structs.replace(
-        state, halted=halted or "the journal cannot be written", players=standing_still(state.players)
-    )
+def _held(state: RefereeState, halted: str) -> RefereeState:
+    return structs.replace(state, halted=halted, players=standing_still(state.players))
