@@ -92,7 +92,7 @@ def judged(setup: MatchSetup, folder: RunFolder, told: Played) -> Played:
     return structs.replace(
         told,
         winner=state.winner,
-        score=state.score,
+        score=dict(state.score),
         calls=counted((call.rule, teams.get(call.players[0], "") if call.players else "") for call in calls),
         play_time=round(state.total, 3),
         disqualified=list(dict.fromkeys(name for c in calls if c.rule == DISQUALIFIED for name in c.players)),
