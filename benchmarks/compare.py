@@ -22,7 +22,7 @@ from vrg.evaluation.contenders import contenders
 from vrg.evaluation.experiment import Definition, define
 from vrg.evaluation.folder import ExperimentFolder
 from vrg.evaluation.games import Pairing
-from vrg.evaluation.playing import played
+from vrg.evaluation.playing import judged, played
 from vrg.evaluation.ray_cluster import LOCAL, RayCluster
 from vrg.evaluation.remote import Answer, Task
 from vrg.evaluation.running import Experiment
@@ -78,11 +78,12 @@ class _Open(Cluster):
 
 
 def alone(setup: MatchSetup, games: int) -> float:
-    """Play games in this process; return how many a second."""
+    """Play and judge games in this process; return how many a second."""
     began = time.perf_counter()
     for number in range(games):
         with tempfile.TemporaryDirectory() as name:
-            played(structs.replace(setup, seed=number // 2), RunFolder(Path(name, "run")), 3600.0)
+            match, folder = structs.replace(setup, seed=number // 2), RunFolder(Path(name, "run"))
+            judged(match, folder, played(match, folder, 3600.0))
     return games / (time.perf_counter() - began)
 
 

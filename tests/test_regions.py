@@ -1,10 +1,11 @@
 """Regions: the same object judges a field and is drawn."""
 
 import math
+from random import Random
 
 import msgspec
 import pytest
-from hypothesis import given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from vrg.regions import Circle, Polygon, Rectangle, Region, Sector, touch
@@ -146,6 +147,59 @@ def test_nothing_tunnels_through_a_small_circle() -> None:
 def test_regions_touch_or_do_not(first: Region, second: Region, expected: bool) -> None:
     assert touch(first, second) is expected
     assert touch(second, first) is expected
+
+
+bearings = st.lists(st.integers(0, 35), min_size=3, max_size=9, unique=True)
+
+
+def on_ellipse(steps: list[int], x: float, y: float, size: float) -> tuple[tuple[float, float], ...]:
+    """Points of an ellipse about (x, y), each so many times 10 degrees from its long axis."""
+    angles = [math.radians(10 * step) for step in steps]
+    return tuple((x + size * math.cos(angle), y + 0.6 * size * math.sin(angle)) for angle in angles)
+
+
+place = st.floats(-3.0, 3.0)
+size = st.floats(0.1, 3.0)
+some_region: st.SearchStrategy[Region] = st.one_of(
+    st.builds(lambda x, y, a, b: Rectangle(x, y, x + a, y + b), place, place, size, size),
+    st.builds(Circle, place, place, size),
+    st.builds(Sector, place, place, size, st.floats(-4.0, 4.0), st.floats(0.1, math.pi)),
+    st.builds(lambda steps, x, y, a: Polygon(on_ellipse(sorted(steps), x, y, a)), bearings, place, place, size),
+)
+
+
+def gap(first: Region, second: Region) -> float:
+    """The distance of two regions: going to and fro between their nearest points ends at the nearest of them all."""
+    here = there = first.middle
+    for _ in range(300):
+        there = second.nearest(*here)
+        here = first.nearest(*there)
+    return math.dist(here, there)
+
+
+@settings(deadline=None)
+@given(some_region, some_region)
+def test_regions_touch_if_going_to_and_fro_between_them_ends_at_one_point(first: Region, second: Region) -> None:
+    overlap, apart = gap(first.shrunk(1e-3), second) < 1e-9, gap(first, second) > 2 * CHORD
+    assume(overlap or apart)
+    assert touch(first, second) is touch(second, first) is overlap
+
+
+@given(bearings, st.randoms(use_true_random=False))
+def test_corners_make_a_polygon_only_in_their_order_around_it(steps: list[int], rng: Random) -> None:
+    order = sorted(steps)
+    mixed = rng.sample(order, len(order))
+    first = mixed.index(order[0])
+    if mixed[first:] + mixed[:first] == order:
+        assert Polygon(on_ellipse(mixed, 1.0, 2.0, 3.0)).contains(*Polygon(on_ellipse(order, 1.0, 2.0, 3.0)).middle)
+    else:
+        with pytest.raises(ValueError, match="convex"):
+            Polygon(on_ellipse(mixed, 1.0, 2.0, 3.0))
+
+
+def test_a_star_is_no_polygon_although_it_turns_to_the_left_only() -> None:
+    with pytest.raises(ValueError, match="convex"):
+        Polygon(on_ellipse([0, 14, 28, 7, 21], 0.0, 0.0, 1.0))
 
 
 @pytest.mark.parametrize(("length", "width"), [(6.0, 1.0), (1.0, 6.0), (4.0, 2.0)])

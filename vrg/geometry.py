@@ -38,15 +38,43 @@ def corners(pose: Pose, length: float, width: float) -> list[Vector]:
     return [(pose.x + c * u - s * v, pose.y + s * u + c * v) for u, v in ((a, b), (-a, b), (-a, -b), (a, -b))]
 
 
+def separation(first: Pose, second: Pose, first_size: Vector, second_size: Vector) -> tuple[float, float, float]:
+    """Return how far two bodies are apart along the axis that separates them best (separating-axis theorem).
+
+    Args:
+        first_size, second_size: the (length, width) of the bodies, m.
+
+    Returns:
+        the distance, m: negative if they overlap by that much, and a lower bound if they are apart corner to corner;
+        and the unit vector x, y of the axis, which points from the second body towards the first.
+    """
+    dx, dy = first.x - second.x, first.y - second.y
+    ca, sa, cb, sb = math.cos(first.theta), math.sin(first.theta), math.cos(second.theta), math.sin(second.theta)
+    cos, sin = abs(ca * cb + sa * sb), abs(sa * cb - ca * sb)
+    la, wa, lb, wb = first_size[0] / 2, first_size[1] / 2, second_size[0] / 2, second_size[1] / 2
+    best = (-math.inf, 0.0, 0.0)
+    for ux, uy, reach in (
+        (ca, sa, la + lb * cos + wb * sin),
+        (-sa, ca, wa + lb * sin + wb * cos),
+        (cb, sb, lb + la * cos + wa * sin),
+        (-sb, cb, wb + la * sin + wa * cos),
+    ):
+        along = dx * ux + dy * uy
+        distance = abs(along) - reach
+        if distance > best[0]:
+            best = (distance, ux, uy) if along >= 0 else (distance, -ux, -uy)
+    return best
+
+
 def outline_distance(first: Pose, second: Pose, first_size: Vector, second_size: Vector) -> float:
     """Return the distance between the outlines of two bodies in m; 0 if they touch or overlap.
 
     Args:
         first_size, second_size: the (length, width) of the bodies, m.
     """
-    a, b = corners(first, *first_size), corners(second, *second_size)
-    if _overlap(first, first_size, b) and _overlap(second, second_size, a):
+    if separation(first, second, first_size, second_size)[0] <= 0.0:
         return 0.0
+    a, b = corners(first, *first_size), corners(second, *second_size)
     # Of two convex outlines that do not overlap, the nearest pair of points has a corner of one of them in it.
     return min(_corners_to_body(b, first, first_size), _corners_to_body(a, second, second_size))
 
@@ -85,16 +113,6 @@ def _corners_to_body(points: list[Vector], pose: Pose, size: Vector) -> float:
         outside_u, outside_v = max(abs(u) - size[0] / 2, 0.0), max(abs(v) - size[1] / 2, 0.0)
         best = min(best, math.hypot(outside_u, outside_v))
     return best
-
-
-def _overlap(pose: Pose, size: Vector, points: list[Vector]) -> bool:
-    """Whether no axis of the body at `pose` separates it from the convex hull of `points`."""
-    local = [_local(point, pose) for point in points]
-    for axis, half in ((0, size[0] / 2), (1, size[1] / 2)):
-        values = [p[axis] for p in local]
-        if min(values) > half or max(values) < -half:
-            return False
-    return True
 
 
 def circumradius(size: Vector) -> float:

@@ -12,7 +12,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from vrg.segments import arc, area, centroid, clipped, cross, in_disc, nearest_on_segment, on_inner_sides, turned
+from vrg.segments import arc, area, centroid, clipped, convex, in_disc, nearest_on_segment, on_inner_sides, turned
 from vrg.types import Length, Metres, Radians, Vector
 
 Bounds = tuple[float, float, float, float]
@@ -281,10 +281,7 @@ class Polygon(_Shape, frozen=True, tag="polygon"):
     points: Annotated[tuple[tuple[Metres, Metres], ...], Meta(min_length=3, max_length=1000)]
 
     def __post_init__(self) -> None:
-        turns = [
-            cross(a, b, c) for a, b, c in zip(self.points, turned(self.points), turned(self.points, 2), strict=True)
-        ]
-        if any(turn < -1e-9 for turn in turns) or sum(turns) <= 0.0:
+        if not convex(self.points):
             raise ValueError("expected the corners of a convex polygon, counter-clockwise")
 
     def contains(self, x: float, y: float) -> bool:
@@ -337,17 +334,12 @@ Region = Rectangle | Circle | Sector | Polygon
 
 
 def touch(first: Region, second: Region) -> bool:
-    """Whether two regions have a point in common (separating-axis theorem). A sector counts as its outline."""
-    if isinstance(second, Circle):
+    """Whether two regions have a point in common. Of two sectors, one counts as its outline."""
+    if isinstance(second, Circle) or isinstance(first, Sector):
         first, second = second, first
     if isinstance(first, Circle):
         return second.distance(first.x, first.y) <= first.radius
     a, b = first.outline(), second.outline()
-    for shape in (a, b):
-        for (ax, ay), (bx, by) in zip(shape, turned(shape), strict=True):
-            nx, ny = by - ay, ax - bx
-            if max(nx * x + ny * y for x, y in a) < min(nx * x + ny * y for x, y in b):
-                return False
-            if max(nx * x + ny * y for x, y in b) < min(nx * x + ny * y for x, y in a):
-                return False
-    return True
+    if any(first.contains(*corner) for corner in b) or any(second.contains(*corner) for corner in a):
+        return True
+    return any(second.inside(*side) is not None for side in zip(a, turned(a), strict=True))

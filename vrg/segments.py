@@ -7,6 +7,8 @@ from vrg.types import Vector
 
 CHORD = 0.01
 """The distance in m by which a drawn arc may differ from the true one."""
+_TINY = 1e-9
+"""How far, in m or m^2, rounding may move a corner to the wrong side."""
 
 
 def in_disc(start: Vector, end: Vector, centre: Vector, radius: float) -> tuple[float, float] | None:
@@ -83,6 +85,18 @@ def turned(points: Sequence[Vector], by: int = 1) -> list[Vector]:
 
 def cross(a: Vector, b: Vector, c: Vector) -> float:
     return (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])
+
+
+def convex(corners: Sequence[Vector]) -> bool:
+    """Whether corners are those of a convex polygon, counter-clockwise. They may repeat, and be on a straight side.
+
+    All turns of a convex polygon lead to the left, and on one way around it x grows once and falls once.
+    """
+    turns = [cross(a, b, c) for a, b, c in zip(corners, turned(corners), turned(corners, 2), strict=True)]
+    ways = [b[0] - a[0] for a, b in zip(corners, turned(corners), strict=True)]
+    grows = [way > 0.0 for way in ways if abs(way) > _TINY]
+    changes = sum(a != b for a, b in zip(grows, [*grows[1:], *grows[:1]], strict=True))
+    return min(turns) >= -_TINY and sum(turns) > 0.0 and changes == 2
 
 
 def centroid(points: Sequence[Vector]) -> Vector:

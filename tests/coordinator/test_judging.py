@@ -1,6 +1,7 @@
 """A match is judged again from its evidence: an honest journal agrees, and whatever was altered is found."""
 
-from collections.abc import Callable, Sequence
+import tracemalloc
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 import pytest
@@ -37,10 +38,10 @@ def play(table: Table) -> None:
 def told(table: Table) -> tuple[list[Exhibit], list[Record]]:
     table.journal.close()
     folder = table.journal.path.parent
-    return read_evidence(folder / "evidence.bin"), read_journal(table.journal.path)[1]
+    return list(read_evidence(folder / "evidence.bin")), read_journal(table.journal.path)[1]
 
 
-def judged(table: Table, exhibits: Sequence[Exhibit], records: Sequence[Record]) -> Judgement:
+def judged(table: Table, exhibits: Iterable[Exhibit], records: Sequence[Record]) -> Judgement:
     return judge_again(table.book, exhibits, records)
 
 
@@ -158,7 +159,7 @@ def test_a_torn_tick_is_left_out_and_what_it_would_have_told_counts_as_unjudged(
     exhibits, records = told(table)
     path = tmp_path / "evidence.bin"
     path.write_bytes(path.read_bytes()[:-7])
-    again = read_evidence(path)
+    again = list(read_evidence(path))
     assert len(again) == len(exhibits) - 1
     early = [exhibit for exhibit in exhibits if exhibit.tick.after < 2]
     judgement = judged(table, early, records)
@@ -172,3 +173,39 @@ def test_evidence_with_a_hole_is_told(table: Table) -> None:
     left = [exhibit for exhibit in exhibits if exhibit.tick.after != 1]
     found = judged(table, left, records).disagreements
     assert any("is missing" in one.what for one in found)
+
+
+def test_what_a_coordinator_decided_and_could_not_write_before_it_crashed_has_not_happened(tmp_path: Path) -> None:
+    first = Table(tmp_path)
+    first.ticks(12)
+    first.tag()
+    first.ticks(5)
+    first.journal.close()
+    lines = first.journal.path.read_bytes().splitlines(keepends=True)
+    first.journal.path.write_bytes(b"".join(lines[:-1]))
+    lost = len(read_journal(first.journal.path)[1]) + 1
+    assert [e.tick.after for e in read_evidence(tmp_path / "evidence.bin")][-1] == lost
+    second = Table(tmp_path)
+    second.time = first.time
+    second.ticks(3)
+    exhibits, records = told(second)
+    assert max(exhibit.tick.after for exhibit in exhibits) < lost
+    judgement = judged(second, exhibits, records)
+    assert judgement.disagreements == []
+    assert judgement.calls == sum(len(record.calls) for record in records)
+
+
+def test_the_memory_to_judge_a_match_does_not_grow_with_its_length(table: Table, tmp_path: Path) -> None:
+    peaks = []
+    for ticks in (60, 600):
+        table.ticks(ticks)
+        _, records = read_journal(table.journal.path)
+        tracemalloc.start()
+        assert judged(table, read_evidence(tmp_path / "evidence.bin"), records).ticks >= ticks
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert peaks[1] < 2 * peaks[0]
+
+
+def test_evidence_that_is_missing_has_no_ticks(tmp_path: Path) -> None:
+    assert list(read_evidence(tmp_path / "evidence.bin")) == []

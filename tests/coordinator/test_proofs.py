@@ -237,7 +237,7 @@ def test_calls_behind_the_end_of_cut_evidence_cannot_be_judged_and_are_not_blame
     runs: Mapping[str, tuple[MatchSetup, RunFolder]], share: float
 ) -> None:
     setup, run = runs["sharks-and-minnows"]
-    book, exhibits, records = rulebook_of(setup), read_evidence(run.evidence), read_journal(run.journal)[1]
+    book, exhibits, records = rulebook_of(setup), list(read_evidence(run.evidence)), read_journal(run.journal)[1]
     cut = exhibits[: round(share * len(exhibits))]
     judgement = judge_again(book, cut, records)
     assert judgement.disagreements == []

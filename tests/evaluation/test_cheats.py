@@ -9,17 +9,21 @@ from msgspec import structs
 from tests.evaluation.cheats import CHEATS
 from vrg.config.loading import load_match
 from vrg.evaluation.contenders import with_strategies
-from vrg.evaluation.game_process import GameProcess, server_for
-from vrg.evaluation.games import OVER, Played
+from vrg.evaluation.game_process import GameProcess, ended, server_for
+from vrg.evaluation.games import INVALID, OVER, Played
 
 
-def game(match: Path, minnows: str, *, sealed: bool = True) -> Played:
+def game(match: Path, minnows: str, *, sealed: bool = True, sharks: str = "Honest") -> Played:
     """A game of honest sharks."""
     file = match.with_name("cheats.py")
     file.write_text(CHEATS, encoding="utf-8")
-    setup = with_strategies(load_match(match), {"sharks": f"{file}:Honest", "minnows": f"{file}:{minnows}"})
+    targets = {"sharks": f"{file}:Honest" if sharks == "Honest" else sharks, "minnows": f"{file}:{minnows}"}
+    setup = with_strategies(load_match(match), targets)
     setup = structs.replace(setup, wanted_sandbox=None if sealed else False)
-    return GameProcess(server_for(setup), setup, 0, match.with_name(f"{minnows} {sealed}"), 600.0).result()
+    playing = GameProcess(server_for(setup), setup, 0, match.with_name(f"{minnows} {sealed}"), 600.0)
+    while not (found := ended([playing], 600.0)):
+        pass
+    return found[0][1]
 
 
 def outcome(played: Played) -> list[Any]:
@@ -41,7 +45,23 @@ def test_who_breaks_the_line_to_the_referee_is_named_and_loses(match: Path, chea
     assert all("the process of the strategy is gone" in failure for failure in found.failures)
 
 
-@pytest.mark.parametrize("cheat", ["Zones", "Score"])
-def test_without_a_seal_they_would_change_the_result(match: Path, cheat: str) -> None:
-    """The cheats work where nothing keeps them from it, so the tests above can fail."""
-    assert outcome(game(match, cheat, sealed=False)) != outcome(game(match, "Honest", sealed=False))
+@pytest.mark.parametrize(
+    ("cheat", "words"),
+    [
+        ("Zones", "pass 1 of 1 is over, 2 minnows left: by the rules there is no such call"),
+        ("Points", "points is {'sharks': 0, 'minnows': 99} in the journal"),
+        ("Winner", "its journal or its evidence ends early"),
+        ("Code", "the journal lacks: ann is tagged"),
+        ("Score", "an official has decided, but there is none: set-score"),
+    ],
+)
+def test_without_a_seal_who_changes_the_referee_is_named_and_loses(match: Path, cheat: str, words: str) -> None:
+    assert game(match, "Honest", sealed=False, sharks="sharks-and-minnows").ended == OVER
+    found = game(match, cheat, sealed=False, sharks="sharks-and-minnows")
+    assert (found.ended, found.winner) == (INVALID, "sharks")
+    assert words in found.problem
+
+
+def test_where_the_code_of_both_could_have_changed_the_referee_nobody_wins(match: Path) -> None:
+    found = game(match, "Zones", sealed=False)
+    assert (found.ended, found.winner) == (INVALID, None)

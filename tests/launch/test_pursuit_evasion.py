@@ -278,6 +278,6 @@ def test_every_match_ends_with_each_intruder_accounted_for_or_the_time_up(tmp_pa
     assert ending.failures == ()
     assert ends == sum(player.role == "intruder" for player in setup.players) or "time_up" in rules
     run, book = RunFolder(tmp_path / "run"), rulebook_of(setup)
-    exhibits, records = read_evidence(run.evidence), read_journal(run.journal)[1]
+    exhibits, records = list(read_evidence(run.evidence)), read_journal(run.journal)[1]
     assert judge_again(book, exhibits, records).disagreements == []
     assert unproved(prove, book, cases_of(book, exhibits, records)) == []

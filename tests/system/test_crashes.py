@@ -144,7 +144,7 @@ def test_a_coordinator_that_fails_comes_back_in_halt_with_the_same_standing(
     nobody_moves_before_resume(match)
     assert observer.state.clock >= before.body.clock
     # What both have called follows from what each of them has seen.
-    exhibits = read_evidence(match.run.evidence)
+    exhibits = list(read_evidence(match.run.evidence))
     judgement = judge_again(rulebook_of(read_setup(match.run.setup)), exhibits, read_journal(match.run.journal)[1])
     assert judgement.disagreements == []
     assert judgement.calls > 2

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError, VrgError
 from vrg.games import strategies_of
+from vrg.games.game import sentence
 from vrg.launch.branch import branch_of, last_instant
 from vrg.launch.result import headline, summary
 from vrg.launch.run_folder import RunFolder
@@ -26,7 +27,7 @@ Opened = Callable[[RunFolder], "Taken"]
 def compared(recorded: RunFolder, folder: RunFolder) -> str:
     """How the recorded match and the one that was taken up ended, in sentences."""
     changed = str(branch_of(folder) or "played again")
-    told = f"{changed[0].upper()}{changed[1:]}: {ending_of(folder)}. Recorded: {ending_of(recorded)}."
+    told = f"{sentence(changed)}: {ending_of(folder)}. Recorded: {ending_of(recorded)}."
     return f"{told} It is in {folder.path}."
 
 

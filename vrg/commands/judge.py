@@ -1,6 +1,5 @@
 """The command `vrg judge`, which lets the rule book judge a run again."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -8,10 +7,8 @@ import typer
 
 from vrg.commands.after import RunArgument, ended_run
 from vrg.errors import LaunchError
-from vrg.games import game_of
 
 if TYPE_CHECKING:
-    from vrg.coordinator.evidence import Exhibit
     from vrg.coordinator.judging import Disagreement, Judgement
     from vrg.launch.run_folder import RunFolder
 
@@ -21,22 +18,14 @@ def judge(run: RunArgument) -> None:
 
     The exit status is 1 if there is a disagreement.
     """
-    from vrg.config.rules import rulebook_of
-    from vrg.coordinator.cases import cases_of
-    from vrg.coordinator.evidence import read_evidence
-    from vrg.coordinator.journal import read_journal
-    from vrg.coordinator.judging import judge_again, unproved
+    from vrg.launch.judged import judge_run
 
     folder, setup = ended_run(run)
     if not folder.evidence.is_file():
         raise LaunchError(f"{run}: expected {folder.evidence.name}, found none: an earlier VRG has played this match")
-    _, records = read_journal(folder.journal)
-    exhibits = read_evidence(folder.evidence)
-    book = rulebook_of(setup)
-    judgement = judge_again(book, exhibits, records)
-    seen, compared = _recorded(folder, exhibits)
-    measured = unproved(game_of(setup.game).load_prover(), book, cases_of(book, exhibits, records))
-    found = sorted([*judgement.disagreements, *measured, *seen], key=lambda d: d.time)
+    judgement, wrong = judge_run(setup, folder)
+    seen, compared = _recorded(folder)
+    found = sorted([*wrong, *seen], key=lambda d: d.time)
     for disagreement in found:
         typer.echo(str(disagreement))
     typer.echo(_sentence(judgement, len(found), compared))
@@ -44,8 +33,9 @@ def judge(run: RunArgument) -> None:
         raise typer.Exit(1)
 
 
-def _recorded(folder: "RunFolder", exhibits: "Sequence[Exhibit]") -> "tuple[list[Disagreement], int]":
+def _recorded(folder: "RunFolder") -> "tuple[list[Disagreement], int]":
     """Where the recording, if there is one, shows something else than the referee saw; and how much was compared."""
+    from vrg.coordinator.evidence import read_evidence
     from vrg.launch.crosscheck import cross_check
     from vrg.recording.reader import read_tracks
 
@@ -54,7 +44,7 @@ def _recorded(folder: "RunFolder", exhibits: "Sequence[Exhibit]") -> "tuple[list
         return [], 0
     torn: list[Path] = []
     try:
-        found = cross_check(list(read_tracks(parts, torn).values()), exhibits)
+        found = cross_check(list(read_tracks(parts, torn).values()), read_evidence(folder.evidence))
     except OSError as error:
         raise LaunchError(f"{folder.path}: its recording cannot be read: {error}") from None
     for part in torn:

@@ -91,8 +91,8 @@ def explain(setup: "MatchSetup", folder: "RunFolder", records: "list[Record]", c
     places = [f"{name} at ({pose.x:.2f}, {pose.y:.2f})" for name, pose in zip(call.players, call.poses, strict=False)]
     lines += [f"Where it was: {', '.join(places)}."] if places else []
     book = rulebook_of(setup)
-    exhibits = read_evidence(folder.evidence) if folder.evidence.is_file() else []
-    case = next((case for case in cases_of(book, exhibits, records) if case.call == call), None)
+    cases = cases_of(book, read_evidence(folder.evidence), records)
+    case = next((case for case in cases if case.call == call), None)
     if case is None:
         return Explanation(
             heading, [*lines, f"There is no more to show: {folder.evidence.name} does not reach this call."]
@@ -104,8 +104,9 @@ def explain(setup: "MatchSetup", folder: "RunFolder", records: "list[Record]", c
         return Explanation(heading, lines)
     picture = folder.explanation(call.number)
     title = f"Call {call.number}, {_clock(call)}: {call.text}"
+    fields = seconds_before(read_evidence(folder.evidence), case, SECONDS)
     try:
-        draw_proof(picture, case, measures, _scenery(setup, book, case), seconds_before(exhibits, case, SECONDS), title)
+        draw_proof(picture, case, measures, _scenery(setup, book, case), fields, title)
     except OSError as error:
         raise LaunchError(f"{picture}: cannot be written: {error.strerror}") from error
     return Explanation(heading, lines, str(picture))

@@ -1,41 +1,35 @@
 """Finds the instants of calls in the evidence, so that it can be shown why they were made. Pure."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
-from vrg.coordinator.evidence import Exhibit, begun, enact
+from vrg.coordinator.evidence import Exhibit, replayed
 from vrg.coordinator.journal import Record
-from vrg.coordinator.match import Match
 from vrg.coordinator.proof import Case
 from vrg.coordinator.rulebook import Field, RuleBook
 
 
-def cases_of(book: RuleBook[Any], exhibits: Sequence[Exhibit], records: Sequence[Record]) -> Iterator[Case]:
+def cases_of(book: RuleBook[Any], exhibits: Iterable[Exhibit], records: Sequence[Record]) -> Iterator[Case]:
     """The case of each call of a match, in their order; calls that the evidence does not reach have none.
 
     Args:
         book: the rule book of the match. exhibits: the evidence. records: those of the journal.
     """
-    match, before = Match(book), Field({})
-    for at, exhibit in enumerate(exhibits):
+    before = Field({})
+    for exhibit, following, match, state, _ in replayed(book, exhibits):
         tick = exhibit.tick
-        match = begun(book, match, tick)
-        state = match.game
-        for entry in tick.entries:
-            enact(match, entry, tick.field)
         # Who was put somewhere or pushed away is judged elsewhere than on its way.
         seen = match.judged or (before if before.poses else tick.field, tick.field)
-        last = at + 1 == len(exhibits)
-        decided = last or exhibits[at + 1].tick.after > tick.after
+        decided = following is None or following.tick.after > tick.after
         # Where the evidence ends early, its last tick has decided nothing.
-        cut = last and tick.after < len(records) and tick.time < records[tick.after].time
+        cut = following is None and tick.after < len(records) and tick.time < records[tick.after].time
         if decided and not cut and tick.after < len(records):
             for call in records[tick.after].calls:
                 yield Case(call, state, *seen)
         before = tick.field
 
 
-def seconds_before(exhibits: Sequence[Exhibit], case: Case, seconds: float) -> list[Field]:
+def seconds_before(exhibits: Iterable[Exhibit], case: Case, seconds: float) -> list[Field]:
     """The field at each look of the referee during the seconds before a case, and at the case itself, by time."""
     end = case.now.time
     fields = [e.tick.field for e in exhibits if end - seconds - 1e-9 <= e.tick.field.time <= end]

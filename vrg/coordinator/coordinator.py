@@ -41,7 +41,8 @@ from vrg.coordinator.leading import Leader
 from vrg.coordinator.match import Match, Standing, standing_still
 from vrg.coordinator.outcome import Outcome, numbered
 from vrg.coordinator.placing import Placing
-from vrg.coordinator.rulebook import Field, Offer, RuleBook, away
+from vrg.coordinator.pushing import moved
+from vrg.coordinator.rulebook import Field, Offer, RuleBook
 from vrg.coordinator.sight import views
 from vrg.errors import JournalError
 from vrg.hal.estop import EstopOrders
@@ -58,8 +59,6 @@ OFFERS_LIMIT = 20
 """The number of bids of one player that the referee looks at in a tick."""
 DISK_PATIENCE = 1.0
 """The match time in s for which play goes on while a disk stalls, and what was called is not announced."""
-PUSH = 0.005
-"""The distance in m between two looks beyond which a robot has moved whose wheels stand."""
 RECORD_PERIOD = 1.0
 """The match time in s between two records of changes that no call tells of, such as that an intruder is seen."""
 
@@ -193,18 +192,8 @@ class Coordinator(Node):
 
     def _pushed(self, bodies: Mapping[str, Body], before: Field) -> frozenset[str]:
         """The players that an opponent pushes. The wheels of all of them have stood since the look before."""
-        now = {name: body.pose for name, body in bodies.items()}
-        moved = [
-            name
-            for name, body in bodies.items()
-            if body.stands is not None
-            and body.stands <= before.time
-            and name in before.poses
-            and away(before.poses[name], body.pose) > PUSH
-        ]
-        return frozenset(
-            name for name in moved if self.match.touched(name, before) or self.match.touched(name, Field(now))
-        )
+        fields = before, Field({name: body.pose for name, body in bodies.items()})
+        return frozenset(n for n in moved(bodies, before) if any(self.match.touched(n, field) for field in fields))
 
     def _hear_estops(self, now: float) -> Outcome:
         order = self._estops.take()
@@ -384,7 +373,5 @@ def _at_most(limit: int, offers: Sequence[Offer]) -> list[Offer]:
     return kept[::-1]
 
 
-def _held(state: RefereeState, halted: str | None) -> RefereeState:
-    return structs.replace(
-        state, halted=halted or "the journal cannot be written", players=standing_still(state.players)
-    )
+def _held(state: RefereeState, halted: str) -> RefereeState:
+    return structs.replace(state, halted=halted, players=standing_still(state.players))

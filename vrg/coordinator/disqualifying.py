@@ -7,7 +7,7 @@ from msgspec import structs
 
 from vrg.bus.messages import DISQUALIFIED, PlayerStatus
 from vrg.coordinator.outcome import Outcome
-from vrg.coordinator.rulebook import Call, Disqualification, Field, GameState
+from vrg.coordinator.rulebook import Disqualification, Field, GameState, called
 
 S = TypeVar("S", bound=GameState)
 
@@ -57,6 +57,4 @@ def _with(state: S, name: str, what: Disqualification | None) -> S:
 
 
 def _call(rule: str, text: str, name: str, now: Field) -> Outcome:
-    pose = now.poses.get(name)
-    players, poses = ((), ()) if pose is None else ((name,), (pose,))
-    return Outcome([Call(rule=rule, text=text, players=players, poses=poses)])
+    return Outcome([called(rule, text, {name: now.poses[name]} if name in now.poses else {})])

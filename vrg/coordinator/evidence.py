@@ -9,10 +9,11 @@ import hashlib
 import logging
 import os
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import msgspec
 from msgspec import Struct
@@ -119,11 +120,6 @@ class TickEvidence(Struct, frozen=True, array_like=True):
         return first if isinstance(first, Began) else None
 
 
-def begun(book: RuleBook[Any], match: Match, tick: TickEvidence) -> Match:
-    """The match to which the entries of a tick were done: another one where a coordinator began in this tick."""
-    return match if tick.began is None else Match(book, tick.began.standing)
-
-
 def enact(match: Match, entry: Entry, field: Field) -> Outcome:
     """Do to a match what an entry tells, and return what follows from it. The result depends on the arguments alone.
 
@@ -180,9 +176,10 @@ class EvidenceFile:
         """
         self._file = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o644)
         end = 0
-        for digest, data in _pieces(self._path.read_bytes()):
-            self._digest = digest
-            end += _HEAD.size + len(data)
+        with self._path.open("rb") as written:
+            for digest, data in _pieces(written):
+                self._digest = digest
+                end += _HEAD.size + len(data)
         os.ftruncate(self._file, end)
         os.lseek(self._file, end, os.SEEK_SET)
 
@@ -229,47 +226,77 @@ class Exhibit:
     genuine: bool
 
 
-def read_evidence(path: Path) -> list[Exhibit]:
-    """Read all complete ticks.
+def read_evidence(path: Path) -> Iterator[Exhibit]:
+    """Read the complete ticks, one after the other; a missing file has none.
+
+    What a coordinator decided before it crashed, and could not write into the journal, has not happened: these ticks
+    are left out.
 
     Raises:
         JournalError: the file cannot be read, or is damaged, or of another version.
     """
     try:
-        content = path.read_bytes()
+        with path.open("rb") as file:
+            begun = [
+                (number, tick.after)
+                for number, (_, data) in enumerate(_pieces(file))
+                if b"Began" in data and (tick := _decoded(path, number, data)).began
+            ]
+            file.seek(0)
+            before = _START
+            for number, (digest, data) in enumerate(_pieces(file)):
+                tick = _decoded(path, number, data)
+                if all(tick.after <= after for later, after in begun if later > number):
+                    yield Exhibit(tick, digest.hex(), _chained(before, data) == digest)
+                before = digest
+    except FileNotFoundError:
+        return
     except OSError as error:
         raise JournalError(f"{path}: cannot be read: {error.strerror}") from error
-    found: list[Exhibit] = []
-    before = _START
-    for digest, data in _pieces(content):
-        try:
-            tick = _decoder.decode(data)
-        except (msgspec.DecodeError, msgspec.ValidationError) as error:
-            raise JournalError(f"{path}: expected the evidence of tick {len(found) + 1}: {error}") from None
-        for entry in tick.entries:
-            if isinstance(entry, Began) and entry.format != FORMAT:
-                raise JournalError(
-                    f"{path}: expected evidence of version {FORMAT}, got {entry.format}: use the VRG that recorded it"
-                )
-        if tick.began is not None:
-            # What a coordinator decided before it crashed, and could not write into the journal, has not happened.
-            while found and found[-1].tick.after > tick.after:
-                found.pop()
-        found.append(Exhibit(tick, digest.hex(), _chained(before, data) == digest))
-        before = digest
-    return found
+
+
+def replayed(
+    book: RuleBook[Any], exhibits: Iterable[Exhibit]
+) -> Iterator[tuple[Exhibit, Exhibit | None, Match, Any, list[Outcome]]]:
+    """Do again what the referee did, tick by tick.
+
+    Returns:
+        for each tick: it and the one that follows it, the match after it, which may be corrected before the next, the
+        state of the game before it, and what followed from it.
+    """
+    match, exhibit = Match(book), None
+    for following in chain(exhibits, [None]):
+        if exhibit is not None:
+            tick = exhibit.tick
+            if tick.began is not None:
+                match = Match(book, tick.began.standing)
+            state = match.game
+            made = [outcome for entry in tick.entries if (outcome := enact(match, entry, tick.field))]
+            yield exhibit, following, match, state, made
+        exhibit = following
+
+
+def _decoded(path: Path, number: int, data: bytes) -> TickEvidence:
+    try:
+        tick = _decoder.decode(data)
+    except (msgspec.DecodeError, msgspec.ValidationError) as error:
+        raise JournalError(f"{path}: expected the evidence of tick {number + 1}: {error}") from None
+    if tick.began and tick.began.format != FORMAT:
+        raise JournalError(
+            f"{path}: expected evidence of version {FORMAT}, got {tick.began.format}: use the VRG that recorded it"
+        )
+    return tick
 
 
 def _chained(before: bytes, data: bytes) -> bytes:
     return hashlib.blake2b(before + data, digest_size=len(_START)).digest()
 
 
-def _pieces(content: bytes) -> Iterator[tuple[bytes, bytes]]:
+def _pieces(file: BinaryIO) -> Iterator[tuple[bytes, bytes]]:
     """The digest and the data of each tick in a file; a torn last one is left out."""
-    at = 0
-    while at + _HEAD.size <= len(content):
-        length, digest = _HEAD.unpack_from(content, at)
-        begin, at = at + _HEAD.size, at + _HEAD.size + length
-        if at > len(content):
-            return
-        yield digest, content[begin:at]
+    left = os.fstat(file.fileno()).st_size
+    while left >= _HEAD.size:
+        length, digest = _HEAD.unpack(file.read(_HEAD.size))
+        left -= _HEAD.size + length
+        if left >= 0:
+            yield digest, file.read(length)

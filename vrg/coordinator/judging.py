@@ -2,13 +2,12 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import groupby
 from typing import Any
 
 import msgspec
 
 from vrg.bus.messages import Call, Stage
-from vrg.coordinator.evidence import Exhibit, begun, enact
+from vrg.coordinator.evidence import Exhibit, replayed
 from vrg.coordinator.journal import Record
 from vrg.coordinator.match import Match, Standing
 from vrg.coordinator.outcome import Outcome, numbered
@@ -47,7 +46,7 @@ class Judgement:
     unjudged: int
 
 
-def judge_again(book: RuleBook[Any], exhibits: Sequence[Exhibit], records: Sequence[Record]) -> Judgement:
+def judge_again(book: RuleBook[Any], exhibits: Iterable[Exhibit], records: Sequence[Record]) -> Judgement:
     """Judge a match again.
 
     After a disagreement it goes on from what the journal says, so that each mistake is told once.
@@ -55,32 +54,31 @@ def judge_again(book: RuleBook[Any], exhibits: Sequence[Exhibit], records: Seque
     Args:
         book: the rule book of the match. exhibits: the evidence. records: those of the journal.
     """
-    match = Match(book)
-    found = [
-        Disagreement(exhibit.tick.time, "the evidence of this tick was changed after it was written, or one before it")
-        for exhibit in exhibits
-        if not exhibit.genuine
-    ]
+    found: list[Disagreement] = []
+    outcomes: list[Outcome] = []
     chained = True
-    compared = reached = 0
-    for after, group in groupby(exhibits, key=lambda exhibit: exhibit.tick.after):
-        outcomes: list[Outcome] = []
-        for exhibit in group:
-            tick = exhibit.tick
-            if tick.began is not None:
-                match, outcomes = begun(book, match, tick), []
-            outcomes += [enact(match, entry, tick.field) for entry in tick.entries]
+    ticks = compared = reached = 0
+    for exhibit, following, match, _, made in replayed(book, exhibits):
+        tick, after = exhibit.tick, exhibit.tick.after
+        ticks += 1
+        if not exhibit.genuine:
+            what = "the evidence of this tick was changed after it was written, or one before it"
+            found.append(Disagreement(tick.time, what))
+        outcomes = made if tick.began is not None else [*outcomes, *made]
+        if following is not None and following.tick.after == after:
+            continue
+        decided, outcomes = outcomes, []
         lost = records[reached:after]
         if lost:
             found.append(Disagreement(lost[0].time, f"the evidence of {_calls(lost)} is missing"))
         reached = min(after + 1, len(records))
         if after >= len(records):
-            further = [call.text for outcome in outcomes for call in outcome.calls]
+            further = [call.text for outcome in decided for call in outcome.calls]
             if further:
                 found.append(Disagreement(tick.time, f"the journal lacks: {'; '.join(further)}"))
             continue
         record = records[after]
-        if record.evidence not in ("", exhibit.digest) and exhibit is exhibits[-1] and exhibit.tick.time < record.time:
+        if record.evidence not in ("", exhibit.digest) and following is None and tick.time < record.time:
             # The evidence ends before the tick in which this was decided.
             reached = after
             continue
@@ -88,13 +86,13 @@ def judge_again(book: RuleBook[Any], exhibits: Sequence[Exhibit], records: Seque
         if chained and record.evidence not in ("", exhibit.digest):
             chained = False  # what follows has other digests, too
             found.append(Disagreement(tick.time, "the evidence up to here is not that of this journal"))
-        wrong = _compared(match, outcomes, record)
+        wrong = _compared(match, decided, record)
         if wrong:
             found += [Disagreement(record.time, what) for what in wrong]
             match.restore(record.standing, tick.field)
         match.calls = record.standing.calls
     unjudged = sum(len(record.calls) for record in records[reached:])
-    return Judgement(sorted(found, key=lambda d: d.time), len(exhibits), compared, unjudged)
+    return Judgement(sorted(found, key=lambda d: d.time), ticks, compared, unjudged)
 
 
 def unproved(prover: Prover | None, book: RuleBook[Any], cases: Iterable[Case]) -> list[Disagreement]:

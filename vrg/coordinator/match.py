@@ -16,12 +16,11 @@ import msgspec
 from msgspec import Struct, structs
 
 from vrg.bus.messages import OfficialAction, PlayerStatus, RefereeState, Stage, shortened
-from vrg.coordinator import disqualifying
+from vrg.coordinator import disqualifying, pushing
 from vrg.coordinator.auctions import auctioned, published
 from vrg.coordinator.disqualifying import kept_out, readmitted
 from vrg.coordinator.outcome import Outcome, announce
 from vrg.coordinator.rulebook import DRAW, NOBODY, Disqualification, Field, RuleBook, Verdict, away
-from vrg.geometry import outline_distance
 from vrg.regions import Region
 from vrg.types import Pose
 
@@ -31,10 +30,6 @@ ROUND_PAUSE = 2.0
 """The match time in s that ROUND_OVER lasts, so that everybody sees how the round ended."""
 PLACE_AGAIN = 10.0
 """The match time in s after which players that are still not on their marks are put there again."""
-TOUCH = 0.05
-"""The distance in m between the outlines of two robots at which one may push the other."""
-GRACE = 5.0
-"""The time of play in s after a push in which a player is not called for being where it was pushed to."""
 JUMP = 0.5
 """The distance in m beyond what it can drive between two looks from which a robot has not driven there."""
 LONGEST = 1500
@@ -335,41 +330,20 @@ class Match:
         return Outcome(verdict.calls, stages, place=place)
 
     def _judge(self, game: Any, before: Field, now: Field) -> Verdict[Any]:
-        """The verdict, where whoever was pushed away stands where the push began.
+        """The verdict, where whoever was pushed away stands where the push began."""
 
-        That ends as soon as nobody pushes it and the rules say nothing against where it is, or after GRACE.
-        """
-        for name in sorted(now.pushed):
-            stood = self._pushed[name][0] if name in self._pushed else (self._before or now).poses[name]
-            self._pushed[name] = (stood, self.clock + GRACE)
-        free: list[str] = []
-        for name in sorted(self._pushed.keys() - now.pushed):
-            stood, until = self._pushed.pop(name)
-            calls = self._book.judge(game, *self._pushed_back(before, now, [*free, name]), self.clock).calls
-            if until > self.clock and any(name in call.players for call in calls):
-                self._pushed[name] = (stood, until)
-            else:
-                free.append(name)
-        self.judged = self._pushed_back(before, now, free)
+        def called(name: str, fields: tuple[Field, Field]) -> bool:
+            return any(name in call.players for call in self._book.judge(game, *fields, self.clock).calls)
+
+        self._pushed, self.judged = pushing.judged_at(
+            self._pushed, before, now, self._before or now, self.clock, called
+        )
         return self._book.judge(game, *self.judged, self.clock)
-
-    def _pushed_back(self, before: Field, now: Field, free: Sequence[str]) -> tuple[Field, Field]:
-        """The two fields with the pushed where they stood, and those who are free again where they are now in both."""
-        stood = {name: pose for name, (pose, _) in self._pushed.items() if name in now.poses}
-        here = {name: now.poses[name] for name in free if name in now.poses}
-        if not (stood or here):
-            return before, now
-        return replace(before, poses={**before.poses, **stood, **here}), replace(now, poses={**now.poses, **stood})
 
     def touched(self, name: str, now: Field) -> bool:
         """Whether an opponent touches a player's robot."""
-        sizes = {other: contestant.size for other, contestant in self._book.contestants.items()}
-        role = self._book.role_of(self.game, name)
-        return any(
-            outline_distance(now.poses[name], pose, sizes[name], sizes[other]) <= TOUCH
-            for other, pose in now.poses.items()
-            if other != name and self._book.role_of(self.game, other) != role
-        )
+        opponents = [n for n in now.poses if self._book.role_of(self.game, n) != self._book.role_of(self.game, name)]
+        return pushing.touched(name, opponents, now, self._book.contestants)
 
     def _settled(self, before: Field, now: Field) -> Field:
         """The field before, where robots that cannot have driven to where they are now stand there already.

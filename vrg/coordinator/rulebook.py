@@ -151,6 +151,11 @@ class Call:
     answers: str | None = None
 
 
+def called(rule: str, text: str, where: Mapping[str, Pose]) -> Call:
+    """A call about some players, with the pose of each at its instant."""
+    return Call(rule=rule, text=text, players=tuple(where), poses=tuple(where.values()))
+
+
 @dataclass(frozen=True)
 class Verdict(Generic[S]):
     """The result of judging one instant.

@@ -32,8 +32,9 @@ _NODES = (
     "vrg.agents.player",
     "vrg.agents.importing",
     "vrg.bus.links",
+    "scipy.optimize",
 )
-"""The modules that every game needs, and that are imported only when its nodes are made."""
+"""The modules that every game needs, and that are imported only when its nodes are made or when it lines up."""
 _LONGEST = 10_000_000
 """The number of bytes that a result may have."""
 _main_lock = threading.Lock()
@@ -58,29 +59,34 @@ def server_for(setup: MatchSetup) -> ForkServerContext:
 
 
 class GameProcess:
-    """A game that is being played.
+    """A game that is being played, and then judged again in another process, in which no strategy has been.
 
     Args:
-        server: what forks its process. setup: its match. seed: the seed in place of that of the match.
+        server: what forks its processes. setup: its match. seed: the seed in place of that of the match.
         folder: for its journal and its logs. limit: the match time in s after which it is broken off.
 
     Attributes:
-        answer: it can be read when the game has ended.
+        answer: it can be read when one of the processes has ended.
     """
 
     def __init__(self, server: ForkServerContext, setup: MatchSetup, seed: int, folder: Path, limit: float) -> None:
-        self.answer, theirs = server.Pipe()
-        setup = structs.replace(setup, seed=seed)
-        sealed = seals(setup) and missing() is None
-        self._process = server.Process(target=playing.main, args=(theirs, folder, limit, sealed), daemon=True)
+        self._server, self._folder, self._limit = server, folder, limit
+        self._setup = structs.replace(setup, seed=seed)
+        self._told: Played | None = None
+        self._begin(sealed=seals(setup) and missing() is None)
+
+    def _begin(self, *, sealed: bool) -> None:
+        self.answer, theirs = self._server.Pipe()
+        arguments = theirs, self._folder, self._limit, sealed
+        self._process = self._server.Process(target=playing.main, args=arguments, daemon=True)
         with _main_hidden():
             self._process.start()
         theirs.close()
         with contextlib.suppress(BrokenPipeError):  # `result` tells of a process that has ended
-            self.answer.send_bytes(msgspec.json.encode(setup))
+            self.answer.send_bytes(msgspec.json.encode((self._setup, self._told)))
 
-    def result(self) -> Played:
-        """What came out of the game, once `answer` can be read. Its process is then gone."""
+    def result(self) -> Played | None:
+        """What came out of the game, once `answer` can be read; None if it is now judged, and there will be another."""
         problem = ""
         try:
             # A strategy may have written to this pipe, too: what comes is checked, and nothing in it is run.
@@ -92,18 +98,21 @@ class GameProcess:
             problem = f"the process of the game has ended with status {self._process.exitcode}"
         except (OSError, msgspec.DecodeError) as error:
             problem = f"the process of the game has not answered as a game does: {error}"
-        self._process.kill()
-        self._process.join()
-        self._close()
-        return Played(ended=FAILED, problem=problem) if problem else result
+        self.kill()
+        if problem and self._told is not None:
+            return playing.invalid(self._setup, self._told, f"its record cannot be judged: {problem}")
+        if problem:
+            return Played(ended=FAILED, problem=problem)
+        if self._told is None and result.ended != FAILED:
+            self._told = result
+            self._begin(sealed=False)
+            return None
+        return result
 
     def kill(self) -> None:
         """End the game now."""
         self._process.kill()
         self._process.join()
-        self._close()
-
-    def _close(self) -> None:
         self.answer.close()
         self._process.close()
 
@@ -113,10 +122,10 @@ def seals(setup: MatchSetup) -> bool:
     return any(setup.sandboxed(player.name, seats=True) for player in setup.players)
 
 
-def ended(games: Sequence[GameProcess], timeout: float) -> list[GameProcess]:
-    """Wait at most `timeout` seconds for one of these games to end, and return those that have."""
+def ended(games: Sequence[GameProcess], timeout: float) -> list[tuple[GameProcess, Played]]:
+    """Wait at most `timeout` seconds for one of these games to end, and return those that have, with their results."""
     ready: set[object] = set(wait([_connection(game) for game in games], timeout))
-    return [game for game in games if game.answer in ready]
+    return [(game, found) for game in games if game.answer in ready and (found := game.result()) is not None]
 
 
 def _connection(game: GameProcess) -> Connection:

@@ -10,6 +10,8 @@ BROKEN_OFF = "broken off"
 """The game reached the limit of match time. It counts as a draw."""
 FAILED = "failed"
 """The game was given up, or its process died. It counts as a draw."""
+INVALID = "not valid"
+"""The rule book judges otherwise than the referee of the game: something has changed that referee or its record."""
 
 
 class Pairing(Struct, frozen=True, order=True):
@@ -49,8 +51,9 @@ class Played(Struct, frozen=True, kw_only=True):
     """What came out of a game.
 
     Args:
-        ended: OVER, BROKEN_OFF or FAILED. problem: why it failed, in words; empty if it did not.
-        winner: the winning team, `draw` or `nobody`; None if the game did not come to its end.
+        ended: OVER, BROKEN_OFF, FAILED or INVALID. problem: why it failed or is not valid, in words; empty otherwise.
+        winner: the winning team, `draw` or `nobody`; None if the game did not come to its end. A game that is not valid
+            is lost for the team whose code alone could change it, and a draw if both could.
         score: the points of each team in the game's own count.
         calls: how often each rule was called, by the team of the player that the call names first; the team is empty
             for calls that name nobody.

@@ -1,4 +1,4 @@
-"""One game, played in a process of its own."""
+"""One game, played in a process of its own, and judged again in another one."""
 
 import contextlib
 import faulthandler
@@ -14,20 +14,27 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 
 import msgspec
+from msgspec import structs
 
-from vrg.bus.messages import DISQUALIFIED, Stage
+from vrg.bus.messages import DISQUALIFIED, OfficialAction, RefereeState, Stage
+from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup
-from vrg.coordinator.journal import read_journal
+from vrg.coordinator.evidence import Decided, read_evidence
+from vrg.coordinator.journal import read_journal, read_standing
+from vrg.coordinator.match import Match
+from vrg.coordinator.rulebook import Field
 from vrg.errors import VrgError
-from vrg.evaluation.games import BROKEN_OFF, FAILED, OVER, Played
+from vrg.evaluation.games import BROKEN_OFF, FAILED, INVALID, OVER, Played
 from vrg.launch import in_process
 from vrg.launch.apart import Zygote
+from vrg.launch.judged import judge_run
 from vrg.launch.nodes import open_journal
 from vrg.launch.run_folder import RunFolder
+from vrg.launch.sandbox.seal import missing
 
 
 def played(setup: MatchSetup, folder: RunFolder, limit: float, zygote: Zygote | None = None) -> Played:
-    """Play a match in this process, and return what came out of it.
+    """Play a match in this process, and return what `judged` cannot find out later.
 
     Args:
         folder: for the journal and the logs.
@@ -41,20 +48,65 @@ def played(setup: MatchSetup, folder: RunFolder, limit: float, zygote: Zygote | 
             ending = in_process.play(setup.at_rate(0.0), journal, limit=limit, logs=folder.logs, zygote=zygote)
     except VrgError as error:
         return Played(ended=FAILED, problem=str(error), wall_time=time.perf_counter() - began)
-    wall_time = time.perf_counter() - began
-    calls = [call for record in read_journal(folder.journal)[1] for call in record.calls]
-    teams = {player.name: player.team for player in setup.players}
     return Played(
-        ended=OVER if ending.state.stage is Stage.GAME_OVER else BROKEN_OFF,
-        winner=ending.state.winner,
-        score=dict(ending.state.score),
-        calls=counted((call.rule, teams.get(call.players[0], "") if call.players else "") for call in calls),
+        ended=_ended(ending.state),
         match_time=round(ending.time, 3),
-        play_time=round(ending.state.total, 3),
-        disqualified=list(dict.fromkeys(name for c in calls if c.rule == DISQUALIFIED for name in c.players)),
         failures=list(ending.failures),
-        wall_time=round(wall_time, 3),
+        wall_time=round(time.perf_counter() - began, 3),
     )
+
+
+def _ended(state: RefereeState) -> str:
+    return OVER if state.stage is Stage.GAME_OVER else BROKEN_OFF
+
+
+def judged(setup: MatchSetup, folder: RunFolder, told: Played) -> Played:
+    """What came out of a match by its journal, after the rule book has judged it again.
+
+    This must be a process in which no strategy has ever been.
+
+    Args:
+        folder: in which it was played. told: what the process that has played it says.
+    """
+    if told.ended == FAILED:
+        return told
+    try:
+        judgement, wrong = judge_run(setup, folder)
+        asked = {
+            e.official.action
+            for seen in read_evidence(folder.evidence)
+            for e in seen.tick.entries
+            if isinstance(e, Decided)
+        }
+        # Whose code has failed for good is disqualified in this way.
+        officials = [
+            f"an official has decided, but there is none: {what}" for what in asked - {OfficialAction.DISQUALIFY}
+        ]
+        calls = [call for record in read_journal(folder.journal)[1] for call in record.calls]
+        state = Match(rulebook_of(setup), read_standing(folder.journal)).state(Field({}), estop=False)
+    except VrgError as error:
+        return invalid(setup, told, str(error))
+    if wrong or officials or judgement.unjudged or told.ended != _ended(state):
+        return invalid(setup, told, str([*wrong, *officials, "its journal or its evidence ends early"][0]))
+    teams = {player.name: player.team for player in setup.players}
+    return structs.replace(
+        told,
+        winner=state.winner,
+        score=dict(state.score),
+        calls=counted((call.rule, teams.get(call.players[0], "") if call.players else "") for call in calls),
+        play_time=round(state.total, 3),
+        disqualified=list(dict.fromkeys(name for c in calls if c.rule == DISQUALIFIED for name in c.players)),
+    )
+
+
+def invalid(setup: MatchSetup, told: Played, why: str) -> Played:
+    """A match that is not valid: it is lost for the team whose code alone was in the process of its referee."""
+    sealed = missing() is None
+    teams = list(dict.fromkeys(player.team for player in setup.players))
+    able = {p.team for p in setup.players if ":" in p.strategy and not (sealed and setup.sandboxed(p.name, seats=True))}
+    # Strategies with a name come with VRG or are installed: their code is trusted.
+    others = [team for team in teams if team not in able]
+    return structs.replace(told, ended=INVALID, problem=why, winner=others[0] if len(others) == 1 else None)
 
 
 def counted(calls: Iterable[tuple[str, str]]) -> dict[str, dict[str, int]]:
@@ -67,13 +119,13 @@ def counted(calls: Iterable[tuple[str, str]]) -> dict[str, dict[str, int]]:
 
 
 def main(pipe: Connection, folder: Path, limit: float, sealed: bool) -> None:
-    """Play a game as the main function of a process.
+    """Play a game, or judge one, as the main function of a process.
 
     What the process prints goes to `process.log` in the folder. It ends when the process that has started it ends.
 
     Args:
-        pipe: the match comes from it as JSON, when the processes of strategies can no longer learn of it; and the
-            `Played` is sent there.
+        pipe: the match comes from it as JSON, when the processes of strategies can no longer learn of it, and what came
+            out of the game if it was played; a `Played` is sent there.
         folder: for the journal and the logs.
         limit: the match time in s after which the game is broken off.
         sealed: True seals the strategies that are to be.
@@ -87,7 +139,9 @@ def main(pipe: Connection, folder: Path, limit: float, sealed: bool) -> None:
     logging.basicConfig(level=logging.WARNING)
     faulthandler.enable()
     with Zygote() if sealed else contextlib.nullcontext() as zygote:
-        result = played(msgspec.json.decode(pipe.recv_bytes(), type=MatchSetup), RunFolder(folder), limit, zygote)
+        setup, told = msgspec.json.decode(pipe.recv_bytes(), type=tuple[MatchSetup, Played | None])
+        run = RunFolder(folder)
+        result = judged(setup, run, told) if told else played(setup, run, limit, zygote)
     with contextlib.suppress(BrokenPipeError):
         pipe.send_bytes(msgspec.json.encode(result))
     pipe.close()

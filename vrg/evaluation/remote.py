@@ -71,11 +71,11 @@ def play(task: Task, match: bytes, go_on: Callable[[], bool] = lambda: True) -> 
         game = GameProcess(_server(setup.game, setup.engine, base), setup, task.seed, folder, task.limit)
         with contextlib.ExitStack() as stack:
             stack.callback(game.kill)
-            while not ended([game], _LOOK):
+            while not (found := ended([game], _LOOK)):
                 if not go_on():
                     raise LaunchError(f"{task.name}: the game was ended")
             stack.pop_all()
-        result = game.result()
+        [(_, result)] = found
         failed = result.failures or result.problem
         return Answer(played=result, logs=packed(folder) if failed and folder.exists() else b"")
 

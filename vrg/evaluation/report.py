@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from vrg.evaluation.games import BROKEN_OFF, FAILED, Pairing, Row
+from vrg.evaluation.games import BROKEN_OFF, FAILED, INVALID, Pairing, Row
 from vrg.evaluation.series import Series, Standing
 
 Table = list[list[str]]
@@ -113,7 +113,16 @@ def irregular(rows: Sequence[Row]) -> list[str]:
         if games:
             why = f" ({games[0].played.problem})" if games[0].played.problem else ""
             found.append(f"{_games(len(games))} {what} and {_counts(len(games))}: {_named(games)}{why}")
-    for label in dict.fromkeys(label for row in rows for label in (row.game.pairing.first, row.game.pairing.second)):
+    labels = dict.fromkeys(label for row in rows for label in (row.game.pairing.first, row.game.pairing.second))
+    for winner in (None, *labels):
+        games = [row for row in rows if row.played.ended == INVALID and row.winner == winner]
+        if games:
+            what = (
+                _counts(len(games)) if winner is None else f"won by {winner}, as only its opponent can have done that"
+            )
+            why = f"the record of {_games(len(games))} is not what the rule book says, so something has changed it"
+            found.append(f"{why}: {what}: {_named(games)} (such as {games[0].played.problem})")
+    for label in labels:
         out = [row for row in rows if any(row.label(row.teams.get(n, "")) == label for n in row.played.disqualified)]
         if out:
             found.append(f"a player of {label} was disqualified in {_games(len(out))}: {_named(out)}")

@@ -46,10 +46,10 @@ class Workers(Backend):
 
     def finished(self, timeout: float) -> Iterator[tuple[Game, Played]]:
         """Wait at most `timeout` seconds for a game to end, and take away all games that have ended."""
-        ready = ended([running.process for running in self._running], timeout)
-        for running in [r for r in self._running if r.process in ready]:
+        results = dict(ended([running.process for running in self._running], timeout))
+        for running in [r for r in self._running if r.process in results]:
             self._running.remove(running)
-            result = running.process.result()
+            result = results[running.process]
             self._put_away(running, keep=bool(result.failures or result.problem))
             yield running.game, result
 

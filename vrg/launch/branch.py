@@ -4,7 +4,9 @@ A match in one process is the same, byte for byte, each time that it is played. 
 up to that instant, where it is made sure that the referee has seen the same, and from there on with the change.
 """
 
+import math
 import shutil
+from collections import deque
 from collections.abc import Callable, Sequence
 from datetime import datetime
 from pathlib import Path
@@ -70,10 +72,10 @@ def last_instant(folder: RunFolder) -> float:
             f"{folder.path}: expected a match that was played in one process, with `vrg play --in-process`: in one of "
             "several processes nobody knows at which instant each of them heard what, so it cannot be repeated"
         )
-    exhibits = _exhibits(folder)
-    if not exhibits:
+    last = _last_before(folder, math.inf)
+    if last is None:
         raise LaunchError(f"{folder.evidence}: expected what the referee decided by, found nothing")
-    return exhibits[-1].tick.time
+    return last.tick.time
 
 
 def play_branch(
@@ -141,14 +143,14 @@ def _play(
     stop: StopSignal,
 ) -> RefereeState:
     instant = changes[-1].time
-    known = _digest_before(_exhibits(of), instant)
+    known = _digest_before(of, instant)
     repeated = False
 
     def pace(time: float) -> bool:
         nonlocal repeated
         if not repeated and time >= instant - _TINY:
             repeated = True
-            if _digest_before(_exhibits(folder), instant) != known:
+            if _digest_before(folder, instant) != known:
                 raise LaunchError(
                     f"{of.path} cannot be repeated: up to {instant:.1f} s the referee saw something else this time. "
                     "Was a strategy or VRG changed since, or did somebody halt it or drive by hand?"
@@ -166,13 +168,16 @@ def _play(
     return ending.state
 
 
-def _exhibits(folder: RunFolder) -> list[Exhibit]:
-    return read_evidence(folder.evidence) if folder.evidence.is_file() else []
+def _last_before(folder: RunFolder, time: float) -> Exhibit | None:
+    """The last of what the referee has seen and done before a match time, s."""
+    last = deque((e for e in read_evidence(folder.evidence) if e.tick.time < time - _TINY), maxlen=1)
+    return last[0] if last else None
 
 
-def _digest_before(exhibits: list[Exhibit], time: float) -> str:
+def _digest_before(folder: RunFolder, time: float) -> str:
     """The digest of all that the referee has seen and done before a match time, s."""
-    return next((e.digest for e in reversed(exhibits) if e.tick.time < time - _TINY), "")
+    last = _last_before(folder, time)
+    return last.digest if last else ""
 
 
 def _kept(change: Change, folder: RunFolder) -> Change:

@@ -1,7 +1,9 @@
 """Compares a recording with the evidence of the referee: two witnesses, who saw the same robots. Pure."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+
+import numpy as np
 
 from vrg.coordinator.evidence import Exhibit
 from vrg.coordinator.judging import Disagreement
@@ -11,7 +13,7 @@ TOLERANCE = 1e-6
 """The difference in m or rad from which on two poses are not the same: recordings have all digits."""
 
 
-def cross_check(tracks: Sequence[Track], exhibits: Sequence[Exhibit]) -> tuple[list[Disagreement], int]:
+def cross_check(tracks: Sequence[Track], exhibits: Iterable[Exhibit]) -> tuple[list[Disagreement], int]:
     """Where a recording shows a robot elsewhere than the referee saw it.
 
     Only instants of which both tell count. Each robot is told once, with the first instant and how many there are.
@@ -19,23 +21,22 @@ def cross_check(tracks: Sequence[Track], exhibits: Sequence[Exhibit]) -> tuple[l
     Returns:
         the disagreements, and the number of poses that were compared.
     """
-    seen = {round(exhibit.tick.field.time, 6): exhibit.tick.field.poses for exhibit in exhibits}
+    # What was seen again later, after the world stepped back in time, counts.
+    known = [(track, np.rint(track.times * 1e6), np.full((2, len(track.times)), np.nan)) for track in tracks]
+    for exhibit in exhibits:
+        time = round(exhibit.tick.field.time * 1e6)
+        for track, times, gaps in known:
+            pose = exhibit.tick.field.poses.get(track.name)
+            at = int(np.searchsorted(times, time))
+            if pose is not None and at < len(times) and times[at] == time:
+                distance = math.hypot(track.x[at] - pose.x, track.y[at] - pose.y)
+                gaps[:, at] = distance, max(distance, abs(math.remainder(track.theta[at] - pose.theta, math.tau)))
     found: list[Disagreement] = []
-    compared = 0
-    for track in tracks:
-        wrong: list[tuple[float, float]] = []
-        for time, x, y, theta in zip(track.times, track.x, track.y, track.theta, strict=True):
-            pose = seen.get(round(float(time), 6), {}).get(track.name)
-            if pose is None:
-                continue
-            compared += 1
-            distance = math.hypot(x - pose.x, y - pose.y)
-            turned = abs(math.remainder(theta - pose.theta, math.tau))
-            if max(distance, turned) > TOLERANCE:
-                wrong.append((float(time), distance))
-        if wrong:
-            time, distance = wrong[0]
+    for track, _, (distances, gap) in known:
+        wrong = np.flatnonzero(gap > TOLERANCE)
+        if len(wrong):
+            first = wrong[0]
             often = "" if len(wrong) == 1 else f", and at {len(wrong) - 1} further instants"
-            text = f"the recording shows {track.name} {distance:.3f} m from where the referee saw it{often}"
-            found.append(Disagreement(time, text))
-    return found, compared
+            text = f"the recording shows {track.name} {distances[first]:.3f} m from where the referee saw it{often}"
+            found.append(Disagreement(float(track.times[first]), text))
+    return found, sum(int(np.isfinite(gap).sum()) for _, _, (_, gap) in known)

@@ -6,7 +6,7 @@ from vrg.bus.messages import Stage
 from vrg.colours import Rgb
 from vrg.coordinator.rulebook import DRAW, NOBODY
 from vrg.games import game_of
-from vrg.games.game import title
+from vrg.games.game import sentence, title
 from vrg.ui import palette
 from vrg.ui.scene import Scene
 
@@ -57,7 +57,7 @@ def _stopped(heading: str, reason: str | None, way_out: str | None, colour: Rgb,
 def _result(scene: Scene) -> tuple[str, ...]:
     score = " · ".join(f"{title(team)} {points}" for team, points in scene.score)
     if scene.ended is not None:
-        result = scene.ended[:1].upper() + scene.ended[1:]
+        result = sentence(scene.ended)
     elif scene.winner is None or scene.winner == NOBODY:
         result = "No winner"
     else:

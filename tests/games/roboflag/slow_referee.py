@@ -15,7 +15,7 @@ Way = tuple[Place, Place]
 Stretch = tuple[float, float]
 """A part of the time between two ticks, as fractions of it."""
 ROUNDING = 1e-9
-"""What numbers may be wrong by, m."""
+"""What numbers may be wrong by, m or a fraction of a tick."""
 JUMP = 0.5
 """Whoever is farther than this from where it can have driven since, m, has been put there: no way counts."""
 Ruling = tuple[str, tuple[str, ...]]
@@ -240,7 +240,7 @@ class SlowReferee:
         half = OPPONENTS[self.teams[name]]
         return any(
             (self.states[name] == FLAGGED or g.on_half_of(half, at(way, t)) or t in self._crossing(way))
-            and not any(start <= t <= end for start, end in safe)
+            and not any(start - ROUNDING <= t <= end + ROUNDING for start, end in safe)
             for t in instants
         )
 

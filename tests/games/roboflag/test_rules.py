@@ -1,5 +1,7 @@
 """The rules of RoboFlag at one look, sentence by sentence: states, flags, homes and tags."""
 
+import math
+import random
 from collections.abc import Mapping, Sequence
 
 import pytest
@@ -9,7 +11,7 @@ from vrg.bus.messages import Stage
 from vrg.coordinator.rulebook import Field, Verdict
 from vrg.games.roboflag import FLAGGED, NORMAL, TAG_DISTANCE, TAGGED
 from vrg.games.roboflag.rules import RoboFlag
-from vrg.games.roboflag.settings import Settings
+from vrg.games.roboflag.settings import Settings, Side
 from vrg.games.roboflag.state import State
 from vrg.types import Pose, Vector
 
@@ -130,6 +132,21 @@ def test_only_the_part_of_the_way_outside_the_flag_zones_counts() -> None:
     into = {"red1": ((x - 1.5, y), (x - 0.7, y))}
     assert calls(ways({**into, "blue1": ((x - 0.2, y), (x - 0.2, y))})) == []
     assert calls(ways({**into, "blue1": ((x - 1.4, y), (x - 1.4, y))})) == [("tag", "red1", "blue1")]
+
+
+def test_rounding_tags_nobody_who_crosses_the_border_of_a_flag_zone_at_the_tag_distance() -> None:
+    side = Side(home="high", flag=(0.6, 0.15))
+    rules = RoboFlag(Settings(tag_distance=0.5, flag_zone=0.5, blue=side), contestants(1, 1))
+    rng, (x, y) = random.Random(1), (1.2, 0.3)
+    wrong = []
+    for number in range(2000):
+        angle, far = rng.uniform(2.6, 3.6), rng.uniform(1.1, 1.7)
+        way = [(x + r * math.cos(a), y + r * math.sin(a)) for r, a in ((1.0, angle), (far, angle + 0.1))]
+        start, end = rng.sample(way, 2)
+        before, now = (field(rules, {"red1": place, "blue1": (x, y)}) for place in (start, end))
+        if calls(rules.judge(rules.initial(), before, now, 1.0)):
+            wrong.append(number)
+    assert not wrong, "blue1 stands at its flag: whoever is near enough to be tagged is in the flag zone"
 
 
 def test_who_drives_over_the_flag_between_two_looks_takes_it() -> None:

@@ -97,7 +97,7 @@ def test_who_is_pushed_out_is_not_called_out(tmp_path: Path, engine: str) -> Non
     with open_journal(setup, run) as journal:
         play(setup, journal, limit=60.0)
     _, records = read_journal(run.journal)
-    exhibits = read_evidence(run.evidence)
+    exhibits = list(read_evidence(run.evidence))
     assert min(exhibit.tick.field.poses["ann"].x for exhibit in exhibits if exhibit.tick.field.poses) < -3.0
     calls = [call for record in records for call in record.calls]
     assert calls_on("ann", calls) == ["pass_over"]

@@ -15,7 +15,7 @@ import numpy as np
 from msgspec import structs
 
 from vrg.bus.messages import PlayerStatus, Sighting, Stage, Zone
-from vrg.coordinator.rulebook import MARK_REACH, Call, Contestant, Field, RuleBook, Verdict, away, on_marks
+from vrg.coordinator.rulebook import MARK_REACH, Call, Contestant, Field, RuleBook, Verdict, away, called, on_marks
 from vrg.errors import ConfigError
 from vrg.games.pursuit_evasion import (
     AREA,
@@ -181,18 +181,15 @@ class PursuitEvasion(RuleBook[State]):
                 calls.append(Call(rule="enter", text=f"{name} is in the area", players=(name,)))
             if ends.captured is not None:
                 by = ends.captured
-                text = f"{name} is captured by {by.pursuer}"
-                players, poses = (name, by.pursuer), (by.intruder_pose, by.pursuer_pose)
-                calls.append(Call(rule="capture", text=text, players=players, poses=poses))
+                where = {name: by.intruder_pose, by.pursuer: by.pursuer_pose}
+                calls.append(called("capture", f"{name} is captured by {by.pursuer}", where))
                 state = state.with_state([name], CAPTURED).with_points(PURSUERS, state.points[PURSUERS] + 1)
             elif ends.left is not None and name not in state.entered:
-                text = f"{name} passes by the area and is out"
-                calls.append(Call(rule="missed", text=text, players=(name,), poses=(ends.left,)))
+                calls.append(called("missed", f"{name} passes by the area and is out", {name: ends.left}))
                 state = state.with_state([name], OUT)
             elif ends.left is not None:
                 after = f"{'two or more' if state.detections(name) >= DETECTIONS else 'fewer than two'} detections"
-                text = f"{name} escapes after {after}"
-                calls.append(Call(rule="escape", text=text, players=(name,), poses=(ends.left,)))
+                calls.append(called("escape", f"{name} escapes after {after}", {name: ends.left}))
                 state = state.with_state([name], ESCAPED).with_points(INTRUDERS, state.points[INTRUDERS] + 1)
             else:
                 continue
@@ -228,7 +225,7 @@ class PursuitEvasion(RuleBook[State]):
                     course = structs.replace(course, mark=(clock, pose))
                     state = structs.replace(state, courses={**state.courses, name: course})
             if rule:
-                calls.append(Call(rule=rule, text=f"{text}: it counts as captured", players=(name,), poses=(pose,)))
+                calls.append(called(rule, f"{text}: it counts as captured", {name: pose}))
                 state = state.with_state([name], CAPTURED).with_points(PURSUERS, state.points[PURSUERS] + 1)
                 state = reset(state, name)
         return state

@@ -8,12 +8,9 @@ from pydantic import Field as Setting
 from pydantic import field_validator, model_validator
 
 from vrg.games.settings import Coordinate, LineUp
-from vrg.geometry import wrap
 from vrg.regions import Polygon
-from vrg.segments import cross
+from vrg.segments import area, convex, cross, turned
 from vrg.types import Vector
-
-CROSSES = "expected a convex polygon, but its border crosses itself: name the corners in order around it"
 
 
 class Settings(LineUp):
@@ -45,7 +42,7 @@ class Settings(LineUp):
         why = not_convex(corners)
         if why is not None:
             raise ValueError(why)
-        return corners if _turning(corners) > 0 else tuple(reversed(corners))
+        return corners if area(corners) > 0.0 else corners[::-1]
 
     @model_validator(mode="after")
     def _everybody_starts(self) -> "Settings":
@@ -62,31 +59,22 @@ class Settings(LineUp):
 
 
 def not_convex(corners: Sequence[Vector]) -> str | None:
-    """The reason why corners, in order, are not those of a convex polygon; None if they are.
-
-    All turns of a convex polygon lead to the same side, and together they make one full turn.
-    """
-    count = len(corners)
+    """The reason why corners, in order either way round, are not those of a convex polygon; None if they are."""
     for i, (x, y) in enumerate(corners):
         if (x, y) == corners[i - 1]:
             return f"corner {i + 1}, ({x:g}, {y:g}), is the same as the one before it"
+    side = math.copysign(1.0, area(corners))
+    if convex(corners if side > 0.0 else corners[::-1]):
+        return None
+    turns = [side * cross(a, b, c) for a, b, c in zip(turned(corners, -1), corners, turned(corners), strict=True)]
     tiny = 1e-9 * max(math.dist(a, b) for a in corners for b in corners) ** 2
-    if all(abs(cross(corners[i - 2], corners[i - 1], corner)) <= tiny for i, corner in enumerate(corners)):
+    if max(map(abs, turns)) <= tiny:
         return "expected an area, but all corners are on one line"
-    turns = _turns(corners)
-    left, right = [i for i in range(count) if turns[i] > 1e-9], [i for i in range(count) if turns[i] < -1e-9]
-    if abs(abs(sum(turns)) - math.tau) > 1e-6:
-        return CROSSES
-    if left and right:
-        i = min(left, right, key=len)[0]
-        x, y = corners[i]
-        inwards = f"expected a convex polygon, but at corner {i + 1}, ({x:g}, {y:g}), the border bends inwards"
-        return CROSSES if _crosses(corners) else inwards
-    try:
-        Polygon(tuple(corners if left else reversed(corners)))
-    except ValueError:
-        return "expected a convex polygon, but at a corner between straight sides the border bends inwards a little"
-    return None
+    if min(turns) >= -1e-9 or _crosses(corners):
+        return "expected a convex polygon, but its border crosses itself: name the corners in order around it"
+    i = turns.index(min(turns))
+    x, y = corners[i]
+    return f"expected a convex polygon, but at corner {i + 1}, ({x:g}, {y:g}), the border bends inwards"
 
 
 def _crosses(corners: Sequence[Vector]) -> bool:
@@ -98,15 +86,3 @@ def _crosses(corners: Sequence[Vector]) -> bool:
         for i in range(count)
         for a, b in sides[i + 2 :]
     )
-
-
-def _turns(corners: Sequence[Vector]) -> list[float]:
-    """The angle by which the border turns at each corner, to the left, rad."""
-    count = len(corners)
-    ways = [math.atan2(corners[(i + 1) % count][1] - y, corners[(i + 1) % count][0] - x) for i, (x, y) in
-            enumerate(corners)]  # fmt: skip
-    return [wrap(ways[i] - ways[i - 1]) for i in range(count)]
-
-
-def _turning(corners: Sequence[Vector]) -> float:
-    return sum(_turns(corners))

@@ -9,7 +9,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from vrg.coordinator.rulebook import Call
+from vrg.coordinator.rulebook import Call, called
 from vrg.games.roboflag import FLAGGED, NORMAL, TAGGED, TEAMS, other
 from vrg.games.roboflag.layout import Layout
 from vrg.games.roboflag.state import State
@@ -23,7 +23,8 @@ Judged = tuple[State, list[Call]]
 Stretch = tuple[float, float]
 """A part of the time between two looks, as two fractions of it."""
 ROUNDING = 1e-9
-"""The distance in m by which a player may be farther away than a limit, because numbers are rounded."""
+"""The distance in m by which a player may be farther away than a limit, because numbers are rounded; and the fraction
+of the time between two looks by which two instants may differ that are the same."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ class Ways:
 
     def call(self, rule: str, text: str, at: float, *names: str) -> Call:
         """A call about these players, with their poses at a fraction of the time between the looks."""
-        return Call(rule=rule, text=text, players=names, poses=tuple(self.pose(name, at) for name in names))
+        return called(rule, text, {name: self.pose(name, at) for name in names})
 
 
 def judge_homes(state: State, layout: Layout, ways: Ways) -> Judged:
@@ -157,8 +158,8 @@ def first_exposed(reach: Stretch, exposed: Stretch, refuges: Sequence[Stretch]) 
     if at > last:
         return None
     for start, end in sorted(refuges):
-        if start <= at <= end:
-            if end >= last:
+        if start - ROUNDING <= at <= end:
+            if end >= last - ROUNDING:
                 return None
             at = end
     return at

@@ -10,7 +10,7 @@ import numpy as np
 from msgspec import structs
 
 from vrg.bus.messages import Zone
-from vrg.coordinator.rulebook import Call, Contestant, Field, RuleBook, Verdict
+from vrg.coordinator.rulebook import Call, Contestant, Field, RuleBook, Verdict, called
 from vrg.errors import ConfigError
 from vrg.games.sharks_and_minnows import ACTIVE, GAME, INACTIVE, MINNOW, MINNOWS, SHARK, SHARKS
 from vrg.games.sharks_and_minnows.checks import passes, problems_of
@@ -85,14 +85,8 @@ class SharksAndMinnows(RuleBook[State]):
                 out.pop(name, None)
         for name, fraction in sorted(out.items()):
             pose = interpolate(before.poses[name], now.poses[name], fraction)
-            calls.append(
-                Call(
-                    rule="out_of_bounds",
-                    text=f"{name} is out of bounds at ({pose.x:.2f}, {pose.y:.2f}) and inactive",
-                    players=(name,),
-                    poses=(pose,),
-                )
-            )
+            text = f"{name} is out of bounds at ({pose.x:.2f}, {pose.y:.2f}) and inactive"
+            calls.append(called("out_of_bounds", text, {name: pose}))
         calls += self._late(state, now, clock, {f.players[0] for f in calls})
         hit = {f.players[0] for f in calls}
         caught = sum(state.roles[name] == MINNOW for name in hit)
@@ -131,47 +125,31 @@ class SharksAndMinnows(RuleBook[State]):
         if found is None:
             return None
         fraction, taggers = found
-        motions = {name: minnow, **near}
-        pair = [name, *taggers]
-        return Call(
-            rule="tag",
-            text=f"{name} is tagged by {' and '.join(taggers)} and inactive",
-            players=tuple(pair),
-            poses=tuple(interpolate(*motions[n][:2], fraction) for n in pair),
-        )
+        motions = {name: minnow, **{tagger: near[tagger] for tagger in taggers}}
+        text = f"{name} is tagged by {' and '.join(taggers)} and inactive"
+        return called("tag", text, {n: interpolate(*motion[:2], fraction) for n, motion in motions.items()})
 
     def _late(self, state: State, now: Field, clock: float, hit: set[str]) -> list[Call]:
         """The calls for minnows that are outside the end zone when the time of the pass is up (an extension)."""
         if not self.pass_limit or clock < self.pass_limit - 1e-9:
             return []
+        late = sorted((now.poses.keys() & state.active(MINNOW)) - hit - self._home(state, now).keys())
+        how = f"is not in the end zone after {self.pass_limit:.0f} s and inactive"
+        return [called("pass_limit", f"{name} {how}", {name: now.poses[name]}) for name in late]
+
+    def _home(self, state: State, now: Field) -> dict[str, Pose]:
+        """The active minnows in the end zone, with their poses."""
+        there = {name: now.poses[name] for name in sorted(state.active(MINNOW)) if name in now.poses}
         zone = self._ends[state.goal]
-        return [
-            Call(
-                rule="pass_limit",
-                text=f"{name} is not in the end zone after {self.pass_limit:.0f} s and inactive",
-                players=(name,),
-                poses=(now.poses[name],),
-            )
-            for name in sorted(set(state.active(MINNOW)) - hit)
-            if name in now.poses and not zone.contains(now.poses[name].x, now.poses[name].y)
-        ]
+        return {name: pose for name, pose in there.items() if zone.contains(pose.x, pose.y)}
 
     def _end_of_pass(self, state: State, now: Field, calls: list[Call]) -> Verdict[State]:
-        zone = self._ends[state.goal]
-        remaining = state.active(MINNOW)
-        home = [n for n in sorted(remaining) if n in now.poses and zone.contains(now.poses[n].x, now.poses[n].y)]
-        if len(home) < len(remaining):
+        home = self._home(state, now)
+        if len(home) < len(state.active(MINNOW)):
             return Verdict(state, calls)
         state = state.with_points(MINNOWS, state.points[MINNOWS] + len(home))
         left = f"{len(home)} minnow{'' if len(home) == 1 else 's'} left"
-        calls.append(
-            Call(
-                rule="pass_over",
-                text=f"pass {state.round} of {self.rounds} is over, {left}",
-                players=tuple(home),
-                poses=tuple(now.poses[n] for n in home),
-            )
-        )
+        calls.append(called("pass_over", f"pass {state.round} of {self.rounds} is over, {left}", home))
         return Verdict(state, calls, round_over=True)
 
     def _winner(self, state: State) -> str | None:
@@ -209,7 +187,7 @@ class SharksAndMinnows(RuleBook[State]):
                 marks={n: marks[n] for n in state.marks},
             ),
             [
-                Call(rule="new_shark", text=f"{n} becomes a shark", players=(n,), poses=(now.poses[n],))
+                called("new_shark", f"{n} becomes a shark", {n: now.poses[n]})
                 for n in recruits
                 if n in now.poses and state.roles[n] == MINNOW and n not in state.disqualified
             ],
@@ -233,12 +211,9 @@ class SharksAndMinnows(RuleBook[State]):
 
     def zones(self, state: State) -> list[Zone]:
         """The field, the end zone where minnows are safe, and the end zone where they start."""
-        named = (
-            ("field", "field", self._field),
-            ("safe", "safe", self._ends[state.goal]),
-            ("start", "start", self._ends[opposite(state.goal)]),
-        )
-        return [Zone(name=name, kind=kind, region=region) for name, kind, region in named]
+        start = self._ends[opposite(state.goal)]
+        named: dict[str, Region] = {"field": self._field, "safe": self._ends[state.goal], "start": start}
+        return [Zone(name=name, kind=name, region=region) for name, region in named.items()]
 
     def speed_limits(self) -> dict[str, float]:
         """The top speeds, drawn by the seed and the player's name. The order of the players does not matter."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vrg.geometry import corners
+from vrg.geometry import corners, separation
 from vrg.regions import Circle
 from vrg.types import Pose, Vector
 
@@ -73,28 +73,13 @@ def box_corners(box: Box) -> list[Vector]:
 
 
 def box_gap(a: Box, b: Box) -> Gap:
-    """The gap between box `a` and box `b`, by the separating-axis theorem."""
-    dx, dy = a.x - b.x, a.y - b.y
-    ca, sa, cb, sb = math.cos(a.heading), math.sin(a.heading), math.cos(b.heading), math.sin(b.heading)
-    cos, sin = abs(ca * cb + sa * sb), abs(sa * cb - ca * sb)
-    la, wa, lb, wb = a.length / 2, a.width / 2, b.length / 2, b.width / 2
-    best = (-math.inf, 0.0, 0.0)
-    for ux, uy, reach in (
-        (ca, sa, la + lb * cos + wb * sin),
-        (-sa, ca, wa + lb * sin + wb * cos),
-        (cb, sb, lb + la * cos + wa * sin),
-        (-sb, cb, wb + la * sin + wa * cos),
-    ):
-        along = dx * ux + dy * uy
-        distance = abs(along) - reach
-        if distance > best[0]:
-            sign = 1.0 if along >= 0 else -1.0
-            best = (distance, sign * ux, sign * uy)
-    distance, nx, ny = best
-    x, y = _support(a, ca, sa, -nx, -ny)
-    if not _inside(b, cb, sb, x, y, 0.02):
+    """The gap between box `a` and box `b`."""
+    first, second = Pose(a.x, a.y, a.heading), Pose(b.x, b.y, b.heading)
+    distance, nx, ny = separation(first, second, (a.length, a.width), (b.length, b.width))
+    x, y = _support(a, -nx, -ny)
+    if not _inside(b, x, y, 0.02):
         # The contact is then a corner of b in a side of a.
-        x, y = _support(b, cb, sb, nx, ny)
+        x, y = _support(b, nx, ny)
     return Gap(distance, nx, ny, x, y)
 
 
@@ -134,14 +119,16 @@ def body_box(pose: Pose, length: float, width: float) -> Box:
     return Box(pose.x, pose.y, pose.theta, length, width)
 
 
-def _support(box: Box, c: float, s: float, ux: float, uy: float) -> tuple[float, float]:
+def _support(box: Box, ux: float, uy: float) -> tuple[float, float]:
     """The corner that is farthest in a direction; the middle of the side where two are about equally far."""
+    c, s = math.cos(box.heading), math.sin(box.heading)
     along, across = ux * c + uy * s, -ux * s + uy * c
     u = math.copysign(box.length / 2, along) if abs(along) > 0.02 else 0.0
     v = math.copysign(box.width / 2, across) if abs(across) > 0.02 else 0.0
     return box.x + u * c - v * s, box.y + u * s + v * c
 
 
-def _inside(box: Box, c: float, s: float, x: float, y: float, margin: float) -> bool:
+def _inside(box: Box, x: float, y: float, margin: float) -> bool:
+    c, s = math.cos(box.heading), math.sin(box.heading)
     dx, dy = x - box.x, y - box.y
     return abs(dx * c + dy * s) <= box.length / 2 + margin and abs(-dx * s + dy * c) <= box.width / 2 + margin

@@ -8,7 +8,7 @@ import pygame
 from vrg.bus.messages import Stage
 from vrg.colours import GREEN, SKY_BLUE, VERMILLION, YELLOW, Rgb
 from vrg.games import game_of
-from vrg.games.game import title
+from vrg.games.game import sentence, title
 from vrg.ui import palette, shapes
 from vrg.ui.commander.deck import BUTTONS, Deck
 from vrg.ui.palette import ink_on
@@ -105,7 +105,7 @@ class BoardPainter:
         if scene.halted is not None and scene.stage is not Stage.GAME_OVER:
             stage = "Halt"
         if scene.ended is not None:
-            stage = scene.ended[:1].upper() + scene.ended[1:]
+            stage = sentence(scene.ended)
         if self.limited:
             stage += ", limited view"
         score = "  ".join(f"{title(team)} {points}" for team, points in scene.score)

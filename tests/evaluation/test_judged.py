@@ -1,0 +1,94 @@
+"""Each game of a comparison is judged again: honest ones agree, and one whose record was altered is not valid."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from msgspec import structs
+
+from vrg.config.loading import load_match
+from vrg.config.setup import MatchSetup
+from vrg.evaluation.games import BROKEN_OFF, INVALID, OVER, Game, Pairing, Played, Row
+from vrg.evaluation.playing import judged, played
+from vrg.evaluation.report import irregular
+from vrg.games import game_of
+from vrg.launch.run_folder import RunFolder
+
+
+@pytest.mark.parametrize(
+    ("game", "limit"), [("sharks-and-minnows", 40.0), ("roboflag", 30.0), ("pursuit-evasion", 30.0)]
+)
+def test_honest_games_agree_with_the_rule_book(tmp_path: Path, game: str, limit: float) -> None:
+    setup, folder = load_match(game_of(game).default_match(), engine="planar"), RunFolder(tmp_path)
+    found = judged(setup, folder, played(setup, folder, limit))
+    assert (found.ended, found.problem) == (BROKEN_OFF, "")
+    assert found.calls["begin"] == {"": 1}
+    assert found.play_time is not None
+    assert found.play_time > 0.0
+    assert found.score
+
+
+@pytest.fixture
+def tiny(match: Path, tmp_path: Path) -> tuple[MatchSetup, RunFolder, Played]:
+    """A game that was played and not judged yet."""
+    setup, folder = load_match(match), RunFolder(tmp_path / "game")
+    told = played(setup, folder, 600.0)
+    assert judged(setup, folder, told).ended == OVER
+    return setup, folder, told
+
+
+def another_pose(folder: RunFolder) -> None:
+    content = bytearray(folder.evidence.read_bytes())
+    content[len(content) // 2] ^= 1
+    folder.evidence.write_bytes(content)
+
+
+def another_winner(folder: RunFolder) -> None:
+    text = folder.journal.read_text()
+    assert '"winner":"minnows"' in text
+    folder.journal.write_text(text.replace('"winner":"minnows"', '"winner":"sharks"'))
+
+
+def another_call(folder: RunFolder) -> None:
+    lines = folder.journal.read_text().splitlines(keepends=True)
+    folder.journal.write_text("".join(line for line in lines if '"tag"' not in line))
+
+
+def no_evidence(folder: RunFolder) -> None:
+    folder.evidence.unlink()
+
+
+def no_journal(folder: RunFolder) -> None:
+    folder.journal.write_text("")
+
+
+@pytest.mark.parametrize(
+    ("alter", "words"),
+    [
+        (another_pose, "evidence"),
+        (another_winner, "winner"),
+        (another_call, ""),
+        (no_evidence, "its journal or its evidence ends early"),
+        (no_journal, "expected a journal, got an empty file"),
+    ],
+)
+def test_a_game_whose_record_was_altered_is_not_valid(
+    tiny: tuple[MatchSetup, RunFolder, Played], alter: Callable[[RunFolder], None], words: str
+) -> None:
+    setup, folder, told = tiny
+    alter(folder)
+    found = judged(setup, folder, told)
+    assert found.ended == INVALID
+    assert words in found.problem != ""
+
+
+def test_the_report_names_games_that_are_not_valid_and_who_has_lost_them() -> None:
+    game = Game(pairing=Pairing("Ann", "Bob"), number=0, seed=7, first_team="sharks", second_team="minnows")
+    lost = Row(game=game, played=Played(ended=INVALID, problem="12.0 s: so", winner="minnows"), teams={})
+    assert (lost.points, lost.winner) == (0.0, "Bob")
+    unknown = structs.replace(lost, played=structs.replace(lost.played, winner=None))
+    assert unknown.points == 0.5
+    [draw, loss] = irregular([lost, unknown])
+    assert "counts as a draw: seed 7 (Ann as sharks, Bob as minnows) (such as 12.0 s: so)" in draw
+    assert "the record of 1 game is not what the rule book says" in loss
+    assert "won by Bob" in loss
