@@ -11,14 +11,23 @@ from vrg.hal.can.axis import State
 from vrg.hal.can.cia402 import set_up
 from vrg.hal.can.cia402.axis import Cia402Axis
 from vrg.hal.can.cia402.drive import Cia402Drive
-from vrg.hal.can.cia402.network import Function, NmtCommand
+from vrg.hal.can.cia402.network import NODES, Function, NmtCommand
 from vrg.hal.can.cia402.objects import EVENT_TIMER, Object
 from vrg.hal.can.cia402.options import Cia402Options
-from vrg.hal.can.cia402.set_up import DEADLINE
+from vrg.hal.can.cia402.set_up import DEADLINE, master_of
 from vrg.hal.can.emulator.drive import DriveOptions
 from vrg.hal.can.emulator.faults import FaultKind
 from vrg.hal.can.frame import Frame
 from vrg.testing.wire import SERIAL, WireClock
+
+
+def without_deadline(wire: Wire) -> Wire:
+    """A drive whose RPDOs have no event timers."""
+    for number in (0, 1):
+        del wire.drive.objects.object_dictionary[Object.RPDO + number].subindices[EVENT_TIMER]
+        wire.drive.objects._values.pop((Object.RPDO + number, EVENT_TIMER), None)
+        wire.drive.objects._defaults.clear()
+    return wire
 
 
 class TestMeeting:
@@ -97,15 +106,14 @@ class TestMeeting:
         assert Wire().prepare().ask(Object.RPDO, EVENT_TIMER).unsigned == 0
 
     def test_a_drive_without_a_deadline_is_refused(self) -> None:
-        wire = Wire().meet()
-        del wire.drive.objects.object_dictionary[Object.RPDO + 1].subindices[EVENT_TIMER]
+        wire = without_deadline(Wire().meet())
+        wire.drive.objects.remove(Object.CONSUMER_HEARTBEAT)
         with pytest.raises(RobotError, match=r"node 5: expected a deadline of 0.2 s.*watchdog = \"unsafe\""):
             wire.axis.prepare()
 
     def test_unless_a_person_can_do_without(self) -> None:
-        wire = Wire().meet()
-        del wire.drive.objects.object_dictionary[Object.RPDO + 1].subindices[EVENT_TIMER]
-        wire.drive.objects[Object.RPDO + 1, EVENT_TIMER] = 0
+        wire = without_deadline(Wire().meet())
+        wire.drive.objects.remove(Object.CONSUMER_HEARTBEAT)
         wire.axis.unwatched = True
         wire.running()
         wire.advance(1.0)
@@ -123,7 +131,32 @@ class TestMeeting:
             real(objects, key, 0 if key == (Object.RPDO + 1, EVENT_TIMER) else value)
 
         monkeypatch.setattr(objects.__class__, "__setitem__", forgetful)
+        objects.remove(Object.CONSUMER_HEARTBEAT)
         with pytest.raises(RobotError, match="0x1401:05"):
+            wire.axis.prepare()
+
+    def test_a_drive_without_a_deadline_watches_its_master_instead(self) -> None:
+        wire = without_deadline(Wire().meet())
+        wire.running()
+        assert wire.drive.objects[Object.CONSUMER_HEARTBEAT, 1] == 122 << 16 | 200
+        wire.sent.clear()
+        wire.until(lambda: abs(wire.drive.motor.velocity) < 0.1)
+        assert wire.axis.starved
+        assert wire.axis.expired
+        assert not [frame for frame in wire.sent if frame.id in (0x77A, 0x305)], "who is silent feeds nothing"
+        assert (wire.axis.state, wire.axis.fault) == (State.IDLE, None)
+        wire.axis.clear()
+        wire.axis.start()
+        wire.gets_going()
+
+    def test_the_masters_of_two_drives_are_two(self) -> None:
+        assert len({master_of(node) for node in NODES}) == len(NODES)
+        assert all(master_of(node) != node for node in NODES)
+
+    def test_what_the_drive_refuses_is_named(self) -> None:
+        wire = Wire().meet()
+        wire.drive.objects.remove(Object.MODE)
+        with pytest.raises(RobotError, match="object 0x6060:00"):
             wire.axis.prepare()
 
     def test_a_voltage_that_no_pdo_can_carry_is_asked_for(self) -> None:

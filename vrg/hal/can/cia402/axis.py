@@ -3,16 +3,17 @@
 Until `prepare` is done, the drive is asked and set up by SDO transfers, which canopen does. After that everything is a
 PDO: nothing waits, and a setpoint is one frame.
 
-What feeds the drive's watchdog is the second RPDO, which carries the target velocity alone. Only `start` and `command`
-send it. The first RPDO, the controlword, has no deadline. So the receive thread may carry a start that was asked for
-through the three steps of the state machine, each as soon as the drive has confirmed the last, without ever feeding
-the watchdog. By CiA 301 that watchdog begins with the first setpoint after it was set. `start` therefore sends one
-before any controlword, and no step is taken once the newest setpoint is older than the deadline: a player that freezes
-in the midst of a start leaves no motor switched on without a watchdog.
+What feeds the drive's watchdog is the second RPDO, which carries the target velocity alone, or where the drive watches
+its master the heartbeat that goes with it. Only `start` and `command` send them. The first RPDO, the controlword, has
+no deadline. So the receive thread may carry a start that was asked for through the three steps of the state machine,
+each as soon as the drive has confirmed the last, without ever feeding the watchdog. By CiA 301 that watchdog begins
+with the first setpoint after it was set. `start` therefore sends one before any controlword, and no step is taken once
+the newest setpoint is older than the deadline: a player that freezes in the midst of a start leaves no motor switched
+on without a watchdog.
 """
 
 from vrg.hal.can.axis import NEVER, Axis, Send, State
-from vrg.hal.can.cia402.errors import RPDO_TIMEOUT, STO_CODES, describe_error
+from vrg.hal.can.cia402.errors import HEARTBEAT_LOST, RPDO_TIMEOUT, STO_CODES, describe_error
 from vrg.hal.can.cia402.interview import Interview
 from vrg.hal.can.cia402.network import NMT_WORDS, NODE_MASK, NODES, Function, Nmt, NmtCommand, nmt
 from vrg.hal.can.cia402.objects import Object
@@ -54,6 +55,7 @@ class Cia402Axis(Axis):
         self._units = Units(1.0, 1.0)
         self._prepared = self._settled = False
         self._asks_supply = False
+        self._master: int | None = None
         self._asked_supply = self._asked_status = NEVER
         self._nmt: int | None = None
         self._status: DriveState | None = None
@@ -123,6 +125,7 @@ class Cia402Axis(Axis):
         set_up.configure()
         self.firmware = set_up.firmware
         self._asks_supply = not set_up.tells_supply
+        self._master = set_up.master
         self._prepared = True
         self.fault, self.state = None, State.IDLE
         set_up.begin()
@@ -151,6 +154,8 @@ class Cia402Axis(Axis):
     def command(self, velocity: float) -> None:
         """Send a setpoint in turn/s."""
         self._setpoint_at = self._now
+        if self._master is not None:
+            self._send(Frame(Function.HEARTBEAT | self._master, bytes([Nmt.OPERATIONAL])))
         self._send(SETPOINT_PDO.frame(self.node, self._units.velocity_of(velocity)))
 
     def idle(self) -> None:
@@ -257,7 +262,7 @@ class Cia402Axis(Axis):
         state = self._status
         faulty = state in (DriveState.FAULT, DriveState.FAULT_REACTION_ACTIVE)
         # Some drives take the end of the setpoints for an error even when they hold still; it is no fault there either.
-        timed_out = faulty and error == RPDO_TIMEOUT
+        timed_out = faulty and error in (RPDO_TIMEOUT, HEARTBEAT_LOST)
         self.fault = None
         if state is None:
             self.fault = f"expected a state of CiA 402, its statusword is 0x{statusword:04X}"

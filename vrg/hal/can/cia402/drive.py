@@ -16,7 +16,7 @@ from vrg.hal.can.cia402.drive_errors import AbortOption, ErrorBehaviour, ErrorHi
 from vrg.hal.can.cia402.drive_objects import Objects, ObjectServer
 from vrg.hal.can.cia402.drive_pdos import DrivePdos
 from vrg.hal.can.cia402.drive_states import StateMachine
-from vrg.hal.can.cia402.errors import RPDO_TIMEOUT, STO, error_register
+from vrg.hal.can.cia402.errors import HEARTBEAT_LOST, RPDO_TIMEOUT, STO, error_register
 from vrg.hal.can.cia402.network import SYNC, Function, Nmt, NmtCommand
 from vrg.hal.can.cia402.objects import EVENT_TIMER, PROFILE_VELOCITY, SAVE, SERIAL, Object
 from vrg.hal.can.cia402.options import Cia402Options
@@ -30,7 +30,7 @@ _STANDSTILL = 0.05
 """turn/s below which a motor stands."""
 _REACHED = 0.2
 """turn/s from the target at which it counts as reached."""
-_OVERCURRENT, _COMMUNICATION, _HEARTBEAT_LOST, _PDO_TOO_SHORT = 0x2310, 0x8100, 0x8130, 0x8210
+_OVERCURRENT, _COMMUNICATION, _PDO_TOO_SHORT = 0x2310, 0x8100, 0x8210
 """Error codes."""
 _NMT_STATES = {
     NmtCommand.START: Nmt.OPERATIONAL,
@@ -184,13 +184,13 @@ class Cia402Drive(EmulatedDrive):
 
     def _lose_master(self) -> list[Frame]:
         """The master's heartbeat has not come in time."""
-        sent = [self._emergency(_HEARTBEAT_LOST)]
+        sent = [self._emergency(HEARTBEAT_LOST)]
         behaviour = self.objects[Object.ERROR_BEHAVIOUR, 1]
         if self._nmt == Nmt.OPERATIONAL and behaviour != ErrorBehaviour.NO_CHANGE:
             self._nmt = Nmt.STOPPED if behaviour == ErrorBehaviour.STOPPED else Nmt.PRE_OPERATIONAL
             self._pdos.enter(False, self._now)
             self._watchdog = 0.0
-        return [*sent, *(self._cut_off(_HEARTBEAT_LOST) if self._energised else [])]
+        return [*sent, *(self._cut_off(HEARTBEAT_LOST) if self._energised else [])]
 
     def _refuse(self, index: int, sub: int, value: int) -> int:
         """The abort code of a write; 0 where it is allowed."""

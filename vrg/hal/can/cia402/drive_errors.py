@@ -53,8 +53,7 @@ class HeartbeatConsumer:
 
     @property
     def _setting(self) -> int:
-        setting: int = self._objects[Object.CONSUMER_HEARTBEAT, 1]
-        return setting
+        return self._objects.setting(Object.CONSUMER_HEARTBEAT, 1)
 
     def hear(self, frame: Frame, now: float) -> None:
         """Any frame has come."""

@@ -54,6 +54,14 @@ class Objects:
             default = self._defaults[key] = self.find(*key).default
         return default
 
+    def setting(self, index: int, sub: int) -> int:
+        """A number that is kept; 0 where the drive has no such object."""
+        try:
+            found: int = self[index, sub]
+        except SdoAbortedError:
+            return 0
+        return found
+
     def __setitem__(self, key: tuple[int, int], value: int | str) -> None:
         self._values[key] = value
 

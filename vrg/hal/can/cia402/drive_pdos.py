@@ -73,8 +73,7 @@ class DrivePdo:
 
     def setting(self, sub: int) -> int:
         """One of its communication parameters."""
-        value: int = self._objects[self.communication, sub]
-        return value
+        return self._objects.setting(self.communication, sub)
 
     @property
     def entries(self) -> Iterator[tuple[int, int, int]]:

@@ -22,6 +22,8 @@ logging.getLogger("canopen").setLevel(logging.CRITICAL)
 
 _SERIAL_ANSWER = struct.pack("<BHB", 0x43, Object.IDENTITY, SERIAL)
 """The first four bytes of the answer to the question for the serial number; the number itself follows."""
+_BEGINS = (0x20, 0x40)
+"""What the first byte of a request begins with that names an object: a download and an upload."""
 
 
 class NoAnswerError(RobotError):
@@ -49,11 +51,17 @@ class SdoClient:
         self.asking = False
         self._answer = Function.SDO_ANSWER | node
         self._network = canopen.Network()
-        self._network.bus = _Sender(send)  # type: ignore[assignment]
+        self._sender = _Sender(send)
+        self._network.bus = self._sender  # type: ignore[assignment]
         self.remote = canopen.RemoteNode(node, object_dictionary(node))
         self._network.add_node(self.remote)
         self._timeout = 0.0
         _wait_by(clock, self.remote, lambda: self._timeout)
+
+    @property
+    def asked(self) -> tuple[int, int]:
+        """The object of the newest transfer."""
+        return self._sender.asked
 
     def hear(self, data: bytes) -> None:
         """Take in the data of an SDO answer of the drive."""
@@ -132,7 +140,10 @@ class _Sender:
 
     def __init__(self, send: Callable[[Frame], None]) -> None:
         self._send = send
+        self.asked = (0, 0)
 
     def send(self, message: can.Message) -> None:
         """Send now."""
+        if message.data[0] & 0xE0 in _BEGINS:
+            self.asked = (int.from_bytes(message.data[1:3], "little"), message.data[3])
         self._send(Frame(message.arbitration_id, bytes(message.data)))

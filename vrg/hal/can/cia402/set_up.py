@@ -1,12 +1,12 @@
 """How a drive is set up before it may be started: its PDOs, its watchdog, its mode of operation."""
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import canopen
 
 from vrg.errors import RobotError
-from vrg.hal.can.cia402.network import Function, NmtCommand, nmt
+from vrg.hal.can.cia402.network import NODE_MASK, NODES, Function, NmtCommand, nmt
 from vrg.hal.can.cia402.objects import EVENT_TIMER, PROFILE_VELOCITY, Object
 from vrg.hal.can.cia402.pdos import CONTROL_PDO, MOTION_PDO, SETPOINT_PDO, STATUS_PDO, SUPPLY_PDO, Pdo
 from vrg.hal.can.cia402.sdo import NoAnswerError, SdoClient
@@ -27,6 +27,8 @@ _MISSING = range(0x0602_0000, 0x060A_0000)
 """SDO abort codes which mean that a drive does not have an object."""
 _GO_ON, _HAVE_A_FAULT = 0, 1
 """What a drive may do when it is cut off from the network (0x6007)."""
+_STAY = 1
+"""The network state does not change when the master falls silent (0x1029)."""
 _COMMANDS = (Function.RPDO1, Function.RPDO2)
 
 
@@ -40,6 +42,8 @@ class SetUp:
     Attributes:
         firmware: the version in words, after `configure`; empty where the drive does not tell it.
         tells_supply: whether the drive sends the voltage of its supply by itself, after `configure`.
+        master: the id whose heartbeat the drive watches in place of a deadline for setpoints, after `configure`; None
+            where it has such a deadline, or nothing at all.
     """
 
     def __init__(
@@ -52,6 +56,7 @@ class SetUp:
         self._send = send
         self.firmware = ""
         self.tells_supply = False
+        self.master: int | None = None
 
     def configure(self) -> None:
         """Switch the motor off, and give the drive its PDOs, its watchdog and its mode of operation.
@@ -94,8 +99,10 @@ class SetUp:
     def _map_setpoints(self, pdo: canopen.pdo.PdoMap) -> None:
         """Map the PDO of the setpoints, with the deadline that is the drive's watchdog.
 
+        A drive without such a deadline may watch the heartbeat of this master instead.
+
         Raises:
-            RobotError: the drive has no such deadline, or does not keep it.
+            RobotError: the drive can do neither.
         """
         try:
             _map(pdo, SETPOINT_PDO, self._node, every=DEADLINE)
@@ -104,14 +111,35 @@ class SetUp:
             if error.code not in _MISSING:
                 raise
             said = f"that it has none ({error})"
-            if self._unwatched:
-                _map(pdo, SETPOINT_PDO, self._node, every=None)
-        if said != f"{round(DEADLINE * 1000)} ms" and not self._unwatched:
+            _map(pdo, SETPOINT_PDO, self._node)
+        if said == f"{round(DEADLINE * 1000)} ms":
+            return
+        if self._watch_master():
+            self.master = master_of(self._node)
+        elif not self._unwatched:
             raise RobotError(
-                f"node {self._node}: expected a deadline of {DEADLINE:g} s for setpoints (0x1401:05), so that the "
-                f"drive stops the motor when none come; it says {said}. If you can do without, write "
+                f"node {self._node}: expected a deadline of {DEADLINE:g} s for setpoints (0x1401:05), or for the "
+                "heartbeat of the master (0x1016:01 and 0x6007), so that the drive stops the motor when none come; "
+                f"of the first it says {said}. If you can do without, write "
                 'watchdog = "unsafe" in the wiring of this robot (`vrg can jog`: --unsafe)'
             )
+
+    def _watch_master(self) -> bool:
+        """Let the drive have a fault when this master falls silent; whether it can.
+
+        It stays in its network state then, as after a late setpoint, where it has a choice (0x1029).
+        """
+        drive = self._sdo.remote
+        wanted = master_of(self._node) << 16 | round(DEADLINE * 1000)
+        try:
+            drive.sdo[Object.CONSUMER_HEARTBEAT][1].raw = wanted
+            drive.sdo[Object.ABORT_CONNECTION_OPTION].raw = _HAVE_A_FAULT
+            kept = drive.sdo[Object.CONSUMER_HEARTBEAT][1].raw == wanted
+            with suppress(canopen.SdoAbortedError):
+                drive.sdo[Object.ERROR_BEHAVIOUR][1].raw = _STAY
+        except canopen.SdoAbortedError:
+            return False
+        return kept and master_of(self._node) in NODES
 
     def begin(self) -> None:
         """Let the drive's PDOs begin."""
@@ -137,7 +165,10 @@ class SetUp:
             with self._sdo.transfer(SDO_TIMEOUT):
                 yield
         except canopen.SdoAbortedError as error:
-            raise RobotError(f"node {self._node}: the drive refuses to be set up: {error}") from None
+            index, subindex = self._sdo.asked
+            raise RobotError(
+                f"node {self._node}: the drive refuses to be set up: object 0x{index:04X}:{subindex:02X}: {error}"
+            ) from None
         except NoAnswerError as error:
             raise RobotError(f"node {self._node}: expected the drive's answers while it is set up: {error}") from None
 
@@ -148,20 +179,33 @@ class SetUp:
             return ""
 
 
-def _map(
-    pdo: canopen.pdo.PdoMap, wanted: Pdo, node: int, *, every: float | None = 0.0, inhibit: float | None = None
-) -> None:
+def master_of(node: int) -> int:
+    """The id by whose heartbeat a drive knows its master: one for each drive, and none that it has itself.
+
+    No other robot's master may keep it going. That somebody else has this id is found out as the watchdog is proved.
+    """
+    return NODE_MASK - node
+
+
+def _map(pdo: canopen.pdo.PdoMap, wanted: Pdo, node: int, *, every: float = 0.0, inhibit: float | None = None) -> None:
     """Map a PDO. canopen keeps the right order: off, its settings, no entries, each entry, how many, on.
 
     Args:
-        every: s of its event timer, 0 = none. inhibit: s of its inhibit time. None leaves each as it is.
+        every: s of its event timer, 0 = none, also for a drive that has no such timer.
+        inhibit: s of its inhibit time. None leaves it as it is.
     """
     pdo.cob_id = wanted.function | node
     pdo.enabled, pdo.trans_type = True, 255
-    pdo.event_timer = None if every is None else round(every * 1000)
+    pdo.event_timer = round(every * 1000)
     pdo.rtr_allowed = wanted.function in _COMMANDS  # the bit means nothing there
     pdo.inhibit_time = None if inhibit is None else round(inhibit * 10_000)
     pdo.clear()
     for index in wanted.objects:
         pdo.add_variable(index)
-    pdo.save()
+    try:
+        pdo.save()
+    except canopen.SdoAbortedError as error:
+        if every or error.code not in _MISSING:
+            raise
+        pdo.event_timer = None
+        pdo.save()
