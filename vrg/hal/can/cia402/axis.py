@@ -15,7 +15,18 @@ on without a watchdog.
 from vrg.hal.can.axis import NEVER, Axis, Send, State
 from vrg.hal.can.cia402.errors import HEARTBEAT_LOST, RPDO_TIMEOUT, STO_CODES, describe_error
 from vrg.hal.can.cia402.interview import Interview
-from vrg.hal.can.cia402.network import NMT_WORDS, NODE_MASK, NODES, Function, Nmt, NmtCommand, nmt
+from vrg.hal.can.cia402.network import (
+    LSS,
+    LSS_ORDERS,
+    NMT_WORDS,
+    NODE_MASK,
+    NODES,
+    SDO_DOWNLOADS,
+    Function,
+    Nmt,
+    NmtCommand,
+    nmt,
+)
 from vrg.hal.can.cia402.objects import Object
 from vrg.hal.can.cia402.options import Cia402Options
 from vrg.hal.can.cia402.pdos import CONTROL_PDO, MOTION_PDO, SETPOINT_PDO, STATUS_PDO, SUPPLY_PDO
@@ -70,8 +81,8 @@ class Cia402Axis(Axis):
 
     @property
     def filters(self) -> list[Filter]:
-        """They let all frames from and to this node through, and NMT commands, so that another master is noticed."""
-        return [Filter(self.node, NODE_MASK), Filter(Function.NMT, STANDARD_MASK)]
+        """They let all frames from and to this node through, and orders to all, so that another master is noticed."""
+        return [Filter(self.node, NODE_MASK), Filter(Function.NMT, STANDARD_MASK), Filter(LSS, STANDARD_MASK)]
 
     @property
     def identified(self) -> bool:
@@ -86,6 +97,10 @@ class Cia402Axis(Axis):
     def receive(self, frame: Frame) -> None:
         """Hear a frame."""
         if frame.extended or frame.fd or frame.remote:
+            return
+        if frame.id == LSS:
+            if frame.data and frame.data[0] in LSS_ORDERS:
+                self._complain("another program gives nodes other ids or bit rates (LSS)")
             return
         if frame.id == Function.NMT:
             if len(frame.data) == 2 and frame.data[1] in (0, self.node):
@@ -203,7 +218,7 @@ class Cia402Axis(Axis):
         elif function in _COMMANDS:
             # Frames that this master sends are not heard by it, so these are somebody else's.
             self._complain("another program commands it too")
-        elif function == Function.SDO_REQUEST and frame.data and frame.data[0] & 0xE0 == 0x20:
+        elif function == Function.SDO_REQUEST and frame.data and frame.data[0] & 0xE0 in SDO_DOWNLOADS:
             self._complain("another program sets it up too")
         elif self._prepared:
             # Before that, what its PDOs carry is unknown.

@@ -28,6 +28,12 @@ class Function(enum.IntEnum):
 
 SYNC = 0x080
 """The identifier of SYNC; it would be the EMCY of node 0, which is nobody."""
+SDO_DOWNLOADS = (0x00, 0x20, 0xC0)
+"""The high bits of the first byte of an SDO request that writes: a segment, the beginning, and a block (CiA 301)."""
+LSS = 0x7E5
+"""The identifier of the layer setting services' master (CiA 305)."""
+LSS_ORDERS = frozenset({0x04, 0x11, 0x13, 0x15, 0x17})
+"""The first bytes of its frames that switch nodes over, set ids or bit rates, and store them; others only ask."""
 NODE_MASK = 0x7F
 """The bits of an identifier that are the node."""
 

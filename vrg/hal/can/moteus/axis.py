@@ -129,6 +129,8 @@ class MoteusAxis(Axis):
         mine = destination in (self.node, codec.BROADCAST)
         if not mine and source != self.node:
             return
+        if mine and source != self.node and codec.orders_by_text(frame):
+            self._complain("another program commands it too, by its diagnostic channel")
         try:
             subframes = codec.decode(frame)
         except FrameError as error:

@@ -21,6 +21,7 @@ _LARGEST = 0xFFFF
 _REPLY = 0x8000
 _NOP = 0x50
 _ERRORS = (0x30, 0x31)
+_TO_DIAGNOSTICS = 0x40
 _MOST_BYTES = 5
 """The most bytes of a number that has as many as it needs."""
 
@@ -112,6 +113,11 @@ def write(register: int, values: Sequence[float], resolution: Resolution = Resol
 def read(register: int, count: int = 1, resolution: Resolution = Resolution.F32) -> Subframe:
     """The subframe that asks for registers."""
     return Subframe(Kind.READ, register, resolution, (0.0,) * count)
+
+
+def orders_by_text(frame: Frame) -> bool:
+    """Whether a frame carries text to the diagnostic channel, by which a tool sets a drive up and commands it."""
+    return len(frame.data) > 2 and frame.data[0] == _TO_DIAGNOSTICS and frame.data[2] > 0
 
 
 def decode(frame: Frame) -> list[Subframe]:
