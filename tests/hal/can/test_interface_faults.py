@@ -1,7 +1,9 @@
 """What goes wrong with a bus, or with those who share it: the robot stops, says why, and waits to be told to move."""
 
 import math
+import random
 from collections.abc import Iterator
+from contextlib import suppress
 
 import pytest
 
@@ -378,6 +380,31 @@ def test_a_position_that_begins_anew_is_no_jump(protocol: str, turns: float) -> 
             assert drives.drives[0].motor.position > turns / 2
             assert bench.device.read().fault is None
             assert math.dist((before.x, before.y), (bench.odometry.pose.x, bench.odometry.pose.y)) > 0.5
+        finally:
+            bench.close()
+
+
+@pytest.mark.parametrize("protocol", NODES)
+def test_a_robot_drives_on_where_one_frame_in_ten_is_lost(protocol: str) -> None:
+    rng = random.Random(1)
+    with Drives(protocol, [node for side in NODES[protocol] for node in side]):
+        bench = DeviceBench(protocol, *NODES[protocol])
+        try:
+            bench.device.start()
+            gets_going(bench)
+            bench.wire.tamper = lambda frame, _: [] if rng.random() < 0.1 else [(0.0, frame)]
+            unarmed = 0
+            for _ in range(300):
+                bench.advance(0.1)
+                reading = bench.device.read()
+                assert reading.fault is None
+                unarmed += not reading.armed
+                with suppress(RobotError):
+                    if reading.armed:
+                        bench.device.drive(AHEAD)
+                    else:
+                        bench.device.arm()
+            assert unarmed < 15
         finally:
             bench.close()
 

@@ -20,6 +20,8 @@ from vrg.hal.driver import COMMAND_TIMEOUT
 
 log = logging.getLogger(__name__)
 
+TIMES = 2
+"""How often a setpoint is sent: a player has one for a drive in 0.1 s, and one that is lost leaves 0.1 s for the next."""
 POLL_PERIOD = 0.05
 """s between questions to drives that do not send by themselves."""
 BLIND = 0.3
@@ -160,8 +162,9 @@ class Watch:
             setpoints = [(node, 0.0) for node, _ in setpoints]
         self._commanded = self._clock.now()
         try:
-            for node, velocity in setpoints:
+            for node, velocity in [*setpoints] * TIMES:
                 self.axes[node].command(velocity)
+            for node, velocity in setpoints:
                 self._plausibility[node].ask(velocity, self._clock.now())
         except RobotError as error:
             self.guard.latch(str(error))

@@ -112,10 +112,7 @@ class OdriveAxis(Axis):
         """Ask for closed-loop velocity control."""
         if abs(self.position) > _REZERO:
             self._send(codec.encode(self.node, messages.SetAbsolutePosition(0.0)))
-        mode = messages.SetControllerMode(messages.ControlMode.VELOCITY, InputMode.PASSTHROUGH)
-        self._send(codec.encode(self.node, mode))
-        self._send(codec.encode(self.node, messages.SetInputVel(0.0)))
-        self._send(codec.encode(self.node, messages.SetAxisState(messages.AxisState.CLOSED_LOOP_CONTROL)))
+        self._order_start()
         self._wanted, self.expired, self.refusal = True, False, None
         if self.state is State.IDLE:
             self.state = State.STARTING
@@ -123,8 +120,16 @@ class OdriveAxis(Axis):
         self._send(codec.request(self.node, Command.HEARTBEAT))
 
     def command(self, velocity: float) -> None:
-        """Send a setpoint in turn/s."""
+        """Send a setpoint in turn/s; before it, as long as the axis starts, the order to start, which may get lost."""
+        if self._wanted and self.state is State.STARTING:
+            self._order_start()
         self._send(codec.encode(self.node, messages.SetInputVel(velocity)))
+
+    def _order_start(self) -> None:
+        mode = messages.SetControllerMode(messages.ControlMode.VELOCITY, InputMode.PASSTHROUGH)
+        self._send(codec.encode(self.node, mode))
+        self._send(codec.encode(self.node, messages.SetInputVel(0.0)))
+        self._send(codec.encode(self.node, messages.SetAxisState(messages.AxisState.CLOSED_LOOP_CONTROL)))
 
     def idle(self) -> None:
         """Switch the motor off."""
