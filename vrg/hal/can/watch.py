@@ -21,7 +21,7 @@ from vrg.hal.driver import COMMAND_TIMEOUT
 log = logging.getLogger(__name__)
 
 TIMES = 2
-"""How often a setpoint is sent: a player has one for a drive in 0.1 s, and one that is lost leaves 0.1 s for the next."""
+"""Times that a setpoint is sent. A player has one for a drive in 0.1 s, and a lost one leaves 0.1 s for the next."""
 POLL_PERIOD = 0.05
 """s between questions to drives that do not send by themselves."""
 BLIND = 0.3
