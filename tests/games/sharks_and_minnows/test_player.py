@@ -16,8 +16,10 @@ from vrg.games.sharks_and_minnows.player import LOYALTY, UNMET, SharksAndMinnows
 from vrg.games.sharks_and_minnows.scene import scene
 from vrg.hal.models import robot_model
 from vrg.hal.readings import Readings
+from vrg.hal.sensors.odometry import Odometry
+from vrg.hal.sensors.spec import Sample
 from vrg.regions import Rectangle
-from vrg.types import STILL, Vector
+from vrg.types import STILL, Twist, Vector
 
 P2AT = robot_model("P2AT")
 FIELD, SAFE = Rectangle(0, 0, 10, 20), Rectangle(0, 0, 10, 4)
@@ -128,3 +130,14 @@ def test_a_shark_leaves_a_minnow_to_the_shark_that_is_nearer() -> None:
     chosen = shark._choose(view_of((5.0, 10.0), players, {}))
     assert chosen is not None
     assert chosen[0].name == "near", "there is no other"
+
+
+def test_a_player_takes_its_top_speed_from_play_and_not_from_the_line_up() -> None:
+    shark, view = SharksAndMinnowsPlayer("shark", P2AT), view_of((5.0, 10.0), [], {})
+    for number in range(400):
+        lining_up = number < 200
+        moving = Odometry(pose=Pose(0.0, 0.0, 0.0), twist=Twist(0.7 if lining_up else 0.45, 0.0))
+        readings = Readings(stamp=0.0, age=0.0, armed=True, estop=False, samples=[Sample(0.0, 0.0, moving, "odometry")])
+        me = structs.replace(view.me, mark=Pose(5.0, 19.0, 0.0) if lining_up else None)
+        shark.act(replace(view, time=0.1 * number, readings=readings, me=me))
+    assert shark._top_speed.value == pytest.approx(0.45, rel=0.02)

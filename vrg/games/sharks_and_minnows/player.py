@@ -51,7 +51,7 @@ class SharksAndMinnowsPlayer(Strategy):
     def act(self, view: View) -> Twist:
         """Return the twist of one step of the automaton."""
         speed = view.speed
-        if speed is not None:
+        if speed is not None and not _lining_up(view):
             self._top_speed.update(view.time, speed)
         twist = self._automaton.step(view)
         if self._automaton.mode != _mode_of(view):
