@@ -139,9 +139,20 @@ def test_who_has_reported_and_falls_silent_before_the_round_is_waited_for(table:
     assert "m1 does not report" in table.ticks(15).waiting
 
 
-def test_each_robot_is_told_its_own_limit_and_nobody_else(table: Table) -> None:
+def test_each_robot_gets_its_own_limit_for_the_time_of_play(table: Table) -> None:
+    def limits() -> dict[str, float]:
+        return {k.split("/")[3]: v for k, v in table.limits.items()}
+
+    table.silent = {"m1"}
     table.ticks(3)
-    assert {k.split("/")[3]: v for k, v in table.limits.items()} == table.book.speed_limits()
+    own = {name: contestant.v_max for name, contestant in table.book.contestants.items()}
+    assert limits() == own, "before the round everybody may drive to its mark as fast as its robot can"
+    table.silent = set()
+    assert table.tick().stage is m.Stage.PLAY_ROUND
+    assert limits() == table.book.speed_limits() != own
+    table.node.match.end("sharks")
+    table.tick()
+    assert limits() == own
 
 
 def test_a_tag_is_called_journalled_and_published(table: Table) -> None:

@@ -86,8 +86,17 @@ def test_a_match_waits_for_its_conditions_and_lists_what_is_missing() -> None:
     match = Match(Book())
     assert not match.step(0.1, at(7), ["b does not report"])
     assert match.stage is Stage.INITIALIZE
-    assert match.waiting == ["b does not report", "a is not at home"]
+    assert match.waiting == ["b does not report", "the line-up (0 s): a is not at home"]
     assert match.clock == 0.0
+
+
+def test_the_time_of_the_line_up_is_told_and_when_robots_are_placed_if_any_can_be() -> None:
+    match = Match(Book())
+    for _ in range(40):
+        match.step(0.1, at(7), [])
+    assert match.waiting == ["the line-up (4 s of at most 60 s): a is not at home"]
+    match.step(0.1, Field({"a": Pose(7.0, 0.0, 0.0)}, physical=frozenset({"a"})), [])
+    assert match.waiting == ["the line-up (4 s): a is not at home"]
 
 
 def test_it_begins_when_nothing_is_missing() -> None:

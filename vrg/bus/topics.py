@@ -161,7 +161,7 @@ class Keys:
         "where the world has a physical robot: a device that was restarted goes on from there",
     )  # fmt: skip
     speed_limit = NamedLine(
-        "robot/{robot}/limit", m.SpeedLimit, STATE, (REFEREE,), (DEVICE, WORLD), "its top speed in this match"
+        "robot/{robot}/limit", m.SpeedLimit, STATE, (REFEREE,), (DEVICE, WORLD), "its top speed now"
     )
     recover = NamedLine("robot/{robot}/recover", m.Recover, EVENT, (REFEREE,), (DEVICE,), "clear the latched fault")
     placed = NamedLine("robot/{robot}/placed", m.Placed, EVENT, (REFEREE,), (DEVICE,), "where a person has put it")

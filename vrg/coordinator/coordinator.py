@@ -99,7 +99,7 @@ class Coordinator(Node):
         self._leader = leader or Leader({})
         self._sight = sight
         self._bodies: dict[str, Body] = {}
-        self._limits = book.speed_limits()
+        self._limits = {name: (book.contestants[name].v_max, limit) for name, limit in book.speed_limits().items()}
         self._names = self.match.names
         self._poses = mailbox.subscribe(keys.poses)
         self._clock = mailbox.subscribe(keys.clock)
@@ -120,7 +120,7 @@ class Coordinator(Node):
         self._writing: list[Outcome] = []
         self._calls: list[Call] = []
         self._up_to_date = math.inf
-        self._announced_limits = False
+        self._in_play: bool | None = None
         self._record_at = -math.inf
         self._state = self.match.state(self._field, estop=False)
 
@@ -130,10 +130,6 @@ class Coordinator(Node):
 
     def tick(self, tick: Tick) -> None:
         """Look at the field, hear everybody, judge, write the journal, and publish the state."""
-        if not self._announced_limits:
-            self._announced_limits = True
-            for name, v_max in self._limits.items():
-                self.mailbox.publish(self._keys.speed_limit(name), SpeedLimit(v_max=v_max))
         idle = self.match.halted is not None or self.match.over
         self._look()
         alarms = [self._hear_estops(tick.time), self._hear_world(), self._adopt_estop(tick)]
@@ -168,6 +164,12 @@ class Coordinator(Node):
     def _publish(self) -> None:
         """Publish the state: all of it to everybody, or in a match with a limited view the poses to those who see."""
         state = self._state
+        if self._in_play is not (in_play := state.stage is Stage.PLAY_ROUND):
+            # To its mark each robot drives as fast as it can.
+            self._in_play = in_play
+            for name, (own, limit) in self._limits.items():
+                v_max = limit if in_play else own
+                self.mailbox.publish(self._keys.speed_limit(name), SpeedLimit(v_max=v_max))
         if self._sight is not None:
             state, sights = views(state, self._sight)
             for team, sight in sights.items():

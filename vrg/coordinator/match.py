@@ -291,7 +291,13 @@ class Match:
     def _initialize(self, now: Field, absent: Sequence[str]) -> Outcome:
         every = self._book.obstacles_to_start(self.game, now)
         obstacles = {name: why for name, why in every.items() if name not in self.disqualified}
-        self.waiting = [*absent, *(f"{name} {why}" for name, why in obstacles.items())]
+        physical = [name for name in obstacles if name in now.physical]
+        late = [name for name in obstacles if name not in now.physical]
+        self.waiting = [f"{name} {why}" for name, why in obstacles.items()]
+        if obstacles:
+            limit = f" of at most {self._place_at:.0f} s" if late and not absent else ""
+            self.waiting[0] = f"the line-up ({self.in_stage:.0f} s{limit}): {self.waiting[0]}"
+        self.waiting = [*absent, *self.waiting]
         if not self.waiting:
             self.clock = 0.0
             self._enter(Stage.PLAY_ROUND)
@@ -301,8 +307,6 @@ class Match:
         if absent or self.in_stage < self._place_at:
             return Outcome()
         self._place_at = self.in_stage + PLACE_AGAIN
-        physical = [name for name in obstacles if name in now.physical]
-        late = [name for name in obstacles if name not in now.physical]
         virtual = {}
         said = []
         if late:

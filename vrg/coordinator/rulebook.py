@@ -283,7 +283,7 @@ class RuleBook(Generic[S]):
         return {**teams, **state.points}
 
     def speed_limits(self) -> dict[str, float]:
-        """The top speed of each player's robot in this match, m/s. A player that is missing has its model's own."""
+        """The top speed of each player's robot in play, m/s. A player that is missing has its model's own."""
         return {}
 
     def overrule(self, state: S, action: OfficialAction, subject: str, value: str) -> S:

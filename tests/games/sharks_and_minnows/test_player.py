@@ -12,12 +12,14 @@ from msgspec import structs
 from vrg.agents import Pose, View
 from vrg.agents.interception import intercept
 from vrg.bus.messages import PlayerStatus, RefereeState, Stage, Zone
-from vrg.games.sharks_and_minnows.player import LOYALTY, UNMET, SharksAndMinnowsPlayer
-from vrg.games.sharks_and_minnows.scene import scene
+from vrg.games.sharks_and_minnows.player import SharksAndMinnowsPlayer
+from vrg.games.sharks_and_minnows.scene import PACE, UNMET, scene
 from vrg.hal.models import robot_model
 from vrg.hal.readings import Readings
+from vrg.hal.sensors.odometry import Odometry
+from vrg.hal.sensors.spec import Sample
 from vrg.regions import Rectangle
-from vrg.types import STILL, Vector
+from vrg.types import STILL, Twist, Vector
 
 P2AT = robot_model("P2AT")
 FIELD, SAFE = Rectangle(0, 0, 10, 20), Rectangle(0, 0, 10, 4)
@@ -51,30 +53,50 @@ def view_of(here: Vector, players: list[PlayerStatus], velocities: dict[str, Vec
     return View(0.0, me, readings, state, velocities, P2AT, Pose(*here, 0.0))
 
 
-def chosen_by_looking_at_all(view: View, target: str | None, speed: float) -> str | None:
-    """Whom the shark chases if it computes where it can meet each of them."""
-    times = {}
-    for minnow in scene(view.referee, view.velocities).prey:
-        met = intercept(view.position, speed, minnow.position, minnow.velocity, reach=0.8)
-        far = UNMET + math.dist(view.position, minnow.position)
-        times[minnow.name] = far if met is None else met.time
-    if not times:
-        return None
-    best = min(times, key=lambda name: (times[name], name))
-    return best if target not in times or times[best] < LOYALTY * times[target] else target
+def time_to_meet(shark: Vector, minnow: Vector, velocity: Vector) -> float:
+    met = intercept(shark, PACE, minnow, velocity, reach=0.8)
+    return UNMET + math.dist(shark, minnow) if met is None else met.time
 
 
-@given(places, st.lists(st.tuples(places, speeds), max_size=12), st.integers(0, 12))
-def test_a_shark_chases_whom_it_meets_first_though_it_does_not_look_at_all_closely(
-    here: Vector, minnows: Minnows, target: int
-) -> None:
+@given(places, st.lists(st.tuples(places, speeds), min_size=1, max_size=12))
+def test_a_shark_alone_chases_the_minnow_that_it_can_meet_first(here: Vector, minnows: Minnows) -> None:
     players = [status(f"m{i}", "minnow", place) for i, (place, _) in enumerate(minnows)]
     view = view_of(here, players, {f"m{i}": velocity for i, (_, velocity) in enumerate(minnows)})
-    shark = SharksAndMinnowsPlayer("shark", P2AT)
-    for before in (None, f"m{target}"):
-        shark._target = before
-        chosen = shark._choose(view)
-        assert (None if chosen is None else chosen[0].name) == chosen_by_looking_at_all(view, before, P2AT.v_max)
+    seen = scene(view.referee, view.velocities)
+    times = {m.name: time_to_meet(here, m.position, m.velocity) for m in seen.prey}
+    if times:
+        assert times[seen.prey_of["shark"].name] == min(times.values())
+    else:
+        assert not seen.prey_of
+
+
+@given(st.lists(places, min_size=1, max_size=5), st.lists(st.tuples(places, speeds), min_size=1, max_size=8))
+def test_sharks_share_out_the_minnows_and_chase_one_together_only_if_too_few_are_left(
+    sharks: list[Vector], minnows: Minnows
+) -> None:
+    players = [status(f"s{i}", "shark", place) for i, place in enumerate(sharks)]
+    players += [status(f"m{i}", "minnow", place) for i, (place, _) in enumerate(minnows)]
+    view = view_of((5.0, 19.0), players, {f"m{i}": velocity for i, (_, velocity) in enumerate(minnows)})
+    seen = scene(view.referee, view.velocities)
+    if not seen.prey:
+        return
+    assert seen.prey_of.keys() == {"shark", *(f"s{i}" for i in range(len(sharks)))}
+    chased = {minnow.name for minnow in seen.prey_of.values()}
+    assert len(chased) == min(len(seen.sharks), len(seen.prey))
+    times = {
+        (shark.name, m.name): time_to_meet(shark.position, m.position, m.velocity)
+        for shark in seen.sharks
+        for m in seen.prey
+    }
+    first = min(times.values())
+    assert any(times[shark, m.name] == first for shark, m in seen.prey_of.items()), "the soonest of all is not left out"
+
+
+def test_a_shark_keeps_its_speed_up_to_the_tag_but_not_before_a_minnow_that_stands() -> None:
+    for velocity, least, most in (((0.0, 0.6), 0.65, 0.7), ((0.0, 0.0), 0.0, 0.5)):
+        view = view_of((5.0, 10.0), [status("m", "minnow", (5.0, 10.88))], {"m": velocity})
+        view = replace(view, pose=Pose(5.0, 10.0, math.pi / 2))
+        assert least <= SharksAndMinnowsPlayer("shark", P2AT).act(view).v <= most
 
 
 def test_the_scene_is_made_once_for_all_who_look() -> None:
@@ -92,7 +114,6 @@ def test_prey_are_the_active_minnows_whose_pose_is_known_and_who_are_not_safe() 
     seen = scene(view_of((5.0, 10.0), players, {"crossing": (0.3, 0.4)}).referee, {"crossing": (0.3, 0.4)})
     assert [body.name for body in seen.prey] == ["crossing"]
     assert [body.name for body in seen.sharks] == ["shark"]
-    assert seen.fastest_prey == pytest.approx(0.5)
 
 
 @given(st.lists(places, min_size=1, max_size=6))
@@ -121,10 +142,16 @@ def test_a_minnow_that_is_home_makes_room_behind_it() -> None:
 def test_a_shark_leaves_a_minnow_to_the_shark_that_is_nearer() -> None:
     players = [status("other", "shark", (4.0, 10.0)), status("near", "minnow", (3.0, 10.0))]
     far = status("far", "minnow", (9.5, 18.0))
-    shark = SharksAndMinnowsPlayer("shark", P2AT)
-    chosen = shark._choose(view_of((5.0, 10.0), [*players, far], {}))
-    assert chosen is not None
-    assert chosen[0].name == "far"
-    chosen = shark._choose(view_of((5.0, 10.0), players, {}))
-    assert chosen is not None
-    assert chosen[0].name == "near", "there is no other"
+    assert scene(view_of((5.0, 10.0), [*players, far], {}).referee, {}).prey_of["shark"].name == "far"
+    assert scene(view_of((5.0, 10.0), players, {}).referee, {}).prey_of["shark"].name == "near", "there is no other"
+
+
+def test_a_player_takes_its_top_speed_from_play_and_not_from_the_line_up() -> None:
+    shark, view = SharksAndMinnowsPlayer("shark", P2AT), view_of((5.0, 10.0), [], {})
+    for number in range(400):
+        lining_up = number < 200
+        moving = Odometry(pose=Pose(0.0, 0.0, 0.0), twist=Twist(0.7 if lining_up else 0.45, 0.0))
+        readings = Readings(stamp=0.0, age=0.0, armed=True, estop=False, samples=[Sample(0.0, 0.0, moving, "odometry")])
+        me = structs.replace(view.me, mark=Pose(5.0, 19.0, 0.0) if lining_up else None)
+        shark.act(replace(view, time=0.1 * number, readings=readings, me=me))
+    assert shark._top_speed.value == pytest.approx(0.45, rel=0.02)

@@ -67,6 +67,12 @@ def test_a_minnow_that_leaves_the_refuge_can_be_tagged_from_there_on() -> None:
     assert 0.5 < fraction < 0.52
 
 
+def test_a_minnow_that_leaves_the_refuge_beside_a_shark_of_the_same_speed_is_tagged() -> None:
+    minnow = Pose(0.0, -0.1, 0.0), Pose(0.0, 0.1, 0.0), P2AT
+    shark = Pose(0.7, -0.1, 0.0), Pose(0.7, 0.1, 0.0), P2AT
+    assert first_tag(shark, minnow, 0.30, Rectangle(-5, -5, 5, 0)) == pytest.approx(0.5)
+
+
 REFUGES = st.sampled_from([NOWHERE, Rectangle(-1.0, -1.0, 1.5, 0.5), Circle(0.5, 0.0, 1.0)])
 
 

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from vrg.agents.interception import intercept
 from vrg.bus.messages import PlayerStatus, RefereeState
 from vrg.games.sharks_and_minnows import ACTIVE, MINNOW, SHARK
 from vrg.games.sharks_and_minnows.lineup import Extent, in_order
@@ -15,6 +16,10 @@ from vrg.types import Pose, Vector
 
 BORDER: Final = 0.7
 """The distance in m that a body's centre keeps from the border: a little more than it needs to stop."""
+PACE: Final = 0.7
+"""The speed in m/s that every shark is taken to have when the minnows are shared out, as nobody knows another's."""
+UNMET: Final = 1e3
+"""The time in s, and more by the distance, at which a minnow that cannot be met counts as met."""
 _STILL: Final = (0.0, 0.0)
 _EVERYWHERE: Final = Rectangle(-1e5, -1e5, 1e5, 1e5)
 
@@ -28,8 +33,7 @@ class Scene:
             referee has not named them.
         bounds: where the centre of a body may be.
         sharks: the active sharks. prey: the active minnows outside the end zone. Both are with their velocities.
-        nearest_to: the prey to which each shark is the nearest one, by the shark's name.
-        fastest_prey: the speed of the fastest of these, m/s.
+        prey_of: the minnow that each shark chases, by the shark's name.
         berths: the place in the safe zone to which each active minnow crosses, m.
         crowd: all bodies; one that may not move has no velocity.
     """
@@ -40,8 +44,7 @@ class Scene:
     bounds: Region
     sharks: Sequence[Body]
     prey: Sequence[Body]
-    nearest_to: Mapping[str, Sequence[Body]]
-    fastest_prey: float
+    prey_of: Mapping[str, Body]
     berths: Mapping[str, Vector]
     crowd: Crowd
 
@@ -66,13 +69,26 @@ def scene(state: RefereeState, velocities: Mapping[str, Vector]) -> Scene:
             if safe is None or not safe.contains(*place):
                 prey.append(body)
     bounds = field.shrunk(BORDER) if field else _EVERYWHERE
-    fastest = max((math.hypot(*body.velocity) for body in prey), default=0.0)
-    nearest_to: dict[str, list[Body]] = {}
-    for minnow in prey if sharks else ():
-        nearest = min(sharks, key=lambda shark: math.dist(shark.position, minnow.position))
-        nearest_to.setdefault(nearest.name, []).append(minnow)
     berths = _berths(minnows, field, safe, 2 * max((body.radius for body in bodies), default=0.0))
-    return Scene(field, safe, start, bounds, sharks, prey, nearest_to, fastest, berths, Crowd(bodies))
+    return Scene(field, safe, start, bounds, sharks, prey, _prey_of(sharks, prey), berths, Crowd(bodies))
+
+
+def _prey_of(sharks: Sequence[Body], prey: Sequence[Body]) -> dict[str, Body]:
+    """The minnow of each shark: the pairs that can meet first come first. Two share one only if too few are left."""
+    pairs = sorted((_time(shark, minnow), shark.name, i) for shark in sharks for i, minnow in enumerate(prey))
+    chased: dict[str, int] = {}
+    for _, shark, i in pairs:
+        if shark not in chased and i not in chased.values():
+            chased[shark] = i
+    for _, shark, i in pairs:
+        chased.setdefault(shark, i)
+    return {shark: prey[i] for shark, i in chased.items()}
+
+
+def _time(shark: Body, minnow: Body) -> float:
+    """When a shark can meet a minnow (s); later than any other, the farther it is, if the minnow drives away."""
+    met = intercept(shark.position, PACE, minnow.position, minnow.velocity, reach=shark.radius + minnow.radius)
+    return UNMET + math.dist(shark.position, minnow.position) if met is None else met.time
 
 
 def _berths(minnows: Mapping[str, Pose], field: Region | None, safe: Region | None, width: float) -> dict[str, Vector]:

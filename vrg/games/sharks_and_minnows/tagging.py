@@ -108,8 +108,8 @@ def first_tag(hunter: Motion, prey: Motion, reach: float, refuge: Region) -> flo
         gap = outline_distance(h, p, h_size, p_size) - reach
         if gap <= 0 and not refuge.contains(p.x, p.y):
             return fraction
-        if fraction >= 1.0 or motion == 0.0:
+        inside = enters <= fraction <= leaves
+        if fraction >= 1.0 or (motion == 0.0 and not inside):
             return None
         # The border belongs to the refuge: the prey is outside just behind it.
-        step = leaves + 1e-9 - fraction if enters <= fraction <= leaves else max(gap, RESOLUTION) / motion
-        fraction = min(1.0, fraction + step)
+        fraction = min(1.0, leaves + 1e-9 if inside else fraction + max(gap, RESOLUTION) / motion)
