@@ -13,6 +13,7 @@ import zenoh
 from vrg.bus import messages as m
 from vrg.bus.codec import Received, decode, encode
 from vrg.bus.configuration import client_settings
+from vrg.bus.flood import LIMIT
 from vrg.bus.link import EVENTS_KEPT
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Node, Tick, due_index
@@ -631,3 +632,52 @@ def test_missed_ticks_are_counted(endpoint: str) -> None:
         stop.set()
         thread.join(PATIENCE)
     assert results[0].missed == 5  # type: ignore[attr-defined]
+
+
+def test_of_a_flood_the_newest_state_counts_and_events_are_dropped(endpoint: str) -> None:
+    """The clock of a world that is a hundred times as fast as real time comes 5,000 times a second."""
+    with open_session(endpoint) as one, open_session(endpoint) as other:
+        sender, receiver = Mailbox("world/world"), Mailbox()
+        clock, calls = receiver.subscribe(KEYS.clock), receiver.subscribe(KEYS.referee_event)
+        other.attach(receiver)
+        for topic in (KEYS.clock, KEYS.referee_event):
+            assert one.wait_for_listener(topic.key, topic.qos, PATIENCE)
+        number = 3 * LIMIT
+        for tick in range(number):
+            sender.publish(KEYS.clock, m.Clock(time=tick * 0.02, tick=tick, epoch=0, rate=100.0, estop=False))
+            sender.publish(KEYS.referee_event, call(tick))
+        sender.publish(KEYS.clock, m.Clock(time=1e6, tick=10**7, epoch=0, rate=100.0, estop=False))
+        one.send(sender.collect())
+        heard: list[int] = []
+
+        def newest() -> bool:
+            receive(other, receiver)
+            heard.extend(c.body.number for c in calls.take())
+            return clock.latest is not None and clock.latest.body.tick == 10**7
+
+        wait(newest, "the newest clock")
+        wait(lambda: newest() and bool(other.dropped), "events to be dropped")
+        assert heard == sorted(heard)
+        assert len(heard) < number
+        assert not other.refused
+
+
+def test_an_alarm_that_fails_is_raised_by_the_next_look(endpoint: str) -> None:
+    def fail(_: object) -> None:
+        raise ValueError("broken")
+
+    with open_session(endpoint) as one, open_session(endpoint) as other:
+        sender, receiver = Mailbox("official/ann"), Mailbox()
+        receiver.subscribe(KEYS.estop, alarm=fail)
+        other.attach(receiver)
+        assert one.wait_for_listener(KEYS.estop.key, KEYS.estop.qos, PATIENCE)
+        sender.publish(KEYS.estop, m.Estop(by="ann"))
+        one.send(sender.collect())
+
+        def failed() -> bool:
+            with contextlib.suppress(ValueError):
+                other.receive()
+                return False
+            return True
+
+        wait(failed, "the failure")

@@ -221,3 +221,13 @@ def test_what_a_failing_node_raises_names_it_and_nothing_of_its_tick_is_sent() -
     assert caught.value.__notes__ == ["raised by coordinator a at match time 1.50 s"]
     turn([other], Tick(1.6), transport)
     assert other.heard == 0
+
+
+def test_what_a_node_raises_as_it_begins_names_it_too() -> None:
+    class Failing(_Counter):
+        def begin(self, tick: Tick) -> None:
+            raise ValueError("no")
+
+    with pytest.raises(ValueError, match="no") as caught:
+        turn([Failing("a")], Tick(1.5), MemoryTransport())
+    assert caught.value.__notes__ == ["raised by coordinator a at match time 1.50 s"]

@@ -230,6 +230,16 @@ def test_a_player_that_floods_the_bus_is_out_at_once_and_named(table: Table) -> 
     assert out == ["m1 is disqualified: it floods the bus with more than 2000 messages a second"]
 
 
+def test_where_one_floods_and_nobody_else_reports_only_the_one_is_out(table: Table) -> None:
+    table.ticks(2)
+    table.mailbox.flooded = frozenset({KEYS.report("m1").key})
+    table.tick()
+    table.silent = set(table.places)
+    state = table.ticks(int(PATIENCE / 0.1) + 3)
+    assert state.halted == "no player reports"
+    assert [c.text.split()[0] for c in table.calls if c.rule == "disqualified"] == ["m1"]
+
+
 def test_a_player_that_is_gone_for_long_is_out_until_the_next_round_in_which_it_reports(table: Table) -> None:
     table.ticks(2)
     table.silent = {"m1"}

@@ -1,5 +1,6 @@
 """The match's side of a robot: whatever driver it has, the match is obeyed."""
 
+import threading
 from collections.abc import Iterator
 from threading import Event
 
@@ -130,6 +131,64 @@ class TestEmergencyStop:
         bench.tick()
         assert bench.driver.told == ["release"]
         assert not bench.device.estop
+
+    def test_a_release_of_before_does_not_undo_a_stop_that_sounds_before_it_is_heard(self, bench: Bench) -> None:
+        bench.say(KEYS.estop, m.Estop(by="x"))
+        bench.tick()
+        bench.say(KEYS.estop_release, m.EstopRelease(by="x"))
+        bench.time += 0.1
+        bench.mailbox.handover(bench.time)
+        bench.say(KEYS.estop, m.Estop(by="y"))  # on another thread, as it arrives
+        bench.device.hear()
+        assert bench.device.estop
+        with pytest.raises(RobotError, match="emergency stop is engaged"):
+            bench.device.arm()
+        bench.tick()
+        assert bench.device.estop
+        bench.say(KEYS.estop_release, m.EstopRelease(by="x"))
+        bench.tick()
+        assert not bench.device.estop
+
+    @pytest.mark.parametrize("command", ["arm", "drive"])
+    def test_no_command_that_has_begun_before_it_comes_after_it(self, command: str) -> None:
+        begun, go_on, order = threading.Event(), threading.Event(), list[str]()
+
+        class Slow(FakeDriver):
+            def arm(self) -> None:
+                self._take("arm")
+
+            def drive(self, twist: Twist) -> Twist:
+                self._take("drive")
+                return twist
+
+            def emergency_stop(self) -> None:
+                order.append("emergency stop")
+
+            def _take(self, what: str) -> None:
+                begun.set()
+                go_on.wait(10.0)
+                order.append(what)
+
+        bench = Bench(Slow())
+        bench.device.start()
+        bench.referee()
+        bench.tick()
+        act = bench.device.arm if command == "arm" else lambda: bench.device.drive(AHEAD)
+        own = threading.Thread(target=act)
+        own.start()
+        assert begun.wait(10.0)
+        other = threading.Thread(target=lambda: bench.say(KEYS.estop, m.Estop(by="x")))
+        other.start()
+        go_on.set()
+        own.join(10.0)
+        other.join(10.0)
+        assert order == [command, "emergency stop"]
+
+    def test_who_repeats_the_order_stops_the_driver_once(self, bench: Bench) -> None:
+        bench.driver.told.clear()
+        for _ in range(5):
+            bench.say(KEYS.estop, m.Estop(by="x"))
+        assert bench.driver.told == ["emergency stop"]
 
     def test_a_stop_that_was_missed_is_taken_from_the_referee(self, bench: Bench) -> None:
         bench.referee(estop=True)

@@ -388,5 +388,4 @@ def test_a_player_that_floods_the_bus_is_cut_off_and_named(guarded: Match) -> No
     # This match is halted for what a player does wrong; others disqualify it with the same words.
     text = "ann floods the bus with more than 2000 messages a second"
     observer.wait_until(lambda: observer.state.halted == text, "the halt")
-    assert f"{keys.report('ann').key}: expected at most 2000 messages a second" in guarded.log("referee")
     guarded.resume()

@@ -1,10 +1,10 @@
-"""The rate of the messages on each key. More than anything in a match publishes is a flood, and is dropped unread."""
+"""The rate of the messages on each key. More events than anything in a match publishes are a flood."""
 
 from typing import Final
 
 LIMIT: Final = 2_000
-"""The messages on one key in a second above which it is flooded. A world that runs 20 times as fast as real time
-publishes 1,000 poses a second; a player publishes 10 messages on a key in a second of match time."""
+"""The messages on one key in a second above which it is flooded. A player publishes 10 messages on a key in a second of
+match time, and a match runs at most 100 times as fast as real time."""
 WINDOW: Final = 1.0
 """The real time in s in which messages are counted."""
 

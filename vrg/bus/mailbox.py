@@ -204,8 +204,8 @@ class Mailbox:
 
     Attributes:
         inlets: the subscriptions.
-        flooded: the keys on which their senders, known by their seats, publish far more than a match needs. What comes
-            on them is dropped unread.
+        flooded: the keys on which their senders, known by their seats, publish far more than a match needs. Events that
+            come on them are dropped unread.
         now: the match time of this tick, s.
     """
 
@@ -229,7 +229,7 @@ class Mailbox:
             topic: the topic to hear.
             alarm: called with each message as soon as it arrives, on any thread, also while the node decides. It is for
                 an emergency stop, which cannot wait for the end of a tick. It may make a robot safe; it must not
-                publish. What is heard late, because a link was lost, is only handed over.
+                publish. What was asked for, because a link was lost, is only handed over.
             only: the keys of the topic that matter, where they are known.
         """
         inlet = Inlet(topic, alarm, only)

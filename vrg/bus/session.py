@@ -1,7 +1,8 @@
 """A node's connection to the bus: a client of one router.
 
-Callbacks of zenoh's only put what has arrived aside, because a publication from inside a callback can hang. What came
-under a wrong key, or with seats from a sender that may not publish there, is refused here, before a node hears of it.
+Callbacks of zenoh's only put what has arrived aside, as a publication from inside a callback can hang; and they sound
+alarms. What came under a wrong key, or with seats from a sender that may not publish there, is refused here, before a
+node hears of it.
 """
 
 import json
@@ -122,10 +123,10 @@ class Session:
 
     Attributes:
         instance: tells the senders of this process apart from those of the same names in other processes.
-        dropped: the number of events that were lost because `receive` was not called for too long. The oldest are
-            dropped first.
-        refused: how many messages came under a wrong key, from a sender that may not publish there, or in a flood, by
-            key. A message that several subscriptions would have been given counts for each.
+        dropped: the number of events that were lost because `receive` was not called for too long, the oldest first, or
+            that came in a flood.
+        refused: how many messages came under a wrong key, or from a sender that may not publish there, by key. A
+            message that several subscriptions would have been given counts for each.
     """
 
     def __init__(self, raw: zenoh.Session, connect: Callable[[], zenoh.Session], *, seats: bool = False) -> None:
@@ -141,7 +142,8 @@ class Session:
         self._refusing = threading.Lock()
         self._held = False
         self._failed: Exception | None = None
-        self._meters: list[tuple[Mailbox, FlowMeter]] = []
+        self._floods: set[str] = set()
+        self._meters: dict[Mailbox, FlowMeter] = {}
         self._link = Link(raw, connect, lost=self._hold, back=self._catch_up)
 
     @property
@@ -151,9 +153,8 @@ class Session:
 
     def attach(self, mailbox: Mailbox, on_arrival: OnArrival | None = None) -> None:
         """Subscribe to all topics of a mailbox. `on_arrival` is called on a thread of zenoh's."""
+        meter = self._meters[mailbox] = FlowMeter()
         for inlet in mailbox.inlets:
-            meter = FlowMeter()
-            self._meters.append((mailbox, meter))
             self._subscribe(inlet, on_arrival, meter)
 
     def receive(self) -> None:
@@ -178,11 +179,8 @@ class Session:
             inlet, head = self._newest.pop(slot)
             inlet.offer_header(head)
         if self._seats:
-            now = time.monotonic()
-            for mailbox, _ in self._meters:
-                mailbox.flooded = frozenset()
-            for mailbox, meter in self._meters:
-                mailbox.flooded |= meter.flooded(now)
+            for mailbox, meter in self._meters.items():
+                mailbox.flooded = meter.flooded(time.monotonic())
 
     def send(self, outgoing: Sequence[Outgoing]) -> None:
         """Publish messages in the given order."""
@@ -325,30 +323,33 @@ class Session:
             if self._seats and not may_publish(head.sender, key):
                 raise MisroutedError(key, key, head.sender)
         except MisroutedError as error:
-            self._refuse(key, error)
+            with self._refusing:  # each subscription has a thread of zenoh's
+                counted = key if key in self.refused or len(self.refused) < REFUSED_KEYS else "other keys"
+                self.refused[counted] += 1
+                first = self.refused[counted] == 1
+            if first:
+                log.warning("refused a message: %s", error)
             raise
         return head
 
-    def _refuse(self, key: str, why: object) -> None:
-        """Count a message that is refused, and log the first one on its key."""
-        with self._refusing:  # each subscription has a thread of zenoh's
-            counted = key if key in self.refused or len(self.refused) < REFUSED_KEYS else "other keys"
-            self.refused[counted] += 1
-            first = self.refused[counted] == 1
-        if first:
-            log.warning("refused a message: %s", why)
+    def _drop(self, key: str) -> None:
+        """Count an event of a flood, and log the first one on its key."""
+        self.dropped += 1
+        if key not in self._floods and len(self._floods) < REFUSED_KEYS:
+            self._floods.add(key)
+            log.warning("%s: expected at most %d messages a second: more events are dropped unread", key, LIMIT)
 
     def _subscribe(self, inlet: Inlet[Message], on_arrival: OnArrival | None, meter: FlowMeter) -> None:
         event = inlet.topic.qos is Qos.EVENT
-        number = id(inlet)
+        number, alarms = id(inlet), Numbers()
 
         def on_sample(sample: zenoh.Sample) -> None:
             key = str(sample.key_expr)
             if not inlet.admits(key):
                 return
-            # An emergency stop is always heard, however often somebody repeats it.
-            if inlet.alarm is None and not meter.admits(key, time.monotonic()):
-                self._refuse(key, f"{key}: expected at most {LIMIT} messages a second: more are dropped unread")
+            # Of what is no event the newest counts, and an emergency stop is always heard.
+            if not meter.admits(key, time.monotonic()) and event and inlet.alarm is None:
+                self._drop(key)
                 return
             try:
                 head = self._admit(key, sample.payload.to_bytes())
@@ -358,7 +359,7 @@ class Session:
                 inlet.refuse(error)
                 return
             origin = _origin(sample)
-            if inlet.alarm is not None and origin is Origin.LIVE:
+            if inlet.alarm is not None and (alarms.is_new(head, origin) or origin is Origin.LIVE):
                 self._sound(inlet, head)
             if event:
                 with self._moving:

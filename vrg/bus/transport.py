@@ -22,8 +22,8 @@ class Transport(Protocol):
     """Carries messages between mailboxes.
 
     The messages of one sender on one key arrive in the order in which they were published. Of an EVENT topic all of
-    them arrive, and of the others at least the newest of each key. A mailbox is given its own messages, too, if it
-    subscribes to them.
+    them arrive, as long as they are no flood, and of the others at least the newest of each key. A mailbox is given its
+    own messages, too, if it subscribes to them. Alarms sound as soon as a message arrives.
     """
 
     def attach(self, mailbox: Mailbox, on_arrival: OnArrival | None = None) -> None:
@@ -33,7 +33,7 @@ class Transport(Protocol):
         """Let what has arrived wait in the inlets, for the next `handover` of their mailboxes."""
 
     def send(self, outgoing: Sequence[Outgoing]) -> None:
-        """Carry messages, in this order. `turn` calls it once a tick: the tick is done when it returns."""
+        """Carry messages, in this order. `turn` calls it once a tick for each node, which is then done."""
 
 
 def turn(nodes: Sequence[Node], tick: Tick, transport: Transport) -> None:
@@ -42,17 +42,18 @@ def turn(nodes: Sequence[Node], tick: Tick, transport: Transport) -> None:
     So no node is given what another one publishes in this tick, whatever their order.
 
     Raises:
-        Exception: whatever a node raises, with a note that names the node. What it has published is not sent.
+        Exception: whatever a node raises, with a note that names the node.
     """
     for node in nodes:
         node.mailbox.handover(tick.time)
-        node.begin(tick)
+    for act in (Node.begin, Node.tick):
+        for node in nodes:
+            try:
+                getattr(node, act.__name__)(tick)
+            except Exception as error:
+                error.add_note(f"raised by {node.kind} {node.name} at match time {tick.time:.2f} s")
+                raise
     for node in nodes:
-        try:
-            node.tick(tick)
-        except Exception as error:
-            error.add_note(f"raised by {node.kind} {node.name} at match time {tick.time:.2f} s")
-            raise
         transport.send(node.mailbox.collect())
 
 

@@ -114,23 +114,27 @@ class Attendance:
                 own watchdogs stop that robot, so that it is where it was last.
 
         Returns:
-            the players that have fallen silent or that flood the bus, each with what it does; and the reasons why a
-            match must be halted, because a physical robot needs a person.
+            the players that have fallen silent, each with what it does not do; and the reasons why a match must be
+            halted, because a physical robot needs a person.
         """
         silent, halts = {}, []
         for name in self._names:
             report = self.report(name)
-            if name not in out and self._mailbox.flooded & self._own[name]:
-                silent[name] = f"floods the bus with more than {LIMIT} messages a second"
-            elif report is None or (name in out and not self.reports_now(name, tick)):
+            if report is None or (name in out and not self.reports_now(name, tick)):
                 continue
-            elif SILENCE + self._silence[name] > PATIENCE * max(1.0, rate):
+            if SILENCE + self._silence[name] > PATIENCE * max(1.0, rate):
                 silent[name] = f"has not reported for {PATIENCE:g} s"
             elif report.body.latched and (fault := _fault(name, report.body)):
                 halts.append(fault)
             elif name in self.lost and not (patient and not self._age_below(name, tick, _ENDED)):
                 halts.append(_lost(name))
         return silent, halts
+
+    def flooding(self, out: Container[str]) -> dict[str, str]:
+        """The players that flood the bus and are not yet out, each with what it does."""
+        flooded = self._mailbox.flooded
+        what = f"floods the bus with more than {LIMIT} messages a second"
+        return {name: what for name in self._names if flooded and name not in out and flooded & self._own[name]}
 
     def back(self, tick: Tick, out: Sequence[str]) -> list[str]:
         """Which players that are out report again.

@@ -29,13 +29,6 @@ def closed(state: S, lot: str) -> S:
     return structs.replace(state, auctions={name: a for name, a in state.auctions.items() if name != lot})
 
 
-def published(auction: Auction) -> Auction:
-    """A copy for everybody to see, with lists and tables of its own."""
-    return structs.replace(
-        auction, bidders=tuple(auction.bidders), bids=dict(auction.bids), evidence=tuple(auction.evidence)
-    )
-
-
 def reopened(auction: Auction, clock: float) -> Auction:
     """The same auction, opened again at `clock`, s, without bids and winner."""
     return structs.replace(auction, opened=clock, bids={}, winner=None)

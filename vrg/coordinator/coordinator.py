@@ -286,17 +286,22 @@ class Coordinator(Node):
         changes = [self._enact(Reinstated(name)) for name in self._attendance.back(tick, may_return)]
         if match.stage is not Stage.PLAY_ROUND or match.halted is not None:
             return changes, []
-        silent, reasons = self._attendance.failing(tick, match.disqualified, rate=self._rate, patient=self._disqualify)
+        failing = self._attendance.flooding(match.disqualified)
+        silent, reasons = self._attendance.failing(
+            tick, {*match.disqualified, *failing}, rate=self._rate, patient=self._disqualify
+        )
         if stale := self._stale(tick):
             reasons.append(stale)
-        left = [name for name in self._names if name not in match.disqualified]
-        if silent and len(silent) == len(left) and not self.mailbox.flooded:
+        left = [name for name in self._names if name not in match.disqualified and name not in failing]
+        if silent and len(silent) == len(left):
             # It is not each of them that has failed, but what they have in common.
             reasons.append("no player reports")
-        elif self._disqualify:
-            changes += [self._enact(Disqualified(name, f"it {why}")) for name, why in silent.items()]
         else:
-            reasons += [f"{name} {why}" for name, why in silent.items()]
+            failing |= silent
+        if self._disqualify:
+            changes += [self._enact(Disqualified(name, f"it {why}")) for name, why in failing.items()]
+        else:
+            reasons += [f"{name} {why}" for name, why in failing.items()]
         return changes, [self._enact(Halted(reason)) for reason in reasons]
 
     def _record(self, time: float, outcomes: list[Outcome]) -> bool:

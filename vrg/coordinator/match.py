@@ -17,7 +17,7 @@ from msgspec import Struct, structs
 
 from vrg.bus.messages import OfficialAction, PlayerStatus, RefereeState, Stage, shortened
 from vrg.coordinator import disqualifying, pushing
-from vrg.coordinator.auctions import auctioned, published
+from vrg.coordinator.auctions import auctioned
 from vrg.coordinator.disqualifying import kept_out, readmitted
 from vrg.coordinator.outcome import Outcome, announce
 from vrg.coordinator.rulebook import DRAW, NOBODY, Disqualification, Field, RuleBook, Verdict, away
@@ -169,7 +169,7 @@ class Match:
             score=self._book.score(self.game),
             players=tuple(players),
             zones=tuple(self._book.zones(self.game)),
-            auctions=tuple(published(self.game.auctions[lot]) for lot in sorted(self.game.auctions)),
+            auctions=tuple(self.game.auctions[lot] for lot in sorted(self.game.auctions)),
             objects=tuple(self.game.objects),
             numbers=self.game.numbers,
             winner=self.winner,

@@ -9,18 +9,18 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from multiprocessing.connection import Connection
 from pathlib import Path
 
 import msgspec
 from msgspec import structs
 
-from vrg.bus.messages import DISQUALIFIED, OfficialAction, RefereeState, Stage
+from vrg.bus.messages import DISQUALIFIED, Official, RefereeState, Stage
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.evidence import Decided, read_evidence
-from vrg.coordinator.journal import read_journal, read_standing
+from vrg.coordinator.journal import read_journal
 from vrg.coordinator.match import Match
 from vrg.coordinator.rulebook import Field
 from vrg.errors import VrgError
@@ -31,6 +31,7 @@ from vrg.launch.judged import judge_run
 from vrg.launch.nodes import open_journal
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.sandbox.seal import missing
+from vrg.launch.seats import disqualification
 
 
 def played(setup: MatchSetup, folder: RunFolder, limit: float, zygote: Zygote | None = None) -> Played:
@@ -71,19 +72,19 @@ def judged(setup: MatchSetup, folder: RunFolder, told: Played) -> Played:
     if told.ended == FAILED:
         return told
     try:
-        judgement, wrong = judge_run(setup, folder)
-        asked = {
-            e.official.action
-            for seen in read_evidence(folder.evidence)
-            for e in seen.tick.entries
-            if isinstance(e, Decided)
-        }
-        # Whose code has failed for good is disqualified in this way.
-        officials = [
-            f"an official has decided, but there is none: {what}" for what in asked - {OfficialAction.DISQUALIFY}
+        records = read_journal(folder.journal)[1]
+        judgement, wrong = judge_run(setup, folder, records)
+        decided = [
+            e.official for seen in read_evidence(folder.evidence) for e in seen.tick.entries if isinstance(e, Decided)
         ]
-        calls = [call for record in read_journal(folder.journal)[1] for call in record.calls]
-        state = Match(rulebook_of(setup), read_standing(folder.journal)).state(Field({}), estop=False)
+        officials = [
+            f"an official has decided, but there is none: {official.action}"
+            for official in decided
+            if not _of_a_failure(official, told.failures)
+        ]
+        calls = [call for record in records for call in record.calls]
+        standing = records[-1].standing if records else None
+        state = Match(rulebook_of(setup), standing).state(Field({}), estop=False)
     except VrgError as error:
         return invalid(setup, told, str(error))
     if wrong or officials or judgement.unjudged or told.ended != _ended(state):
@@ -97,6 +98,12 @@ def judged(setup: MatchSetup, folder: RunFolder, told: Played) -> Played:
         play_time=round(state.total, 3),
         disqualified=list(dict.fromkeys(name for c in calls if c.rule == DISQUALIFIED for name in c.players)),
     )
+
+
+def _of_a_failure(official: Official, failures: Sequence[str]) -> bool:
+    """Whether a decision disqualifies a player whose code has failed for good, as `failures` tell."""
+    of_failure = official == disqualification(official.subject or "", official.reason)
+    return of_failure and any(failure.startswith(f"{official.subject}: ") for failure in failures)
 
 
 def invalid(setup: MatchSetup, told: Played, why: str) -> Played:

@@ -6,6 +6,7 @@ knows where a physical robot is on the map, and tells the world.
 """
 
 import logging
+import threading
 
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Inlet, Mailbox
@@ -62,6 +63,7 @@ class Device:
         self._limit: float | None = None
         self._clock = clock
         self._recovery: Task | None = None
+        self._lock = threading.RLock()
         self._asked_to_recover = False
         self._referee = mailbox.subscribe(keys.referee_state)
         self._estops = EstopOrders(mailbox, keys, alarm=self._alarm)
@@ -100,6 +102,14 @@ class Device:
 
     def hear(self) -> None:
         """Take in what the match has said since the last call. It must be called at the start of each tick."""
+        with self._lock:
+            self._obey()
+        if self._location is not None:
+            self._location.hear()
+        self._recover()
+
+    def _obey(self) -> None:
+        """Take in limits, states of the referee, and orders about the emergency stop."""
         for limit in self._limits.take():
             self._limit = limit.body.v_max
         before = self._latch.engaged
@@ -116,9 +126,6 @@ class Device:
             self._driver.emergency_stop()
         if not self._latch.engaged and (before or released):
             self._driver.release()
-        if self._location is not None:
-            self._location.hear()
-        self._recover()
 
     def read(self) -> Readings:
         """Return the newest readings, with the sensors that the world simulates for a physical robot.
@@ -169,11 +176,12 @@ class Device:
             RobotError: not connected, a fault has latched, the emergency stop is engaged, or the robot is being
                 recovered.
         """
-        if self._latch.engaged:
-            raise RobotError(f"{self.name}: the emergency stop is engaged: release it, then arm")
-        if self._is_recovering:
-            raise RobotError(f"{self.name}: it is being recovered")
-        self._driver.arm()
+        with self._lock:
+            if self._latch.engaged:
+                raise RobotError(f"{self.name}: the emergency stop is engaged: release it, then arm")
+            if self._is_recovering:
+                raise RobotError(f"{self.name}: it is being recovered")
+            self._driver.arm()
 
     def drive(self, twist: Twist) -> Twist:
         """Command a motion, as far as the match allows it. While the referee leases the robot, its own motion counts.
@@ -184,32 +192,41 @@ class Device:
         Raises:
             RobotError: not armed, a fault, the emergency stop, or a number that is not finite.
         """
-        if self._latch.engaged:
-            raise RobotError(f"{self.name}: the emergency stop is engaged: release it, then arm again")
-        if not twist.is_finite:
-            raise RobotError(f"{self.name}: expected a finite motion, got {twist}")
-        twist = self._gate.passed(self.name, twist, self._mailbox.now)
-        return self._driver.drive(self.features.limited(twist, self._limit))
+        with self._lock:
+            if self._latch.engaged:
+                raise RobotError(f"{self.name}: the emergency stop is engaged: release it, then arm again")
+            if not twist.is_finite:
+                raise RobotError(f"{self.name}: expected a finite motion, got {twist}")
+            twist = self._gate.passed(self.name, twist, self._mailbox.now)
+            return self._driver.drive(self.features.limited(twist, self._limit))
 
     def stop(self) -> None:
         """Command zero speed; the robot stays armed."""
-        self._driver.stop()
+        with self._lock:
+            self._driver.stop()
 
     def disarm(self) -> None:
         """Switch the motors off until the robot is armed again. Idempotent."""
-        self._driver.disarm()
+        with self._lock:
+            self._driver.disarm()
 
     def close(self) -> None:
         """Disarm the robot and close its driver. Idempotent."""
-        self._driver.disarm()
+        self.disarm()
         if self._recovery is not None:
             self._recovery.join(RECOVERY_PATIENCE)
         self._driver.close()
 
     def _alarm(self, _order: Received[Estop]) -> None:
-        """Stop the robot at once, on whatever thread the order arrives, also while the strategy decides."""
-        self._latch.order(True, self._mailbox.now)
-        self._driver.emergency_stop()
+        """Stop the robot at once, on whatever thread the order arrives, also while the strategy decides.
+
+        The lock is held by whoever commands the driver: no command that began before the order comes after it.
+        """
+        with self._lock:
+            stopped = self._latch.engaged
+            self._latch.order(True, self._mailbox.now)
+            if not stopped:  # who repeats the order fills no bus with it
+                self._driver.emergency_stop()
 
     @property
     def _is_recovering(self) -> bool:

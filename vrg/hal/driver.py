@@ -3,8 +3,8 @@
     features -> connect() -> arm() -> drive() / read() ... -> stop() -> disarm() -> close()
 
 A driver knows no bus, no keys and no match. What the match demands of a robot is enforced by the device
-(vrg.hal.device), which is written once for all drivers. One thread calls a driver, with two exceptions: `recover` may
-take long and has a thread of its own, and `emergency_stop` may be called from another thread at any time.
+(vrg.hal.device), which is written once for all drivers. Commands come one at a time; `emergency_stop` may come from
+another thread than the others, and also while the driver reads. `recover` may take long, and has a thread of its own.
 """
 
 import time

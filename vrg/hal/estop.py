@@ -23,18 +23,27 @@ class EstopOrders:
     """
 
     def __init__(self, mailbox: Mailbox, keys: Keys, alarm: Callable[[Received[Estop]], None] | None = None) -> None:
-        self._engaging = mailbox.subscribe(keys.estop, alarm=alarm)
+        self._alarm = alarm
+        self._sounded = self._known = 0
+        self._engaging = mailbox.subscribe(keys.estop, alarm=None if alarm is None else self._sound)
         self._releasing = mailbox.subscribe(keys.estop_release)
 
     def take(self) -> Estop | EstopRelease | None:
         """The order that counts among those that have arrived since the last call, or None if none has.
 
-        The first one that engages the stop wins, whatever the stamps say. If all are releases, the last one counts.
+        The first one that engages the stop wins, whatever the stamps say. If all are releases, the last one counts,
+        unless an alarm has sounded meanwhile, whose order is handed over at the next tick.
         """
         engaging, releasing = self._engaging.take(), self._releasing.take()
+        known, self._known = self._known, self._sounded
         if engaging:
             return engaging[0].body
-        return releasing[-1].body if releasing else None
+        return releasing[-1].body if releasing and known == self._sounded else None
+
+    def _sound(self, order: Received[Estop]) -> None:
+        self._sounded += 1
+        assert self._alarm is not None
+        self._alarm(order)
 
 
 class EstopLatch:

@@ -46,7 +46,9 @@ class Send(Protocol):
 
 
 class Axis(ABC):
-    """One axis. `receive` is called by the bus' receive thread, the other methods by the robot's.
+    """One axis. `receive` is called by the bus' receive thread, and `start` and `command` by the robot's own.
+
+    Any thread may switch it off. They do not call it at the same time (see vrg.hal.can.watch).
 
     Args:
         node: the drive's id on the bus.

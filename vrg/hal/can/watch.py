@@ -1,9 +1,9 @@
 """The axes of one robot under their guard: what is judged, and done, to all of them together.
 
-Two threads meet here: the robot's own, which drives, and the bus' receive thread, which hears. One lock guards all that
-both touch, and it is here. Setpoints are sent by the robot's own thread alone: if it freezes or dies, nothing is sent,
-and the drives' own watchdogs stop the motors. The receive thread never sends a setpoint; what it may do is switch
-motors off.
+Three threads meet here: the robot's own, which drives; the bus' receive thread, which hears; and the one on which the
+match's emergency stop arrives. One lock guards all that they touch, and it is here. Setpoints are sent by the robot's
+own thread alone: if it freezes or dies, nothing is sent, and the drives' own watchdogs stop the motors. The others
+never send a setpoint; what they may do is switch motors off.
 """
 
 import logging
@@ -35,7 +35,7 @@ class Watch:
         name: the robot's name, for messages. axes: all of the robot's. clock: the time of their bus.
 
     Attributes:
-        lock: guards all that both threads touch; one thread may take it several times.
+        lock: guards all that several threads touch; one thread may take it several times.
         axes: by node. guard: judges them.
         connected: every drive has been met. reopening: the bus is being opened anew, and nothing can be sent meanwhile.
         heard_until: monotonic time up to which all that was on the bus has been heard, s: what waits unread is not

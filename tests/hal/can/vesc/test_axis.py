@@ -105,7 +105,7 @@ def test_what_another_program_commands_is_seen(wire: ProtocolWire, frames: list[
     assert "another program commands it too" in (wire.axis.odd or "")
 
 
-@pytest.mark.parametrize("asked", [(0,), (4,), (50, 0, 0, 128, 0), (14,)])
+@pytest.mark.parametrize("asked", [(0,), (4,), (50, 0, 0, 128, 0), (14,), (33,), (96,), (128,), (134,)])
 def test_another_program_may_ask(wire: ProtocolWire, asked: tuple[int, ...]) -> None:
     wire.prepare()
     for frame in payload(NODE, *asked):

@@ -17,7 +17,7 @@ _TOLD = (messages.Error, messages.TxSdo, messages.Iq, messages.Temperature, mess
 _SUPPLY_PERIOD = 1.5
 """s without the supply's voltage after which it is asked for."""
 _PATIENCE = 6
-"""How often a drive is asked for its version until the lack of an answer is a problem."""
+"""How often a drive is asked for its version, each 0.5 s, until the lack of an answer is a problem."""
 _REZERO = float(1 << 18)
 """turns beyond which a float32 steps by more than 1/64 turn; the position is then set back to zero before a start."""
 
@@ -160,7 +160,7 @@ class OdriveAxis(Axis):
         Firmware 0.5, which tells no version, would take that question for an order to change its id.
         """
         self._version, self.firmware = version, version.firmware
-        if version.protocol == messages.PROTOCOL_VERSION:
+        if version.protocol == messages.PROTOCOL_VERSION and not self._serials:
             self._send(codec.request(self.node, Command.ADDRESS))
 
     def _heartbeat(self, heartbeat: messages.Heartbeat, at: float) -> None:

@@ -167,7 +167,7 @@ class VescAxis(Axis):
         """Take in a piece of what another program has told the drive's interpreter."""
         with suppress(FrameError):  # the drive does not obey what is damaged
             whole = self._overheard.take(frame)
-            if whole is not None and whole[1] and whole[1][0] not in set(Comm):
+            if whole is not None and whole[1] and whole[1][0] not in codec.QUESTIONS:
                 self._complain(f"another program commands it too: payload {whole[1][0]}")
 
     def _answer(self, frame: Frame) -> None:

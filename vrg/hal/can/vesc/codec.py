@@ -59,7 +59,9 @@ class Packet(enum.IntEnum):
     CONF_BATTERY_CUT = 29
     CONF_STORE_BATTERY_CUT = 30
     SHUTDOWN = 31
+    UPDATE_PID_POS_OFFSET = 55
     STATUS_6 = 58
+    UPDATE_BAUD = 63
 
 
 SETPOINTS = frozenset(
@@ -74,6 +76,7 @@ COMMANDS = SETPOINTS | {
     Packet.DETECT_APPLY_ALL_FOC, Packet.CONF_CURRENT_LIMITS, Packet.CONF_STORE_CURRENT_LIMITS,
     Packet.CONF_CURRENT_LIMITS_IN, Packet.CONF_STORE_CURRENT_LIMITS_IN, Packet.CONF_FOC_ERPMS,
     Packet.CONF_STORE_FOC_ERPMS, Packet.CONF_BATTERY_CUT, Packet.CONF_STORE_BATTERY_CUT, Packet.SHUTDOWN,
+    Packet.UPDATE_PID_POS_OFFSET, Packet.UPDATE_BAUD,
 }  # fmt: skip
 """What changes what a motor does, now or later."""
 PAYLOADS = frozenset(
@@ -83,21 +86,20 @@ PAYLOADS = frozenset(
 
 
 class Comm(enum.IntEnum):
-    """The first byte of a payload that only asks. Every other one changes something, or keeps the time-out away."""
+    """The first byte of a payload."""
 
     FW_VERSION = 0
-    GET_VALUES = 4
-    GET_MCCONF = 14
-    GET_MCCONF_DEFAULT = 15
-    GET_APPCONF = 17
-    GET_APPCONF_DEFAULT = 18
-    GET_DECODED_PPM = 31
-    GET_DECODED_ADC = 32
-    GET_VALUES_SETUP = 47
     GET_VALUES_SELECTIVE = 50
-    GET_VALUES_SETUP_SELECTIVE = 51
-    PING_CAN = 62
-    GET_IMU_DATA = 65
+
+
+QUESTIONS = frozenset(
+    {
+        Comm.FW_VERSION, Comm.GET_VALUES_SELECTIVE, 4, 14, 15, 17, 18, 31, 32, 33, 47, 51, 62, 65, 79, 91, 92, 93, 94,
+        96, 111, 115, 117, 118, 122, 127, 128, 130, 134, 137, 150,
+    }
+)  # fmt: skip
+"""The first bytes of payloads that only ask: values, settings, statistics, and who is there. Every other one changes
+something, starts something, or keeps the time-out away (the maker's datatypes.h, COMM_PACKET_ID)."""
 
 
 FAULT_BIT, FLAGS_BIT = 1 << 15, 1 << 21
