@@ -53,6 +53,7 @@ def test_who_breaks_the_line_to_the_referee_is_named_and_loses(match: Path, chea
         ("Winner", "its journal or its evidence ends early"),
         ("Code", "the journal lacks: ann is tagged"),
         ("Score", "an official has decided, but there is none: set-score"),
+        ("Accuse", "an official has decided, but there is none: disqualify"),
     ],
 )
 def test_without_a_seal_who_changes_the_referee_is_named_and_loses(match: Path, cheat: str, words: str) -> None:
