@@ -172,25 +172,15 @@ def test_the_drives_stop_the_motors_of_a_player_that_fails(mixed: Match, tap: Ta
     assert before.y - 60.0 < now.y < before.y + 5.0
 
 
-def test_the_motors_of_a_player_in_an_endless_loop_are_switched_off(mixed: Match, tap: Tap, strategies: Path) -> None:
-    """The thread that hears the bus runs on, and does it if the drives' own watchdogs have not."""
+def test_a_player_in_an_endless_loop_drives_no_motor_and_hears_the_emergency_stop(
+    mixed: Match, tap: Tap, strategies: Path
+) -> None:
+    """The threads that hear the CAN bus and the match run on, and switch off what the drives' watchdogs have not."""
     observer = mixed.observer
     old = mixed.child("bob")
     (strategies / "hang").touch()
     observer.wait_until((strategies / "was_stuck").exists, "bob to be stuck")
     stuck = time.monotonic()
-    observer.wait_until(lambda: tap.standing(2, 3), "bob's motors to stand")
-    assert tap.setpoints(2, stuck) == 0
-    mixed.wait_replaced("bob", old)
-    plays_on(mixed, tap, "ann", "bob")
-
-
-def test_the_emergency_stop_does_not_wait_for_a_strategy_that_hangs(mixed: Match, tap: Tap, strategies: Path) -> None:
-    observer = mixed.observer
-    old = mixed.child("bob")
-    (strategies / "was_stuck").unlink(missing_ok=True)
-    (strategies / "hang").touch()
-    observer.wait_until((strategies / "was_stuck").exists, "bob to be stuck")
     observer.estop()
 
     def gone() -> bool:
@@ -201,6 +191,8 @@ def test_the_emergency_stop_does_not_wait_for_a_strategy_that_hangs(mixed: Match
         lambda: all(map(tap.count, WIRING["bob"], orders)) or gone(), "an Estop frame for each motor of bob"
     )
     assert not gone(), "the process whose strategy hangs has sent them"
+    observer.wait_until(lambda: tap.standing(2, 3), "bob's motors to stand")
+    assert tap.setpoints(2, stuck) == 0
     mixed.wait_replaced("bob", old)
     # Who is not there yet does not hear the release.
     reports = len(observer.heard.reports["bob"])
