@@ -16,7 +16,7 @@ from vrg.games.roboflag.evasion import LEVEL, Course, Flags, Floats, best_course
 from vrg.games.roboflag.formation import APART, BEHIND, formed_up, groups, places
 from vrg.games.roboflag.posts import AT_ONCE, OUTSIDE, known_in, posts, shields, targets
 from vrg.games.roboflag.situation import BORDER, Ground, Known, Situation
-from vrg.games.roboflag.tactics import ByNumbers, Everybody, GuardFlag, OneAttacker, Purge, ShieldCarrier, Tactic
+from vrg.games.roboflag.tactics import ByNumbers, Everybody, GuardFlag, OneAttacker, Pair, Purge, ShieldCarrier, Tactic
 from vrg.regions import Circle, Rectangle, Sector
 from vrg.types import Vector
 
@@ -99,12 +99,18 @@ class TestWhoAttacks:
         assert set(Everybody().escorts(situation(*REDS, carrier="red2"))) == {"red1", "red3", "red4"}
 
     @pytest.mark.parametrize(("tagged", "go"), [(0, 1), (1, 2), (2, 3), (3, 3), (4, 3)])
-    def test_balanced_one_goes_for_each_tagged_opponent_and_one_more_but_one_stays(self, tagged: int, go: int) -> None:
+    def test_by_numbers_one_goes_for_each_tagged_opponent_and_one_more_but_one_stays(
+        self, tagged: int, go: int
+    ) -> None:
         blues = [known(f"blue{i}", 3.0, float(i), TAGGED if i <= tagged else NORMAL) for i in range(1, 5)]
         assert len(ByNumbers().attackers(situation(*REDS, *blues, bids=BIDS))) == go
 
-    def test_balanced_the_last_one_that_is_left_goes(self) -> None:
+    def test_by_numbers_the_last_one_that_is_left_goes(self) -> None:
         assert ByNumbers().attackers(situation(known("red1"))) == ["red1"]
+
+    def test_balanced_the_two_lowest_bids_go_and_nobody_shields(self) -> None:
+        assert Pair().attackers(situation(*REDS, bids=BIDS)) == sorted(BIDS, key=lambda name: BIDS[name])[:2]
+        assert Pair().escorts(situation(*REDS, carrier="red2")) == []
 
     @pytest.mark.parametrize("tactic", [GuardFlag(), Purge()])
     def test_who_defends_sends_nobody(self, tactic: Tactic) -> None:
@@ -119,7 +125,7 @@ class TestWhoAttacks:
         assert set(ShieldCarrier().escorts(situation(*REDS, carrier="red2"))) == {"red1", "red3", "red4"}
 
     def test_every_player_of_a_team_comes_to_the_same_result(self) -> None:
-        for tactic in (OneAttacker(), Everybody(), ByNumbers(), ShieldCarrier()):
+        for tactic in (OneAttacker(), Everybody(), ByNumbers(), Pair(), ShieldCarrier()):
             results = [
                 tuple(tactic.attackers(situation(*REDS[i:], *REDS[:i], bids=BIDS, winner="red4"))) for i in range(4)
             ]

@@ -190,7 +190,7 @@ class RoboFlagPlayer(Strategy):
             own = (points[..., 0] - ground.midline) * ground.ahead < 0.0
             return own | in_disc(points, ground.their_zone)
 
-        return self._drive_safely(view, ground.their_flag, harmless, bold=self._charging)
+        return self._drive_safely(view, ground.their_flag, harmless, bold=self._charging and self._chosen.bold)
 
     def _evade(self, view: View) -> Twist:
         """Bring the flag home, on the way on which nobody can tag this player."""

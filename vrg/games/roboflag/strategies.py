@@ -7,7 +7,7 @@ from vrg.agents.strategy import View
 from vrg.games.roboflag import FLAGGED_SAFETY, HAIL_MARY, TAG_DEFENSE, TEAM_FLAG
 from vrg.games.roboflag.player import RoboFlagPlayer
 from vrg.games.roboflag.situation import Situation
-from vrg.games.roboflag.tactics import ByNumbers, Everybody, GuardFlag, OneAttacker, Purge, ShieldCarrier, Tactic
+from vrg.games.roboflag.tactics import ByNumbers, Everybody, GuardFlag, OneAttacker, Pair, Purge, ShieldCarrier, Tactic
 from vrg.hal.models import RobotModel
 
 ORDERS: Mapping[str, Tactic] = {
@@ -45,9 +45,9 @@ class TwoGroups(TeamPlayer):
 
 
 class Balanced(TeamPlayer):
-    """One goes, and one more for each opponent that is tagged; the rest guard."""
+    """Two go at the same time, one along each side of the field; the rest guard."""
 
-    tactic = ByNumbers()
+    tactic = Pair()
 
 
 class TeamFlag(TeamPlayer):
@@ -63,7 +63,7 @@ class TagDefense(TeamPlayer):
 
 
 class FlaggedSafety(TeamPlayer):
-    """As balanced, but all shield the carrier."""
+    """By numbers, and all shield the carrier."""
 
     tactic = ORDERS[FLAGGED_SAFETY]
 

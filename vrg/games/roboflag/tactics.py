@@ -16,11 +16,13 @@ class Tactic(ABC):
     Attributes:
         flanks: the number of groups in which the attackers go.
         together: True if the attackers form up and cross the midline at the same time; False if each goes by itself.
+        bold: True if attackers that have formed up take every risk; False if they go with the same care as one alone.
         chases: False if those who defend tag only the one that carries their flag.
     """
 
     flanks = 1
     together = False
+    bold = True
     chases = True
 
     @abstractmethod
@@ -69,6 +71,18 @@ class ByNumbers(Tactic):
         tagged = sum(opponent.state == TAGGED for opponent in s.opponents)
         ranked = s.ranked
         return ranked[: min(1 + tagged, max(1, len(ranked) - 1))]
+
+
+class Pair(OneAttacker):
+    """Two go, one along each border: they wait for each other and cross at the same time. Nobody shields."""
+
+    flanks = 2
+    together = True
+    bold = False
+
+    def attackers(self, s: Situation) -> Sequence[str]:
+        """The two lowest bids."""
+        return s.ranked[:2]
 
 
 class GuardFlag(Tactic):
