@@ -53,6 +53,7 @@ def test_who_breaks_the_line_to_the_referee_is_named_and_loses(match: Path, chea
         ("Winner", "its journal or its evidence ends early"),
         ("Code", "the journal lacks: ann is tagged"),
         ("Score", "an official has decided, but there is none: set-score"),
+        ("Stops", "nobody is there who may halt it: emergency stop by x"),
         ("Accuse", "an official has decided, but there is none: disqualify"),
     ],
 )

@@ -16,10 +16,10 @@ from pathlib import Path
 import msgspec
 from msgspec import structs
 
-from vrg.bus.messages import DISQUALIFIED, Official, RefereeState, Stage
+from vrg.bus.messages import DISQUALIFIED, RefereeState, Stage
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup
-from vrg.coordinator.evidence import Decided, read_evidence
+from vrg.coordinator.evidence import Decided, Entry, Halted, read_evidence
 from vrg.coordinator.journal import read_journal
 from vrg.coordinator.match import Match
 from vrg.coordinator.rulebook import Field
@@ -74,14 +74,8 @@ def judged(setup: MatchSetup, folder: RunFolder, told: Played) -> Played:
     try:
         records = read_journal(folder.journal)[1]
         judgement, wrong = judge_run(setup, folder, records)
-        decided = [
-            e.official for seen in read_evidence(folder.evidence) for e in seen.tick.entries if isinstance(e, Decided)
-        ]
-        officials = [
-            f"an official has decided, but there is none: {official.action}"
-            for official in decided
-            if not _of_a_failure(official, told.failures)
-        ]
+        entries = (entry for seen in read_evidence(folder.evidence) for entry in seen.tick.entries)
+        officials = [words for entry in entries if (words := _by_nobody(entry, told.failures))]
         calls = [call for record in records for call in record.calls]
         standing = records[-1].standing if records else None
         state = Match(rulebook_of(setup), standing).state(Field({}), estop=False)
@@ -100,10 +94,20 @@ def judged(setup: MatchSetup, folder: RunFolder, told: Played) -> Played:
     )
 
 
-def _of_a_failure(official: Official, failures: Sequence[str]) -> bool:
-    """Whether a decision disqualifies a player whose code has failed for good, as `failures` tell."""
-    of_failure = official == disqualification(official.subject or "", official.reason)
-    return of_failure and any(failure.startswith(f"{official.subject}: ") for failure in failures)
+def _by_nobody(entry: Entry, failures: Sequence[str]) -> str | None:
+    """What an entry of the evidence tells of a person, who is not there in a comparison; None if it tells of none.
+
+    A player whose code has failed for good, as `failures` tell, is disqualified by a decision, too.
+    """
+    if isinstance(entry, Halted) and entry.reason.startswith("emergency stop"):
+        return f"nobody is there who may halt it: {entry.reason}"
+    if not isinstance(entry, Decided):
+        return None
+    official = entry.official
+    failed = any(failure.startswith(f"{official.subject}: ") for failure in failures)
+    if failed and official == disqualification(official.subject or "", official.reason):
+        return None
+    return f"an official has decided, but there is none: {official.action}"
 
 
 def invalid(setup: MatchSetup, told: Played, why: str) -> Played:
