@@ -145,7 +145,7 @@ def test_a_match_goes_the_same_way_with_cameras_and_without(tmp_path: Path, engi
 
 
 def test_nobody_runs_into_anybody_but_a_shark_into_its_prey(tmp_path: Path) -> None:
-    for seed in range(2):
+    for seed in (1, 2):
         witness = played(tmp_path / str(seed), "planar", seed)[2]
         assert witness.touches == []
 
@@ -221,7 +221,7 @@ def test_a_player_that_never_lines_up_does_not_keep_the_others_from_playing(tmp_
     assert minnow in text
     (tmp_path / "match.toml").write_text(text.replace(minnow, minnow + '\nstrategy = "circler.py:Circler"'))
     # With this seed it does not happen to circle over its mark in the second pass.
-    setup = load_match(tmp_path / "match.toml", engine="planar", lasers=False, seed=4)
+    setup = load_match(tmp_path / "match.toml", engine="planar", lasers=False, seed=5)
     with open_journal(setup, RunFolder(tmp_path)) as journal:
         ending = play(setup, journal, limit=900.0)
     assert ending.state.stage is Stage.GAME_OVER
