@@ -50,8 +50,8 @@ def played(folder: Path, setup: MatchSetup, limit: float, *, strict: bool = Fals
 
 def test_two_runs_have_equal_journals_and_every_robot_plays(tmp_path: Path) -> None:
     setup = load_match(MIXED, engine="planar")
-    first, tour, journal = played(tmp_path / "a", setup, 40.0, strict=True)
-    _, _, again = played(tmp_path / "b", setup, 40.0)
+    first, tour, journal = played(tmp_path / "a", setup, 30.0, strict=True)
+    _, _, again = played(tmp_path / "b", setup, 30.0)
     assert journal == again
     state: RefereeState = first.state
     assert state.stage is Stage.PLAY_ROUND
