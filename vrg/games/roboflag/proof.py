@@ -3,8 +3,10 @@
 import math
 from collections.abc import Sequence
 
-from vrg.coordinator.proof import Case, Measure, Relation
+from vrg.coordinator.proof import ROUNDING, Case, Measure, Relation
+from vrg.coordinator.rulebook import away
 from vrg.games.roboflag import FLAGGED, other
+from vrg.games.roboflag.judging import Ways
 from vrg.games.roboflag.rules import SUDDEN_DEATH, RoboFlag
 from vrg.types import Pose, Vector
 
@@ -35,10 +37,16 @@ def prove(book: RoboFlag, case: Case) -> Sequence[Measure]:
 
 def _tag(book: RoboFlag, case: Case) -> list[Measure]:
     (name, *taggers), (here, *theirs) = case.call.players, case.call.poses
-    found = [
-        _distance(f"distance between the centres of {name} and {by}", here, (pose.x, pose.y), book.layout.tag_distance)
-        for by, pose in zip(taggers, theirs, strict=True)
-    ]
+    reach, found = book.layout.tag_distance, []
+    ways = Ways(case.before.poses, case.now.poses, book.teams)
+    later = any(away(here, pose) <= reach + ROUNDING for pose in theirs)
+    for by, pose in zip(taggers, theirs, strict=True):
+        ends = here, pose
+        if later and away(here, pose) > reach + ROUNDING and (stretch := ways.near(name, by, reach)) is not None:
+            # The poses of the call are those of the first tag; this opponent comes near enough after it.
+            ends = ways.pose(name, stretch[0]), ways.pose(by, stretch[0])
+        what = f"distance between the centres of {name} and {by}"
+        found.append(_distance(what, ends[0], (ends[1].x, ends[1].y), reach))
     if case.state.states[name] != FLAGGED:
         ours = book.layout.half(book.teams[name])
         opponents = book.layout.half(other(book.teams[name]))
@@ -48,11 +56,11 @@ def _tag(book: RoboFlag, case: Case) -> list[Measure]:
         line = ((here.x, here.y), (book.layout.midline, here.y))
         found.append(Measure(what, -beyond if inside else beyond, Relation.AT_LEAST, 0, ends=line))
     for zone in book.layout.flag_zones():
-        away = math.dist((here.x, here.y), (zone.x, zone.y))
-        if away < 2 * zone.radius:
+        between = math.dist((here.x, here.y), (zone.x, zone.y))
+        if between < 2 * zone.radius:
             what = f"distance of {name}'s centre from the middle of a flag zone, where it would be safe"
             found.append(
-                Measure(what, away, Relation.MORE_THAN, zone.radius, ends=((here.x, here.y), (zone.x, zone.y)))
+                Measure(what, between, Relation.MORE_THAN, zone.radius, ends=((here.x, here.y), (zone.x, zone.y)))
             )
     return found
 
