@@ -62,6 +62,8 @@ def stop(
     seconds: Annotated[float, typer.Option("--for", min=0.2, max=600, help="How long to go on telling them, s.")] = 1.0,
 ) -> None:
     """Switch off every motor on a bus, whatever has switched it on. Needs no match, no router and no file."""
+    from vrg.hal.can.guard import TURNS
+
     link = link_of(interface, channel, bitrate, adapter)
     console = Console(highlight=False)
     with stoppable() as interrupted, listening(link) as bus:
@@ -82,6 +84,12 @@ def stop(
     still = [found for found in heard.nodes if found.on]
     for found in still:
         console.print(f"[red]{found.protocol} {found.node} is still on: does another program drive it?[/red]")
+    turning = [found for found in heard.nodes if abs(found.velocity or 0.0) > TURNS]
+    for found in turning:
+        console.print(
+            f"[red]{found.protocol} {found.node} still turns at {found.velocity:.3g} turn/s, whatever it says: "
+            "cut the power of its motor[/red]"
+        )
     for words in unsent:
         console.print(f"[red]an order could not be sent: {escape(words)}[/red]")
     if not heard.nodes:
@@ -89,7 +97,7 @@ def stop(
             f"[red]{link}: nobody has said that its motor is off: is it the right bus, wired and powered, and is the "
             "bit rate right?[/red]"
         )
-    if still or unsent or heard.troubles or not heard.nodes:
+    if still or turning or unsent or heard.troubles or not heard.nodes:
         raise typer.Exit(1)
     off = ", ".join(f"{found.protocol} {found.node}" for found in heard.nodes if found.on is False)
     console.print(f"{link}: every motor was told to be off. Off by their own word: {off or 'none'}.")
@@ -218,6 +226,7 @@ def jog(
 ) -> None:
     """Turn one motor slowly, to see which it is and which way it turns. A fault, Ctrl-C or `vrg can stop` stops it."""
     from vrg.hal.can.base import TURN, WheelAxis  # python-can is for who uses a bus
+    from vrg.hal.can.guard import COAST_TIMEOUT, TURNS
     from vrg.hal.can.plausibility import STANDS
     from vrg.hal.can.train import DriveTrain
 
@@ -241,15 +250,25 @@ def jog(
         interrupted = stack.enter_context(stoppable())
         train.connect()
         stack.callback(train.close)
-        if _ready(train, interrupted):
-            train.restart_odometry()
-            _turn(train, id_, speed, interrupted, seconds)
-        for _ in range(_JOG_REST):
-            train.stand()
-            train.clock.sleep(_JOG_PERIOD)
+        failure = None
+        try:
+            if _ready(train, interrupted):
+                train.restart_odometry()
+                _turn(train, id_, speed, interrupted, seconds)
+            for _ in range(_JOG_REST):
+                train.stand()
+                train.clock.sleep(_JOG_PERIOD)
+        except RobotError as error:
+            failure = error
+        train.disarm()
+        # Its own word that it is off is not enough.
+        train.clock.wait(lambda: abs(train.state().wheels[0]) * ratio / TURN < TURNS, COAST_TIMEOUT + _JOG_PERIOD)
+        train.clock.sleep(_JOG_PERIOD)
         state = train.state()
     if state.fault:
         raise RobotError(f"{protocol}: {state.fault}")
+    if failure is not None:
+        raise failure
     turned = state.angles[0] / TURN * ratio
     typer.echo(f"It has turned by {turned:+.2f} turns.")
     whole = seconds >= _JOG_JUDGED and not interrupted.is_set()

@@ -159,7 +159,11 @@ class Outcome(enum.StrEnum):
     MOVED_AGAIN = "moved again before play went on"
     PLAYED_ON = "did not stand before play went on"
     CUT = "still moved when the recording ended"
-    UNKNOWN = "was not recorded"
+    UNKNOWN = "is not known"
+
+
+_STILL = 0.005
+"""The way in m, and the speed in m/s, below which nothing shows that a robot has moved."""
 
 
 @dataclass(frozen=True)
@@ -233,12 +237,16 @@ def stop_of(number: int, incident: Incident, motion: Motion) -> Stop:
     else:
         end, outcome, resolution = first.begin, Outcome.STOPPED, first.resolution
     path = motion.path(onset, end)
+    distance = sum(math.dist(a[1:], b[1:]) for a, b in itertools.pairwise(path))
+    if first is None and distance < _STILL and motion.speed(onset) < _STILL:
+        # Its measurements came too late to call it at rest, but none of them shows that it moved.
+        return Stop(number, motion.name, Outcome.UNKNOWN)
     return Stop(
         number,
         motion.name,
         outcome,
         seconds=end - onset,
-        distance=sum(math.dist(a[1:], b[1:]) for a, b in itertools.pairwise(path)),
+        distance=distance,
         speed=motion.speed(onset),
         resolution=resolution + incident.resolution,
         gap=_gap(motion, onset, end),

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from tests.games.roboflag.making import FLAGS, HOMES
@@ -187,6 +187,7 @@ class TestTargets:
 
 
 class TestPosts:
+    @example(3, [(5.0, -2.0), (5.0, -2.0), (6.0, 0.0)], "blue")
     @given(
         st.integers(1, 4),
         st.lists(st.tuples(st.floats(-6, 6), st.floats(-4, 4)), max_size=4),

@@ -89,11 +89,17 @@ def known_in(names: Sequence[str], players: Sequence[Known]) -> list[Known]:
 
 
 def _spread(bearings: list[float], apart: float) -> list[float]:
-    """Sorted angles, moved so that neighbours are at least `apart` from one another, about their common middle."""
+    """Sorted angles, moved so that neighbours are at least `apart` from one another, about their common middle.
+
+    The circle is cut open at the widest gap between two of them.
+    """
     if len(bearings) < 2:
         return bearings
-    pushed = [bearings[0]]
-    for angle in bearings[1:]:
+    first = max(range(len(bearings)), key=lambda i: (bearings[i] - bearings[i - 1]) % math.tau)
+    opened = [*bearings[first:], *(angle + math.tau for angle in bearings[:first])]
+    pushed = [opened[0]]
+    for angle in opened[1:]:
         pushed.append(max(angle, pushed[-1] + apart))
-    shift = sum(pushed) / len(pushed) - sum(bearings) / len(bearings)
-    return [angle - shift for angle in pushed]
+    shift = (sum(pushed) - sum(opened)) / len(pushed)
+    moved = [angle - shift for angle in pushed]
+    return [*moved[-first:], *moved[:-first]] if first else moved

@@ -16,6 +16,8 @@ _TOLD = (messages.Error, messages.TxSdo, messages.Iq, messages.Temperature, mess
 """What a drive tells and this axis has no use for."""
 _SUPPLY_PERIOD = 1.5
 """s without the supply's voltage after which it is asked for."""
+_NMT_BYTES = 2
+"""The size of a network command of CANopen, which has the identifier of the version of node 0."""
 _PATIENCE = 6
 """How often a drive is asked for its version, each 0.5 s, until the lack of an answer is a problem."""
 _REZERO = float(1 << 18)
@@ -66,7 +68,8 @@ class OdriveAxis(Axis):
 
     def receive(self, frame: Frame) -> None:
         """Hear a frame."""
-        if frame.extended or frame.fd or frame.remote or codec.node_of(frame.id) not in (self.node, codec.BROADCAST):
+        foreign = frame.extended or frame.fd or frame.remote or (frame.id == 0 and len(frame.data) == _NMT_BYTES)
+        if foreign or codec.node_of(frame.id) not in (self.node, codec.BROADCAST):
             return
         try:
             message = codec.decode(frame)
