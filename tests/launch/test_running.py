@@ -52,6 +52,9 @@ def test_a_match_that_is_not_listed_may_be_at_the_usual_router_if_there_is_one()
     with socket.create_server(("127.0.0.1", 0)) as server:
         usual = f"tcp/127.0.0.1:{server.getsockname()[1]}"
         assert running.find("far", None, usual) == ("far", usual)
+        tls = usual.replace("tcp", "tls")
+        with listed("near", tls), pytest.raises(ConfigError, match=r"\(near\), got 'far'; name the router"):
+            running.find("far", None, usual)
     with listed("near"), pytest.raises(ConfigError, match=r"runs on this machine \(near\), got 'far'; name the router"):
         running.find("far", None, usual)
 

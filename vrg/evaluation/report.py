@@ -3,11 +3,14 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
+from vrg.bus.messages import shortened
 from vrg.evaluation.games import BROKEN_OFF, FAILED, INVALID, Pairing, Row
 from vrg.evaluation.series import Series, Standing
 
 Table = list[list[str]]
 """Rows of cells; the first row is the head."""
+PROBLEM_LENGTH = 200
+"""The characters of what is wrong with a game; `games.jsonl` has all of them."""
 
 
 @dataclass(frozen=True)
@@ -121,7 +124,9 @@ def irregular(rows: Sequence[Row]) -> list[str]:
                 _counts(len(games)) if winner is None else f"won by {winner}, as only its opponent can have done that"
             )
             why = f"the record of {_games(len(games))} is not what the rule book says, so something has changed it"
-            found.append(f"{why}: {what}: {_named(games)} (such as {games[0].played.problem})")
+            found.append(
+                f"{why}: {what}: {_named(games)} (such as {shortened(games[0].played.problem, PROBLEM_LENGTH)})"
+            )
     for label in labels:
         out = [row for row in rows if any(row.label(row.teams.get(n, "")) == label for n in row.played.disqualified)]
         if out:

@@ -121,7 +121,8 @@ def find(match: str | None, router: str | None, default_router: str) -> tuple[st
         raise ConfigError([f"several matches run on this machine; say which:\n{listed}"])
     if match is None:
         raise ConfigError(["no match runs on this machine; name one with --match (and --router)"])
-    if router is None and not _answers(default_router):
+    of_others = {m.router.partition("/")[2] for m in everywhere}
+    if router is None and (default_router.partition("/")[2] in of_others or not _answers(default_router)):
         names = ", ".join(m.match for m in everywhere) or "none"
         raise ConfigError(
             [
