@@ -104,9 +104,10 @@ def _delays(
     time.sleep(0.05)
     heard = listener.take()
     sent = [[frame.at for frame in heard if node_of(frame.id) == node] for node in nodes]
-    if listener.lost or any(len(times) != count for times in sent):
-        raise RuntimeError(f"expected {count} setpoints of each node, got {[len(times) for times in sent]}")
-    return [tuple(each - at for each in times) for at, *times in zip(called, *sent, strict=True)]
+    if listener.lost or any(len(times) != count * TIMES for times in sent):
+        raise RuntimeError(f"expected {count * TIMES} setpoints of each node, got {[len(times) for times in sent]}")
+    first = [times[::TIMES] for times in sent]
+    return [tuple(each - at for each in times) for at, *times in zip(called, *first, strict=True)]
 
 
 def stops(times: int, tell: Tell) -> list[Row]:

@@ -10,7 +10,7 @@ from vrg.evaluation.series import Series, Standing
 Table = list[list[str]]
 """Rows of cells; the first row is the head."""
 PROBLEM_LENGTH = 200
-"""The characters of what is wrong with a game; `games.jsonl` has all of them."""
+"""The characters of what is wrong with a game; `games.jsonl` has all."""
 
 
 @dataclass(frozen=True)
