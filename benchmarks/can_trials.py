@@ -24,6 +24,7 @@ from vrg.hal.can.link import Link
 from vrg.hal.can.odrive.codec import node_of
 from vrg.hal.can.odrive.messages import Command
 from vrg.hal.can.opening import open_bus
+from vrg.hal.can.watch import TIMES
 
 AGE_AIM = 20.0
 """ms: no setpoint of eight axes is older."""
