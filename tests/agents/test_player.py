@@ -163,7 +163,7 @@ def test_an_emergency_stop_disarms_and_arms_again_only_when_released(bench: Benc
     bench.tick()
     if way == "message":
         bench.hear(m.Estop(by="x"))
-        assert bench.driver.told[-1] == "emergency stop", "it does not wait for a tick"
+        assert bench.robot.told[-1] == "emergency stop", "it does not wait for a tick"
         assert bench.tick() == ["disarm"]
     else:
         assert bench.tick(estop=True) == ["emergency stop", "disarm"]
