@@ -18,6 +18,9 @@ OnArrival = Callable[[Inlet[Message]], None]
 """A function that is called when something has arrived for an inlet, on any thread."""
 
 
+_End = tuple[Inlet[Message], OnArrival | None]
+
+
 class Transport(Protocol):
     """Carries messages between mailboxes.
 
@@ -67,12 +70,13 @@ class MemoryTransport:
 
     def __init__(self, *, strict: bool = False) -> None:
         self._strict = strict
-        self._attached: list[tuple[Inlet[Message], OnArrival | None]] = []
-        self._routes: dict[str, list[tuple[Inlet[Message], OnArrival | None]]] = {}
+        self._attached: dict[str, list[_End]] = {}
+        self._routes: dict[str, list[_End]] = {}
 
     def attach(self, mailbox: Mailbox, on_arrival: OnArrival | None = None) -> None:
         """Bring to a mailbox what it subscribes to."""
-        self._attached += [(inlet, on_arrival) for inlet in mailbox.inlets]
+        for inlet in mailbox.inlets:
+            self._attached.setdefault(inlet.topic.key, []).append((inlet, on_arrival))
         self._routes.clear()
 
     def receive(self) -> None:
@@ -92,9 +96,6 @@ class MemoryTransport:
                 if on_arrival is not None:
                     on_arrival(inlet)
 
-    def _route(self, key: str) -> list[tuple[Inlet[Message], OnArrival | None]]:
-        return [
-            (inlet, on_arrival)
-            for inlet, on_arrival in self._attached
-            if key_matches(inlet.topic.key, key) and inlet.admits(key)
-        ]
+    def _route(self, key: str) -> list[_End]:
+        wild = (ends for of, ends in self._attached.items() if "*" in of and key_matches(of, key))
+        return [end for ends in (self._attached.get(key, []), *wild) for end in ends if end[0].admits(key)]
