@@ -17,8 +17,8 @@ from vrg.bus.topics import key_matches
 OnArrival = Callable[[Inlet[Message]], None]
 """A function that is called when something has arrived for an inlet, on any thread."""
 
-
 _End = tuple[Inlet[Message], OnArrival | None]
+"""Where a message ends, and whom to call then."""
 
 
 class Transport(Protocol):
@@ -49,13 +49,14 @@ def turn(nodes: Sequence[Node], tick: Tick, transport: Transport) -> None:
     """
     for node in nodes:
         node.mailbox.handover(tick.time)
-    for act in (Node.begin, Node.tick):
+    try:
         for node in nodes:
-            try:
-                getattr(node, act.__name__)(tick)
-            except Exception as error:
-                error.add_note(f"raised by {node.kind} {node.name} at match time {tick.time:.2f} s")
-                raise
+            node.begin(tick)
+        for node in nodes:
+            node.tick(tick)
+    except Exception as error:
+        error.add_note(f"raised by {node.kind} {node.name} at match time {tick.time:.2f} s")
+        raise
     for node in nodes:
         transport.send(node.mailbox.collect())
 

@@ -245,8 +245,8 @@ class TestInterface:
 
 
 @pytest.mark.parametrize("protocol", NODES)
-class TestBusyPlayers:
-    """Whatever the drives speak, a process that does not run for a while is no fault, and hides none."""
+class Going:
+    """A robot that drives, once with the drives of each protocol."""
 
     @pytest.fixture
     def drives(self, protocol: str) -> Iterator[Drives]:
@@ -261,6 +261,10 @@ class TestBusyPlayers:
         gets_going(bench)
         yield bench
         bench.close()
+
+
+class TestBusyPlayers(Going):
+    """Whatever the drives speak, a process that does not run for a while is no fault, and hides none."""
 
     def test_nothing_is_wrong_after_it(self, bench: DeviceBench) -> None:
         for seconds in (0.1, 0.3, 0.45, 0.46, 0.47, 0.5, 0.51, 0.6, 1.0, 2.0):
@@ -318,23 +322,8 @@ def test_motors_are_switched_off_where_the_robots_own_thread_hangs(protocol: str
             bench.close()
 
 
-@pytest.mark.parametrize("protocol", NODES)
-class TestTurningOn:
+class TestTurningOn(Going):
     """What a drive says is compared with what its encoder says, also where the motor is to be off."""
-
-    @pytest.fixture
-    def drives(self, protocol: str) -> Iterator[Drives]:
-        left, right = NODES[protocol]
-        with Drives(protocol, [*left, *right]) as drives:
-            yield drives
-
-    @pytest.fixture
-    def bench(self, protocol: str, drives: Drives) -> Iterator[DeviceBench]:
-        bench = DeviceBench(protocol, *NODES[protocol])
-        bench.device.start()
-        gets_going(bench)
-        yield bench
-        bench.close()
 
     def test_a_motor_that_turns_on_although_its_drive_says_that_it_is_off_is_told(self, bench: DeviceBench) -> None:
         node = bench.nodes[0]
