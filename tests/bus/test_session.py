@@ -292,7 +292,13 @@ def test_after_a_lost_link_there_is_a_new_session_that_has_everything_of_the_old
         sender, receiver = calls.sender, calls.receiver
         limits = receiver.subscribe(KEYS.speed_limit())
         unheard.publish(topic, call(99))
-        stranger.send(unheard.collect())
+        with open_session(endpoint) as third:
+            witness = Mailbox()
+            early = witness.subscribe(topic)
+            third.attach(witness)
+            assert stranger.wait_for_listener(topic.key, topic.qos, PATIENCE)
+            stranger.send(unheard.collect())
+            wait(lambda: (receive(third, witness), bool(early.take()))[1], "the router to have passed it on")
         other.attach(receiver)
         other.declare_alive(KEYS.alive("player", "ann", "1"))
         raw: list[str] = []
@@ -311,7 +317,7 @@ def test_after_a_lost_link_there_is_a_new_session_that_has_everything_of_the_old
         wait(lambda: other.connected, "the link to be back")
         calls.send(5)
         wait(lambda: calls.heard(5), "what was missed, and what came then")
-        assert len(opened) == len(set(opened)) == 4, "each with an id of its own"
+        assert len(opened) == len(set(opened)) == 5, "each with an id of its own"
         assert KEYS.alive("player", "ann", "1") in one.alive(KEYS.alive())
         wait(lambda: (receive(other, receiver), limits.latest is not None)[1], "the state")
 
