@@ -43,7 +43,7 @@ MODEL = robot_model("P2AT")
 RATIO = 50.0
 SPEED = 5.0
 """rad/s of the wheels, 0.55 m/s: 40 turn/s of a motor."""
-AHEAD = Twist(SPEED * MODEL.wheel_radius, 0.0)
+AHEAD = Twist(SPEED * MODEL.drivetrain.wheel_radius, 0.0)
 """The same of the body."""
 ZERO = 0.5
 """turn/s of a motor below which it stands: 1 cm/s of the wheel."""

@@ -2,7 +2,7 @@
 
 import math
 
-from vrg.types import Pose, Vector
+from vrg.types import Pose, Twist, Vector
 
 
 def wrap(angle: float) -> float:
@@ -20,6 +20,15 @@ def inverse(pose: Pose) -> Pose:
     """Return the inverse of a pose: composed with `pose` it gives (0, 0, 0)."""
     cos, sin = math.cos(pose.theta), math.sin(pose.theta)
     return Pose(-pose.x * cos - pose.y * sin, pose.x * sin - pose.y * cos, wrap(-pose.theta))
+
+
+def along_arc(pose: Pose, twist: Twist, seconds: float) -> Pose:
+    """Return the pose of a body that moves with a twist for `seconds` from `pose` on. Its heading may pass pi."""
+    half = twist.w * seconds / 2
+    time = seconds * (math.sin(half) / half if half else 1.0)
+    cos, sin = math.cos(pose.theta + half) * time, math.sin(pose.theta + half) * time
+    x, y = twist.v * cos - twist.side * sin, twist.v * sin + twist.side * cos
+    return Pose(pose.x + x, pose.y + y, pose.theta + 2 * half)
 
 
 def interpolate(a: Pose, b: Pose, fraction: float) -> Pose:

@@ -48,20 +48,22 @@ class Pose(Struct, frozen=True, forbid_unknown_fields=True, gc=False):
     theta: Radians
 
 
-class Twist(Struct, frozen=True, forbid_unknown_fields=True, gc=False):
+class Twist(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True, gc=False):
     """A body's velocity in its own frame.
 
     Args:
         v: the speed ahead, m/s. w: the turn rate, rad/s, counter-clockwise, which is to the left.
+        side: the speed to the left, m/s, of a robot that can drive sideways.
     """
 
     v: Speed
     w: AngularSpeed
+    side: Speed = 0.0
 
     @property
     def is_finite(self) -> bool:
-        """Whether both numbers are finite."""
-        return math.isfinite(self.v) and math.isfinite(self.w)
+        """True if all numbers are finite."""
+        return math.isfinite(self.v) and math.isfinite(self.w) and math.isfinite(self.side)
 
 
 STILL = Twist(0.0, 0.0)

@@ -24,7 +24,7 @@ from vrg.coordinator.rulebook import Contestant
 from vrg.games.sharks_and_minnows import MINNOW, SHARK
 from vrg.games.sharks_and_minnows.rules import SharksAndMinnows
 from vrg.games.sharks_and_minnows.settings import Settings
-from vrg.types import Pose
+from vrg.types import STILL, Pose
 
 KEYS = Keys("m")
 HEADER = Header(match="m", game="sharks-and-minnows", seed=3)
@@ -71,7 +71,7 @@ class Table:
         if live:
             self.time = round(self.time + 0.1, 6)
             bodies = [
-                m.Body(name=n, pose=p, v=0.0, w=0.0, physical=n in self.ages, age=self.ages.get(n, 0.0))
+                m.Body(name=n, pose=p, twist=STILL, physical=n in self.ages, age=self.ages.get(n, 0.0))
                 for n, p in self.places.items()
             ]
             if not self.blind:

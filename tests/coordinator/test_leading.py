@@ -74,10 +74,10 @@ class Drive:
         return there
 
     def _bodies(self) -> dict[str, Body]:
-        bodies = {name: Body(name=name, pose=p, v=self._twists[name].v, w=0.0, physical=False)
+        bodies = {name: Body(name=name, pose=p, twist=Twist(self._twists[name].v, 0.0), physical=False)
                   for name, p in self._poses.items()}  # fmt: skip
         for name, (pose, v) in self._others(self.time).items():
-            bodies[name] = Body(name=name, pose=pose, v=v, w=0.0, physical=False)
+            bodies[name] = Body(name=name, pose=pose, twist=Twist(v, 0.0), physical=False)
         return bodies
 
     def _look(self, bodies: Mapping[str, Body]) -> None:
@@ -227,13 +227,13 @@ def test_a_robot_that_the_world_does_not_report_stands() -> None:
 
 def test_nobody_else_is_driven() -> None:
     leader = Leader({"red1": SPEED, "red2": SPEED})
-    bodies = {n: Body(name=n, pose=Pose(x, 0, 0), v=0.0, w=0.0, physical=False) for n, x in (("red1", 0), ("red2", 2))}
+    bodies = {n: Body(name=n, pose=Pose(x, 0, 0), twist=STILL, physical=False) for n, x in (("red1", 0), ("red2", 2))}
     assert set(leader.twists({"red1": HOME}, [_status(n) for n in bodies], bodies, FIELD, 0.0)) == {"red1"}
     assert leader.twists({}, [_status(n) for n in bodies], bodies, FIELD, 0.1) == {}
 
 
 def test_no_robot_is_driven_faster_than_it_can() -> None:
     leader = Leader({"red1": 0.4})
-    body = Body(name="red1", pose=Pose(0, 0, math.pi), v=0.0, w=0.0, physical=False)
+    body = Body(name="red1", pose=Pose(0, 0, math.pi), twist=STILL, physical=False)
     twist = leader.twists({"red1": HOME}, [_status("red1")], {"red1": body}, FIELD, 0.0)["red1"]
     assert 0.0 < math.hypot(twist.v, 0.25 * twist.w) <= 0.4 + 1e-9

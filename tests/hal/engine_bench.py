@@ -5,7 +5,7 @@ from itertools import combinations
 
 from vrg.hal.sim.engines.engine import Engine
 from vrg.hal.sim.shapes import Box, box_gap, circle_gap
-from vrg.types import Pose, Twist
+from vrg.types import STILL, Pose, Twist
 
 DT = 0.02
 
@@ -17,16 +17,16 @@ def run(engine: Engine, seconds: float) -> None:
 
 def forward(engine: Engine, name: str, v: float, w: float = 0.0) -> None:
     """Command a body velocity, m/s and rad/s."""
-    engine.command(name, *engine.models[engine.row(name)].wheels(Twist(v, w)), brake=False)
+    engine.command(name, Twist(v, w))
 
 
 def carry(engine: Engine, name: str, v: float, seconds: float) -> None:
     """Let a kinematic body drive straight ahead at v m/s, then stand."""
     for _ in range(round(seconds / DT)):
         x, y, theta = engine.poses[engine.row(name)].tolist()
-        engine.move(name, Pose(x + v * DT * math.cos(theta), y + v * DT * math.sin(theta), theta), v, 0.0)
+        engine.move(name, Pose(x + v * DT * math.cos(theta), y + v * DT * math.sin(theta), theta), Twist(v, 0.0))
         engine.step(DT)
-    engine.move(name, engine.state(name).pose, 0.0, 0.0)
+    engine.move(name, engine.state(name).pose, STILL)
 
 
 def footprint(engine: Engine, row: int) -> Box:

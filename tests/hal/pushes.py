@@ -48,12 +48,12 @@ class Push:
             return Pose(0.0, 0.0, HEADING)
         engine = ENGINES.get(engine_name)(load_map("open"))
         engine.add("pushed", pushed, Pose(0.0, 0.0, HEADING))
-        engine.command("pushed", *pushed.wheels(Twist(speed or 0.0, 0.0)), brake=speed is None)
+        engine.command("pushed", None if speed is None else Twist(speed, 0.0))
         if not alone:
             way = HEADING + math.radians(BEARINGS[self.side])
             off = _GAP + (math.hypot(*pusher.size) + math.hypot(*pushed.size)) / 2
             engine.add("pusher", pusher, Pose(off * math.cos(way), off * math.sin(way), way + math.pi))
-            engine.command("pusher", *pusher.wheels(Twist(pusher.v_max, 0.0)), brake=False)
+            engine.command("pusher", Twist(pusher.v_max, 0.0))
         for _ in range(round(seconds / TICK)):
             engine.step(TICK)
         pose = engine.state("pushed").pose

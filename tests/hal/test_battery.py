@@ -11,9 +11,9 @@ P2AT = robot_model("P2AT")
 
 def drawn(dt: float, way: float = 0.0, before: float = 0.0, after: float = 0.0) -> float:
     """Energy in J that a P2AT draws, driving `way` m while its speed goes from `before` to `after`."""
-    batteries = Batteries([P2AT], np.zeros(1), np.zeros((1, 2)), np.array([before]))
-    angle = way / P2AT.wheel_radius
-    batteries.draw(dt, np.array([(angle, angle)]), np.array([after]))
+    batteries = Batteries([P2AT], np.zeros(1), np.zeros((1, 2)), np.array([(before, 0.0, 0.0)]))
+    angle = way / P2AT.drivetrain.wheel_radius
+    batteries.draw(dt, np.array([(angle, angle)]), np.array([(after, 0.0, 0.0)]))
     return float(batteries.used[0])
 
 
@@ -33,8 +33,8 @@ def test_speeding_up_costs_and_braking_gives_nothing_back() -> None:
 
 
 def test_the_charge_goes_from_1_to_0_and_not_below() -> None:
-    batteries = Batteries([P2AT], np.zeros(1), np.zeros((1, 2)), np.zeros(1))
+    batteries = Batteries([P2AT], np.zeros(1), np.zeros((1, 2)), np.zeros((1, 3)))
     assert batteries.charge.tolist() == [1.0]
     for hours, left in ((P2AT.battery_wh / P2AT.idle_w / 2, 0.5), (100.0, 0.0)):
-        batteries.draw(hours * 3600, np.zeros((1, 2)), np.zeros(1))
+        batteries.draw(hours * 3600, np.zeros((1, 2)), np.zeros((1, 3)))
         assert batteries.charge.tolist() == pytest.approx([left])

@@ -7,6 +7,7 @@ import pytest
 
 from tests.hal.engine_bench import forward, run
 from vrg.hal.models import MODELS, robot_model
+from vrg.hal.models.drivetrain import skid_steer
 from vrg.hal.sim.engines.pybullet import BulletEngine
 from vrg.hal.sim.map import load_map
 from vrg.types import Pose
@@ -15,14 +16,16 @@ from vrg.types import Pose
 @pytest.mark.parametrize("name", MODELS.names())
 def test_the_stored_effective_track_is_what_the_engine_measures(name: str) -> None:
     model = robot_model(name)
+    drivetrain = model.drivetrain
     engine = BulletEngine(load_map("open"))
     engine.add("a", model, Pose(0, 0, 0))
-    engine.command("a", -3.0, 3.0, brake=False)
+    engine.command("a", drivetrain.twist((-3.0, 3.0)))
     run(engine, 3.0)
-    measured = 6.0 * model.wheel_radius / engine.state("a").w
+    measured = 6.0 * drivetrain.wheel_radius / engine.state("a").twist.w
     engine.close()
-    assert model.effective_track == pytest.approx(measured, rel=0.01)
-    assert model.effective_track == pytest.approx(model.track + model.wheelbase**2 / model.track, rel=0.01)
+    assert drivetrain.effective_track == pytest.approx(measured, rel=0.01)
+    wheel = drivetrain.wheels[0]
+    assert drivetrain.effective_track == pytest.approx(2 * (wheel.y + wheel.x**2 / wheel.y), rel=0.01)
 
 
 @pytest.mark.parametrize("name", MODELS.names())
@@ -31,14 +34,14 @@ def test_a_full_brake_does_not_tip_it(name: str) -> None:
     engine.add("a", robot_model(name), Pose(0, 0, 0))
     forward(engine, "a", robot_model(name).v_max)
     run(engine, 2.0)
-    engine.command("a", 0, 0, brake=True)
+    engine.command("a", None)
     for _ in range(50):
         run(engine, 0.02)
         place, turn = pybullet.getBasePositionAndOrientation(engine._bodies[0], physicsClientId=engine._client)
         roll, pitch, _ = pybullet.getEulerFromQuaternion(turn)
         assert abs(roll) < 0.02
         assert abs(pitch) < 0.02
-        assert place[2] == pytest.approx(robot_model(name).wheel_radius, abs=0.005)
+        assert place[2] == pytest.approx(robot_model(name).drivetrain.wheel_radius, abs=0.005)
     engine.close()
 
 
@@ -59,16 +62,17 @@ def test_a_collision_does_not_tip_it() -> None:
 
 
 def test_one_with_its_wheels_at_its_corners_comes_to_rest() -> None:
-    model = replace(robot_model("P2AT"), wheelbase=0.49, track=0.48, effective_track=0.98)
+    drivetrain = skid_steer(wheel_radius=0.11, wheel_width=0.08, wheelbase=0.49, track=0.48, effective_track=0.98)
+    model = replace(robot_model("P2AT"), drivetrain=drivetrain)
     engine = BulletEngine(load_map("open"))
     engine.add("a", model, Pose(0, 0, 0.3))
     forward(engine, "a", 0.5, 0.4)
     run(engine, 2.0)
-    engine.command("a", 0, 0, brake=True)
+    engine.command("a", None)
     run(engine, 0.5)
     for _ in range(20):
         run(engine, 0.02)
-        assert abs(engine.state("a").w) < 1e-3
+        assert abs(engine.state("a").twist.w) < 1e-3
     engine.close()
 
 

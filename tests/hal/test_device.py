@@ -62,7 +62,7 @@ class Bench:
         return [(o.stamp, o.body) for o in out if isinstance(o.body, m.MeasuredPose)]
 
     def world_sees(self, pose: Pose) -> None:
-        self.say(KEYS.robot_seen("a"), m.MeasuredPose(pose=pose, v=0.0, w=0.0))
+        self.say(KEYS.robot_seen("a"), m.MeasuredPose(pose=pose))
 
 
 @pytest.fixture
@@ -104,7 +104,7 @@ class TestGateAndLimit:
         bench.say(KEYS.speed_limit("a"), m.SpeedLimit(v_max=0.25))
         bench.tick()
         sent = bench.device.drive(Twist(0.5, 0.5))
-        assert max(MODEL.wheels(sent)) == pytest.approx(0.25 / MODEL.wheel_radius)
+        assert max(MODEL.drivetrain.speeds(sent)) == pytest.approx(0.25 / MODEL.drivetrain.wheel_radius)
         assert sent.v == pytest.approx(sent.w)
 
     def test_a_motion_that_is_no_number_is_refused(self, bench: Bench) -> None:
@@ -346,7 +346,7 @@ class TestPhysicalRobots:
         bench.tick()
         with pytest.raises(StaleDataError, match="expected its pose on vrg/m/robot/a/pose"):
             bench.device.read()
-        bench.say(KEYS.robot_pose("a"), m.MeasuredPose(pose=Pose(4.0, 4.0, 0.0), v=0.0, w=0.0))
+        bench.say(KEYS.robot_pose("a"), m.MeasuredPose(pose=Pose(4.0, 4.0, 0.0)))
         bench.tick(0.2)
         assert self.at(bench, Pose(9.0, 9.0, 0.0)) == Pose(4.0, 4.0, 0.0)
         assert bench.device.read().age == pytest.approx(0.2)

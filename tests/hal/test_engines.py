@@ -6,15 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from msgspec.structs import astuple
 
 from tests.hal.engine_bench import carry, deepest_overlap, footprint, forward, run
 from vrg.errors import ConfigError, WorldError
+from vrg.geometry import along_arc
 from vrg.hal.models import MODELS, robot_model
+from vrg.hal.models.drivetrain import Drivetrain, Wheel
 from vrg.hal.sim.engines import ENGINES
 from vrg.hal.sim.engines.engine import Engine
 from vrg.hal.sim.map import load_map
 from vrg.hal.sim.shapes import box_gap
-from vrg.types import Pose
+from vrg.types import STILL, Pose, Twist
 
 P2AT = robot_model("P2AT")
 Make = Callable[..., Engine]
@@ -47,12 +50,12 @@ def test_robots_are_known_by_name(make: Make) -> None:
     with pytest.raises(WorldError, match="got 'a'"):
         engine.add("a", P2AT, Pose(9, 9, 0))
     with pytest.raises(WorldError, match=r"\(a, b\).*'c'"):
-        engine.command("c", 1, 1, False)
+        engine.command("c", STILL)
     engine.remove("a")
     assert engine.names == ["b"]
     forward(engine, "b", 0.5)
     run(engine, 1.0)
-    assert engine.state("b").v == pytest.approx(0.5, rel=0.02)
+    assert engine.state("b").twist.v == pytest.approx(0.5, rel=0.02)
     with pytest.raises(WorldError):
         engine.state("a")
 
@@ -78,9 +81,9 @@ def test_acceleration_is_the_models(make: Make) -> None:
     engine.add("a", P2AT, Pose(0, 0, 0))
     forward(engine, "a", 0.7)
     run(engine, 0.4)
-    assert engine.state("a").v == pytest.approx(0.4 * P2AT.a_max, rel=0.15)
+    assert engine.state("a").twist.v == pytest.approx(0.4 * P2AT.a_max, rel=0.15)
     run(engine, 1.0)
-    assert engine.state("a").v == pytest.approx(0.7, rel=0.02)
+    assert engine.state("a").twist.v == pytest.approx(0.7, rel=0.02)
 
 
 @pytest.mark.parametrize("name", MODELS.names())
@@ -106,9 +109,9 @@ def test_locked_wheels_stop_it_within_the_models_brake(make: Make) -> None:
     forward(engine, "a", P2AT.v_max)
     run(engine, 2.0)
     at = engine.poses[0, 0]
-    engine.command("a", 5.0, 5.0, brake=True)
+    engine.command("a", None)
     run(engine, 0.1)
-    assert abs(engine.state("a").v) < 0.03
+    assert abs(engine.state("a").twist.v) < 0.03
     run(engine, 1.0)
     assert engine.poses[0, 0] - at < 1.5 * P2AT.v_max**2 / 2 / P2AT.brake + 0.01
 
@@ -204,7 +207,7 @@ def test_a_placed_robot_is_there_and_at_rest(make: Make) -> None:
     engine.add("a", P2AT, Pose(0, 0, 0))
     forward(engine, "a", 0.7)
     run(engine, 1.0)
-    engine.command("a", 0, 0, brake=True)
+    engine.command("a", None)
     engine.place("a", Pose(5, 5, 1.0))
     run(engine, 0.2)
     assert engine.state("a").pose.x == pytest.approx(5.0, abs=0.001)
@@ -215,7 +218,7 @@ def test_restoring_keeps_the_wheels(make: Make) -> None:
     engine = make()
     engine.add("a", P2AT, Pose(0, 0, 0))
     engine.restore("a", Pose(2, 3, 0.5), (10.0, 20.0))
-    assert engine.state("a").wheels == (10.0, 20.0)
+    assert engine.state("a").angles == (10.0, 20.0)
     assert engine.state("a").pose == Pose(2, 3, 0.5)
 
 
@@ -228,7 +231,7 @@ def test_the_same_commands_give_the_same_poses_bit_for_bit(make: Make) -> None:
         trace = b""
         for _ in range(40):
             for name in engine.names:
-                engine.command(name, *rng.uniform(-6, 6, 2), brake=bool(rng.random() < 0.1))
+                engine.command(name, None if rng.random() < 0.1 else Twist(*rng.uniform(-0.6, 0.6, 2)))
             run(engine, 0.2)
             trace += engine.poses.tobytes()
         return trace
@@ -263,10 +266,10 @@ class TestKinematicBodies:
         engine.add("g", P2AT, Pose(-4.4, 0, 0), kinematic=True)
         engine.add("a", P2AT, Pose(0, -1, 0))
         for pose in (Pose(-4.4, 0, 0), Pose(-4.3, 0.1, 1.0), Pose(50.0, 50.0, -3.0), Pose(-9e4, 9e4, 2.0)):
-            engine.move("g", pose, 0.5, -0.2)
+            engine.move("g", pose, Twist(0.5, -0.2))
             run(engine, 0.1)
             state = engine.state("g")
-            assert (state.pose, state.v, state.w, state.wheels) == (pose, 0.5, -0.2, (0.0, 0.0))
+            assert (state.pose, state.twist, state.angles) == (pose, Twist(0.5, -0.2), (0.0, 0.0))
             assert not any(state.touch), "walls are no contact of a kinematic body"
         assert np.abs(engine.poses[1] - (0, -1, 0)).max() < 1e-3
 
@@ -275,11 +278,11 @@ class TestKinematicBodies:
         engine.add("g", P2AT, Pose(0, 0, 0), kinematic=True)
         engine.add("a", P2AT, Pose(3, 0, 0))
         with pytest.raises(WorldError, match=r"command g: .*kinematic"):
-            engine.command("g", 1.0, 1.0, brake=False)
+            engine.command("g", Twist(0.1, 0.0))
         with pytest.raises(WorldError, match=r"move a: .*kinematic"):
-            engine.move("a", Pose(0, 0, 0), 0.0, 0.0)
+            engine.move("a", Pose(0, 0, 0), STILL)
         with pytest.raises(WorldError, match="'b'"):
-            engine.move("b", Pose(0, 0, 0), 0.0, 0.0)
+            engine.move("b", Pose(0, 0, 0), STILL)
 
     def test_a_robot_that_drives_at_one_stops_and_both_feel_it(self, make: Make) -> None:
         engine = make()
@@ -348,10 +351,10 @@ class TestKinematicBodies:
         engine.add("g", P2AT, Pose(9, 9, 0), kinematic=True)
         for x, y, theta in ((0.1, 0.05, 0.4), (0.0, 0.0, 0.0)):
             engine.place("a", Pose(0, 0, 0))
-            engine.move("g", Pose(x, y, theta), 0.0, 0.0)
+            engine.move("g", Pose(x, y, theta), STILL)
             for _ in range(100):
                 run(engine, 0.02)
-                assert abs(engine.state("a").v) < 1.0
+                assert abs(engine.state("a").twist.v) < 1.0
                 assert math.hypot(*engine.poses[0, :2]) < 1.2
             assert gap(engine, "a", "g") > -0.01
             assert engine.state("g").pose == Pose(x, y, theta)
@@ -374,11 +377,11 @@ class TestKinematicBodies:
     def test_one_that_is_placed_or_restored_stands_there(self, make: Make) -> None:
         engine = make()
         engine.add("g", P2AT, Pose(0, 0, 0), kinematic=True)
-        engine.move("g", Pose(0, 0, 0), 0.5, 0.1)
+        engine.move("g", Pose(0, 0, 0), Twist(0.5, 0.1))
         engine.restore("g", Pose(2, 3, 0.5), (0.0, 0.0))
         run(engine, 0.5)
         assert engine.state("g").pose == Pose(2, 3, 0.5)
-        assert (engine.state("g").v, engine.state("g").w) == (0.0, 0.0)
+        assert engine.state("g").twist == STILL
 
     def test_robots_out_of_its_reach_move_as_without_it(self, make: Make) -> None:
         def drive(*others: Pose) -> bytes:
@@ -391,3 +394,48 @@ class TestKinematicBodies:
             return engine.poses[0].tobytes()
 
         assert drive() == drive(Pose(5, 5, 0), Pose(-3, 1, 2))
+
+
+class TestOmniWheels:
+    MODEL = replace(
+        P2AT,
+        drivetrain=Drivetrain(
+            axes=("left", "back", "right"),
+            wheels=tuple(
+                Wheel(x=0.2 * math.cos(at), y=0.2 * math.sin(at), heading=at + math.pi / 2, axis=n, rollers=True)
+                for n, at in enumerate((math.pi / 3, math.pi, -math.pi / 3))
+            ),
+            wheel_radius=0.1,
+            wheel_width=0.05,
+        ),
+    )
+
+    @pytest.mark.parametrize("twist", [Twist(0.0, 0.0, 0.5), Twist(0.3, 0.0, -0.4), Twist(0.0, 1.0), Twist(0.5, 0.0)])
+    def test_it_moves_as_it_is_told_beside_a_robot_with_fewer_axes(self, make: Make, twist: Twist) -> None:
+        engine = make()
+        engine.add("b", P2AT, Pose(5.0, 5.0, 0.0))
+        engine.add("a", self.MODEL, Pose(0.0, 0.0, 0.4))
+        engine.command("a", twist)
+        forward(engine, "b", 0.4)
+        run(engine, 2.0)
+        start = engine.state("a").pose
+        run(engine, 1.0)
+        state = engine.state("a")
+        assert astuple(state.twist) == pytest.approx(astuple(twist), abs=0.03)
+        there = along_arc(start, twist, 1.0)
+        assert math.dist((state.pose.x, state.pose.y), (there.x, there.y)) < 0.03
+        assert len(state.angles) == 3
+        assert engine.state("b").twist.v == pytest.approx(0.4, rel=0.02)
+        engine.command("a", None)
+        run(engine, 1.0)
+        assert astuple(engine.state("a").twist) == pytest.approx((0.0, 0.0, 0.0), abs=0.02)
+
+    def test_a_wall_beside_it_stops_it(self, make: Make) -> None:
+        engine = make("marhes_lab")
+        wall = max(box.y for box in engine.map.boxes)
+        engine.add("a", self.MODEL, Pose(-2.0, wall - 1.0, 0.0))
+        engine.command("a", Twist(0.0, 0.0, 0.5))
+        run(engine, 4.0)
+        assert abs(engine.state("a").twist.side) < 0.05
+        assert deepest_overlap(engine) < 0.02
+        assert any(engine.state("a").touch)

@@ -192,7 +192,7 @@ def x_of(wire: Wire, name: str = "a") -> float:
 def speed(wire: Wire, name: str = "a") -> float:
     poses = wire.heard[KEYS.poses.key]
     assert isinstance(poses, m.Poses)
-    return next(body.v for body in poses.bodies if body.name == name)
+    return next(body.twist.v for body in poses.bodies if body.name == name)
 
 
 class TestWorld:

@@ -13,9 +13,10 @@ from vrg.types import Twist
 
 @pytest.mark.parametrize("model", [MODELS.get(name) for name in MODELS.names()], ids=MODELS.names())
 def test_a_model_is_physically_sound(model: RobotModel) -> None:
-    assert model.wheelbase < model.length
-    assert model.track + model.wheel_width <= model.width
-    assert model.effective_track > model.track, "a skidding body turns less than its wheels say"
+    drivetrain = model.drivetrain
+    assert all(2 * abs(wheel.x) < model.length for wheel in drivetrain.wheels)
+    assert all(2 * abs(wheel.y) + drivetrain.wheel_width <= model.width for wheel in drivetrain.wheels)
+    assert drivetrain.effective_track > 2 * drivetrain.wheels[0].y, "a skidding body turns less than its wheels say"
     assert model.brake >= 7.0
     assert model.laser is not None
     assert abs(model.laser.x) < model.length / 2, "the laser is on the body, which the scan looks out of"
@@ -29,7 +30,7 @@ def test_a_p2at_can_stop_from_top_speed_in_a_tenth_of_a_second() -> None:
 
 @pytest.mark.parametrize("model", [MODELS.get(name) for name in MODELS.names()], ids=MODELS.names())
 def test_wheels_and_velocity_are_inverses(model: RobotModel) -> None:
-    assert astuple(model.twist(*model.wheels(Twist(0.4, -0.7)))) == pytest.approx((0.4, -0.7))
+    assert astuple(model.drivetrain.twist(model.drivetrain.speeds(Twist(0.4, -0.7)))) == pytest.approx((0.4, -0.7, 0.0))
 
 
 def test_both_carry_an_lms200() -> None:
@@ -50,7 +51,7 @@ def test_a_limit_keeps_the_curve() -> None:
     model = robot_model("P2AT")
     slow = model.limited(Twist(2.0, 1.0), v_max=0.3)
     assert slow.v / slow.w == pytest.approx(2.0)
-    assert max(model.wheels(slow)) == pytest.approx(0.3 / model.wheel_radius)
+    assert max(model.drivetrain.speeds(slow)) == pytest.approx(0.3 / model.drivetrain.wheel_radius)
     assert model.limited(Twist(0.1, 0.1), v_max=0.3) == Twist(0.1, 0.1)
     assert model.limited(Twist(5.0, 0.0), v_max=50.0).v == model.v_max, "no limit is above the model's own"
 

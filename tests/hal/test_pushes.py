@@ -85,11 +85,11 @@ def test_a_heavier_one_presses_it_against_a_wall_and_may_leave(engine_name: str)
         run(engine, 0.02)
         assert deepest_overlap(engine) < 0.02
     assert -4.4 < engine.state("light").pose.x < -3.8
-    assert abs(engine.state("heavy").v) < 0.1
+    assert abs(engine.state("heavy").twist.v) < 0.1
     forward(engine, "heavy", -0.5)
     run(engine, 3.0)
     assert engine.state("heavy").pose.x > -2.8
     forward(engine, "light", 0.5)
     run(engine, 1.0)
-    assert engine.state("light").v == pytest.approx(0.5, rel=0.05)
+    assert engine.state("light").twist.v == pytest.approx(0.5, rel=0.05)
     engine.close()

@@ -29,9 +29,9 @@ def test_a_robot_that_brakes_is_at_rest_since_the_first_tick_at_which_it_is(engi
     world.tick(60, each=[GO])
     world.tick(60, each=[(KEYS.drive("a"), Drive(twist=STILL))])
     seen = bodies(world, "a")
-    moving = [stamp for stamp, body in seen if not at_rest(body.v, body.w)]
+    moving = [stamp for stamp, body in seen if not at_rest(body.twist)]
     assert len(moving) > 30
-    assert all((body.rest is None) == (not at_rest(body.v, body.w)) for _, body in seen)
+    assert all((body.rest is None) == (not at_rest(body.twist)) for _, body in seen)
     stood = next(stamp for stamp, body in seen if stamp > moving[-1])
     assert seen[-1][1].rest == stood
     assert seen[0][1].rest == 0.0
@@ -39,12 +39,12 @@ def test_a_robot_that_brakes_is_at_rest_since_the_first_tick_at_which_it_is(engi
 
 def test_a_physical_robot_that_is_not_measured_is_not_known_to_be_at_rest() -> None:
     world = Wire(config(("g", 3.0, 0.0, 0.0), physical="g"))
-    still = (KEYS.robot_pose("g"), MeasuredPose(pose=Pose(3.0, 0.0, 0.0), v=0.0, w=0.0))
+    still = (KEYS.robot_pose("g"), MeasuredPose(pose=Pose(3.0, 0.0, 0.0)))
     world.tick(5, each=[still])
     assert bodies(world, "g")[-1][1].rest == 0.0
     world.tick(round(EXTRAPOLATE / 0.02) + 3)
     silent = bodies(world, "g")[-1][1]
-    assert (silent.v, silent.rest) == (0.0, None)
+    assert (silent.twist, silent.rest) == (STILL, None)
     world.tick(1, each=[still])
     stamp, again = bodies(world, "g")[-1]
     assert again.rest == stamp
@@ -52,9 +52,9 @@ def test_a_physical_robot_that_is_not_measured_is_not_known_to_be_at_rest() -> N
 
 def test_slow_is_at_rest_and_turning_is_not() -> None:
     rests = Rests()
-    assert rests.since("a", AT_REST, -AT_REST, 1.0) == 1.0
-    assert rests.since("a", 0.0, 0.0, 2.0) == 1.0
-    assert rests.since("a", 0.0, 2 * AT_REST, 3.0) is None
-    assert rests.since("a", 0.0, 0.0, 4.0) == 4.0
-    assert rests.since("a", 0.0, 0.0, 4.0) == 4.0, "asking again changes nothing"
-    assert rests.since("b", 0.0, 0.0, 5.0) == 5.0
+    assert rests.since("a", Twist(AT_REST, -AT_REST), 1.0) == 1.0
+    assert rests.since("a", Twist(0.0, 0.0), 2.0) == 1.0
+    assert rests.since("a", Twist(0.0, 2 * AT_REST), 3.0) is None
+    assert rests.since("a", Twist(0.0, 0.0), 4.0) == 4.0
+    assert rests.since("a", Twist(0.0, 0.0), 4.0) == 4.0, "asking again changes nothing"
+    assert rests.since("b", STILL, 5.0) == 5.0

@@ -22,6 +22,7 @@ from vrg.hal.sim.sensors.suite import SensorSuite
 from vrg.types import Twist
 
 P2AT = robot_model("P2AT")
+RADIUS = P2AT.drivetrain.wheel_radius
 DT = 0.02
 TICKS_PER_TURN = 34_000
 
@@ -30,7 +31,7 @@ def instant(tick: int, models: Sequence[RobotModel], wheels: tuple[float, float]
     """All robots stand at the origin and turn their wheels at these rates, rad/s."""
     n = len(models)
     turned = np.tile(wheels, (n, 1)) * tick * DT
-    return Instant(tick, DT, models, np.zeros((n, 3)), np.zeros((n, 2)), turned, [0b101] * n, lambda _: 0.5)
+    return Instant(tick, DT, models, np.zeros((n, 3)), np.zeros((n, 3)), turned, [0b101] * n, lambda _: 0.5)
 
 
 def make(*names: str, seed: int = 1, noise: bool = True, model: RobotModel = P2AT, tick: int = 0) -> SensorSuite:
@@ -53,8 +54,8 @@ def test_without_noise_the_sensors_are_exact() -> None:
     said = drive(make("a", noise=False), "a", 500, 5.0, 5.0)
     assert (said["a", Ins].pose.x, said["a", Ins].pose.theta) == (0.0, 0.0)
     odometry = said["a", Odometry]
-    assert odometry.pose.x == pytest.approx(5.0 * 10 * P2AT.wheel_radius, abs=1e-3)
-    assert odometry.twist.v == pytest.approx(5.0 * P2AT.wheel_radius, abs=1e-3)
+    assert odometry.pose.x == pytest.approx(5.0 * 10 * RADIUS, abs=1e-3)
+    assert odometry.twist.v == pytest.approx(5.0 * RADIUS, abs=1e-3)
     assert said["a", Encoders].left == said["a", Encoders].right
 
 
@@ -65,20 +66,20 @@ def test_encoders_count_ticks() -> None:
 
 
 def test_odometry_turns_by_the_effective_track() -> None:
-    said = drive(make("a", noise=False), "a", 50, *P2AT.wheels(Twist(0.0, 1.0)))
+    said = drive(make("a", noise=False), "a", 50, *P2AT.drivetrain.speeds(Twist(0.0, 1.0)))
     assert said["a", Odometry].pose.theta == pytest.approx(1.0, abs=1e-3)
     assert said["a", Odometry].twist.w == pytest.approx(1.0, abs=1e-2)
 
 
 def test_odometry_turns_round_and_round_within_half_a_turn() -> None:
-    said = drive(make("a", noise=False), "a", 250, *P2AT.wheels(Twist(0.0, 1.0)))
+    said = drive(make("a", noise=False), "a", 250, *P2AT.drivetrain.speeds(Twist(0.0, 1.0)))
     assert said["a", Odometry].pose.theta == pytest.approx(5.0 - math.tau, abs=1e-2)
 
 
 def test_noise_makes_odometry_drift_by_about_a_per_cent() -> None:
     names = [f"r{n}" for n in range(20)]
     said = drive(make(*names), names, 1000, 5.0, 5.0)
-    way = 5.0 * 20 * P2AT.wheel_radius
+    way = 5.0 * 20 * RADIUS
     poses = [said[name, Odometry].pose for name in names]
     error = [math.hypot(pose.x - way, pose.y) / way for pose in poses]
     assert 0.005 < np.median(error) < 0.5

@@ -40,12 +40,12 @@ from vrg.hal.sim.config import check_setup
 from vrg.hal.sim.ghost import EXTRAPOLATE
 from vrg.hal.sim.node import WorldNode
 from vrg.hal.sim.requests import grant
-from vrg.types import STILL, Pose
+from vrg.types import STILL, Pose, Twist
 
 S = TypeVar("S", bound=SensorMessage)
 P2AT = robot_model("P2AT")
-GO = (KEYS.drive("a"), Drive(twist=P2AT.twist(3.0, 3.0)))
-GO_B = (KEYS.drive("b"), Drive(twist=P2AT.twist(3.0, 3.0)))
+GO = (KEYS.drive("a"), Drive(twist=P2AT.drivetrain.twist((3.0, 3.0))))
+GO_B = (KEYS.drive("b"), Drive(twist=P2AT.drivetrain.twist((3.0, 3.0))))
 DISARM = Drive(twist=STILL, armed=False)
 
 
@@ -83,7 +83,7 @@ def state(wire: Wire, name: str = "a") -> RobotState:
 def speed(wire: Wire, name: str = "a") -> float:
     poses = wire.heard[KEYS.poses.key]
     assert isinstance(poses, Poses)
-    return next(abs(body.v) + abs(body.w) for body in poses.bodies if body.name == name)
+    return next(abs(body.twist.v) + abs(body.twist.w) for body in poses.bodies if body.name == name)
 
 
 def x_of(wire: Wire, name: str = "a") -> float:
@@ -179,21 +179,21 @@ class TestCommands:
     def test_an_unarmed_command_brakes_at_once(self) -> None:
         world = wire()
         world.tick(60, each=[GO])
-        world.tick(4, each=[(KEYS.drive("a"), Drive(twist=P2AT.twist(3.0, 3.0), armed=False))])
+        world.tick(4, each=[(KEYS.drive("a"), Drive(twist=P2AT.drivetrain.twist((3.0, 3.0)), armed=False))])
         assert speed(world) == 0.0
         assert not state(world).armed
 
     def test_a_speed_limit_caps_both_wheels_alike_and_nobody_is_told(self) -> None:
         world = wire(noise=False)
         world.say(KEYS.speed_limit("a"), SpeedLimit(v_max=0.22))
-        world.tick(60, each=[(KEYS.drive("a"), Drive(twist=P2AT.twist(4.0, 2.0)))])
+        world.tick(60, each=[(KEYS.drive("a"), Drive(twist=P2AT.drivetrain.twist((4.0, 2.0))))])
         assert sensed(world, Odometry).twist.v == pytest.approx(0.22 * 0.75, abs=0.005)
         assert state(world).fault is None
 
     def test_a_limit_above_the_models_top_speed_changes_nothing(self) -> None:
         world = wire()
         world.say(KEYS.speed_limit("a"), SpeedLimit(v_max=50.0))
-        world.tick(100, each=[(KEYS.drive("a"), Drive(twist=P2AT.twist(900.0, 900.0)))])
+        world.tick(100, each=[(KEYS.drive("a"), Drive(twist=P2AT.drivetrain.twist((900.0, 900.0))))])
         assert speed(world) == pytest.approx(P2AT.v_max)
 
     def test_a_limit_may_come_before_its_robot(self) -> None:
@@ -202,12 +202,12 @@ class TestCommands:
         world.tick()
         spawn = WorldRequest(kind=RequestKind.SPAWN, robot="c", model="P2AT", pose=Pose(5, 5, 0))
         world.say(KEYS.world_request, spawn)
-        world.tick(60, each=[(KEYS.drive("c"), Drive(twist=P2AT.twist(6.0, 6.0)))])
+        world.tick(60, each=[(KEYS.drive("c"), Drive(twist=P2AT.drivetrain.twist((6.0, 6.0))))])
         assert speed(world, "c") == pytest.approx(0.2)
 
     def test_commands_for_a_robot_that_is_not_there_are_ignored(self) -> None:
         world = wire()
-        world.tick(5, each=[(KEYS.drive("ghost"), Drive(twist=P2AT.twist(1.0, 1.0)))])
+        world.tick(5, each=[(KEYS.drive("ghost"), Drive(twist=P2AT.drivetrain.twist((1.0, 1.0))))])
         assert state(world).fault is None
 
 
@@ -313,7 +313,7 @@ class TestRequests:
         self.request(world, kind=RequestKind.SPAWN, robot="c", model="ATRV-Jr", pose=Pose(5, 5, 0))
         assert world.node.world.names == ["a", "b", "c"]
         assert sensed(world, Odometry).pose.x >= odometry
-        world.tick(60, each=[(KEYS.drive("c"), Drive(twist=P2AT.twist(3.0, 3.0)))])
+        world.tick(60, each=[(KEYS.drive("c"), Drive(twist=P2AT.drivetrain.twist((3.0, 3.0))))])
         assert speed(world, "c") > 0.3
         assert LASER_C in world.heard
 
@@ -445,7 +445,7 @@ class TestSnapshot:
         old = wire(engine=engine, noise=False)
         old.tick(1)
         old.say(KEYS.speed_limit("a"), SpeedLimit(v_max=0.4))
-        old.tick(100, each=[GO, (KEYS.drive("b"), Drive(twist=P2AT.twist(1.0, 2.0)))])
+        old.tick(100, each=[GO, (KEYS.drive("b"), Drive(twist=P2AT.drivetrain.twist((1.0, 2.0))))])
         kept = old.node.snapshot()
         node = WorldNode(old.node.world.config, Mailbox(), KEYS)
         node.restore(kept)
@@ -463,7 +463,7 @@ class TestSnapshot:
             assert old.node.world.pose(name) == new.node.world.pose(name)
             assert speed(new, name) == 0.0, "at rest"
             assert not after.armed
-        new.tick(60, each=[(KEYS.drive("a"), Drive(twist=P2AT.twist(6.0, 6.0)))])
+        new.tick(60, each=[(KEYS.drive("a"), Drive(twist=P2AT.drivetrain.twist((6.0, 6.0))))])
         assert speed(new) == pytest.approx(0.4, abs=0.01), "limits are kept"
         old.node.stop()
         new.node.stop()
@@ -576,14 +576,14 @@ def body(wire: Wire, name: str = "g") -> Body:
 
 
 def measure(wire: Wire, x: float, y: float = 0.0, v: float = 0.0, w: float = 0.0, name: str = "g") -> None:
-    wire.say(KEYS.robot_pose(name), MeasuredPose(pose=Pose(x, y, 0.0), v=v, w=w))
+    wire.say(KEYS.robot_pose(name), MeasuredPose(pose=Pose(x, y, 0.0), twist=Twist(v, w)))
 
 
 class TestPhysicalRobots:
     def test_before_the_first_measurement_it_stands_at_its_start_and_its_age_is_counted(self) -> None:
         world = mixed()
         world.tick(26)
-        assert body(world) == Body("g", Pose(3.0, 0.0, 0.0), 0.0, 0.0, True, pytest.approx(0.5))
+        assert body(world) == Body("g", Pose(3.0, 0.0, 0.0), STILL, True, pytest.approx(0.5))
         assert body(world, "a").age == 0.0
         assert not body(world, "a").physical
 
@@ -602,19 +602,19 @@ class TestPhysicalRobots:
         world.tick(6)
         now = body(world)
         assert now.age == pytest.approx(0.1)
-        assert (now.pose.x, now.pose.y, now.v) == pytest.approx((5.0 + 0.5 * 0.1, 1.0, 0.5))
+        assert (now.pose.x, now.pose.y, now.twist.v) == pytest.approx((5.0 + 0.5 * 0.1, 1.0, 0.5))
         world.tick(20)
         now = body(world)
         assert now.age == pytest.approx(0.5)
         assert now.pose.x == pytest.approx(5.0 + 0.5 * EXTRAPOLATE), "nobody knows where it went"
-        assert (now.v, now.w) == (0.0, 0.0)
+        assert (now.twist.v, now.twist.w) == (0.0, 0.0)
 
     def test_a_late_measurement_does_not_set_it_back(self) -> None:
         world = mixed()
         world.tick(10)
         measure(world, 5.0)
         world.tick()
-        world.node.world.measure("g", Pose(4.0, 0.0, 0.0), 0.0, 0.0, world.node.world.time - 0.1)
+        world.node.world.measure("g", Pose(4.0, 0.0, 0.0), STILL, world.node.world.time - 0.1)
         world.tick()
         assert body(world).pose.x == 5.0
 
@@ -627,7 +627,7 @@ class TestPhysicalRobots:
                 world.tick()
             assert caplog.text.count(why) == 1
         with pytest.raises(WorldError, match="pose of g: expected a pose of now"):
-            world.node.world.measure("g", Pose(9.0, 0.0, 0.0), 0.0, 0.0, world.node.world.time + 0.3)
+            world.node.world.measure("g", Pose(9.0, 0.0, 0.0), STILL, world.node.world.time + 0.3)
         world.tick(10)
         assert body(world).pose.x == 3.0
         assert body(world, "a").pose.x == 0.0
@@ -639,7 +639,7 @@ class TestPhysicalRobots:
 
     def test_it_has_no_simulated_state_and_takes_no_commands(self) -> None:
         world = mixed()
-        world.tick(20, each=[GO, (KEYS.drive("g"), Drive(twist=P2AT.twist(3.0, 3.0)))])
+        world.tick(20, each=[GO, (KEYS.drive("g"), Drive(twist=P2AT.drivetrain.twist((3.0, 3.0))))])
         assert KEYS.robot_state("g").key not in world.heard
         assert state(world).armed
         assert body(world).pose.x == 3.0
@@ -725,7 +725,7 @@ class TestPhysicalRobots:
         spawn = WorldRequest(kind=RequestKind.SPAWN, robot="b", model="P2AT", pose=Pose(5, 5, 0))
         world.say(KEYS.world_request, spawn)
         world.heard.clear()
-        world.tick(60, each=[(KEYS.drive("b"), Drive(twist=P2AT.twist(3.0, 3.0)))])
+        world.tick(60, each=[(KEYS.drive("b"), Drive(twist=P2AT.drivetrain.twist((3.0, 3.0))))])
         assert world.node.world.names == [n for n in ("v", "g", "a", "b") if n != gone]
         states = {key.split("/")[3] for key in world.heard if key.endswith("/state")}
         assert states == {"v", "a", "b"} - {gone}
@@ -742,7 +742,7 @@ class TestPhysicalRobots:
         new = Wire(config(), node=node)
         new.tick(2)
         since = pytest.approx(node.world.time - 0.02)
-        assert body(new) == Body("g", Pose(5.0, 1.0, 0.0), 0.0, 0.0, True, pytest.approx(0.02), since)
+        assert body(new) == Body("g", Pose(5.0, 1.0, 0.0), STILL, True, pytest.approx(0.02), since)
         assert node.world.virtual == ["a"]
         assert node.world.pose("a") == old.node.world.pose("a")
         measure(new, 6.0)

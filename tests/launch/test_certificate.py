@@ -53,7 +53,7 @@ class Official_(Node):  # noqa: N801 - the message has the name
     def stood(self, name: str, since: float) -> float:
         """The match time of the first tick from which a robot stood for a while."""
         later = [(time, next(b for b in p.bodies if b.name == name)) for time, p in self.seen if time >= since]
-        rests = [at_rest(body.v, body.w) for _, body in later]
+        rests = [at_rest(body.twist) for _, body in later]
         return next(time for i, (time, _) in enumerate(later) if all(rests[i : i + 10]))
 
 

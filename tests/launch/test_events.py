@@ -15,7 +15,7 @@ from vrg.bus.topics import Keys, Topic, key_matches
 from vrg.launch.events import Event, EventLog, Link, What, read_events
 from vrg.launch.listening import Listening
 from vrg.recording.stops import HOLD
-from vrg.types import Pose
+from vrg.types import Pose, Twist
 
 KEYS = Keys("test")
 
@@ -242,7 +242,7 @@ class Physical:
     def drives(self, v: float, seconds: float, *, every: float = 0.02) -> None:
         for _ in range(round(seconds / every)):
             self._bench.now += every
-            pose = MeasuredPose(pose=Pose(v, 1.0, 0.0), v=v, w=0.0)
+            pose = MeasuredPose(pose=Pose(v, 1.0, 0.0), twist=Twist(v, 0.0))
             self._bench.session.say(KEYS.robot_pose("ann"), pose, 4.0, 0)
 
     def logged(self) -> list[tuple[float, float]]:

@@ -70,7 +70,7 @@ class Witness(Node):
                 self.stood += 1
                 if math.dist(self._stood[body.name], here) > 0.1:
                     self.inactive_moves.append(body.name)
-            elif abs(body.v) < 0.02:
+            elif abs(body.twist.v) < 0.02:
                 self._stood[body.name] = here
 
     def _hunt(self, a: str, b: str) -> bool:

@@ -15,7 +15,7 @@ from vrg.bus.topics import Keys, Topic
 from vrg.recording.reader import read_estops, read_motions
 from vrg.recording.recorder import Recorder
 from vrg.recording.stops import Motion, Rest
-from vrg.types import Pose
+from vrg.types import Pose, Twist
 
 KEYS = Keys("test")
 TICK = 0.02
@@ -44,7 +44,7 @@ class World:
             self.x += v * TICK
             self.rest = None if not m.at_rest(v, 0.0) else self.rest if self.rest is not None else time
             if tick % 5 == 0 and not deaf[0] <= time < deaf[1]:
-                body = m.Body("ann", Pose(self.x, 0.0, 0.0), v, 0.0, self._physical, 0.0, self.rest)
+                body = m.Body("ann", Pose(self.x, 0.0, 0.0), Twist(v, 0.0), self._physical, 0.0, self.rest)
                 self.say(KEYS.poses, m.Poses(bodies=(body,)), time)
                 self.say(KEYS.clock, m.Clock(time=time, tick=tick, epoch=0, rate=1.0, estop=False), time)
                 self.recorder.mailbox.handover(time)

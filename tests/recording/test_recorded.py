@@ -22,7 +22,7 @@ def test_everything_that_windows_hear_comes_back(file):
     assert [stamp for stamp, _ in match.poses] == [tick / 10 for tick in range(400)]
     stamp, poses = match.poses[123]
     for body, said in zip(poses.bodies, synthetic.poses(stamp).bodies, strict=True):
-        assert (body.name, body.v, body.w, body.physical) == (said.name, said.v, said.w, said.physical)
+        assert (body.name, body.twist, body.physical) == (said.name, said.twist, said.physical)
         assert (body.pose.x, body.pose.y) == (said.pose.x, said.pose.y)
     assert [call for _, call in match.calls] == synthetic.calls(40.0)
     stamp, state = match.states[300]

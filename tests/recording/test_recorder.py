@@ -37,7 +37,7 @@ from vrg.hal.sensors.touch import Touch
 from vrg.hal.sim.map import WALL_HEIGHT
 from vrg.recording.reader import read_setting, read_tracks
 from vrg.recording.recorder import Recorder
-from vrg.types import Pose, Twist
+from vrg.types import STILL, Pose, Twist
 
 
 def test_a_viewer_finds_schemas_it_knows(file):
@@ -192,7 +192,7 @@ def test_a_report_is_written_when_it_changes(tmp_path):
 def test_a_measured_pose_is_kept_as_it_came_beside_where_the_world_shows_the_robot(tmp_path):
     path = tmp_path / "match.mcap"
     recorder = record(path, 1.0)
-    pose = m.MeasuredPose(pose=Pose(1.0, 2.0, np.pi / 2), v=0.5, w=0.0)
+    pose = m.MeasuredPose(pose=Pose(1.0, 2.0, np.pi / 2), twist=Twist(0.5, 0.0))
     synthetic.Match(KEYS).say(recorder.mailbox, KEYS.robot_pose("nemo"), pose, 0.95, 7)
     recorder.mailbox.handover(1.0)
     recorder.tick(Tick(1.0))
@@ -216,7 +216,7 @@ SCAN = Laser(angle_min=-0.5, angle_step=0.5, range_max=8.0, data=np.array([1.000
 def recorded_readings(path, said, **options):
     """What a recorder that is asked for sensors writes of what is said at one instant, as (schema, topic, JSON)."""
     recorder = Recorder("recorder", Mailbox(), KEYS, path, **options)
-    body = m.Body(name="nemo", pose=Pose(1.0, 2.0, np.pi / 2), v=0.0, w=0.0, physical=False)
+    body = m.Body(name="nemo", pose=Pose(1.0, 2.0, np.pi / 2), twist=STILL, physical=False)
     match = synthetic.Match(KEYS)
     match.say(recorder.mailbox, KEYS.poses, m.Poses(bodies=(body,)), 0.0, 0)
     for topic, reading in said:

@@ -187,7 +187,7 @@ class Observer:
 
     def moving(self, *names: str) -> bool:
         """Whether all of these robots drive, by the newest poses."""
-        return bool(self.heard.poses) and all(abs(self.body(name).v) > 0.1 for name in names)
+        return bool(self.heard.poses) and all(abs(self.body(name).twist.v) > 0.1 for name in names)
 
     def standing(self, *names: str) -> bool:
         """Whether all of these robots stand, by the newest poses."""
@@ -302,4 +302,4 @@ def takeover(messages: Sequence[Received[T]]) -> int | None:
 
 def at_rest(body: m.Body) -> bool:
     """Whether a robot stands."""
-    return abs(body.v) < AT_REST and abs(body.w) < 2 * AT_REST
+    return abs(body.twist.v) < AT_REST and abs(body.twist.w) < 2 * AT_REST

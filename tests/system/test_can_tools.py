@@ -198,7 +198,7 @@ def test_calibrate_writes_a_file_that_the_robot_then_uses(node: Callable[..., ob
     assert written["axes"]["0"]["ratio"] == pytest.approx(50.0 * told(r"it went ([\d.]+) m", done) / 0.5, rel=0.01)
     assert written["axes"]["1"]["ratio"] == written["axes"]["0"]["ratio"]
     turned = told(r"it turned ([\d.]+) degrees", done)
-    assert written["track"] == pytest.approx(robot_model("P2AT").effective_track * turned / 90.0, rel=0.01)
+    assert written["track"] == pytest.approx(robot_model("P2AT").drivetrain.effective_track * turned / 90.0, rel=0.01)
     assert 'calibration = "ann.cal.toml"' in done.stdout
 
     # The file is used: asked to go ahead, the motors now turn against one another.

@@ -109,7 +109,7 @@ def test_an_emergency_stop_holds_until_it_is_released_and_play_is_resumed(match:
     stopped = max(rests)
     for poses in observer.heard.poses[since:]:
         if poses.stamp > stopped:
-            assert all(abs(body.v) < 0.01 for body in poses.body.bodies), f"somebody moved at {poses.stamp:.2f} s"
+            assert all(abs(body.twist.v) < 0.01 for body in poses.body.bodies), f"somebody moved at {poses.stamp:.2f} s"
     match.resume()
 
 

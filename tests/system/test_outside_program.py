@@ -27,7 +27,7 @@ def test_it_hears_the_match_and_drives_a_robot(match: Match) -> None:
     with subprocess.Popen([*command, "--seconds", "600"], stdout=subprocess.PIPE, text=True) as program:
         try:
             observer.wait_until(lambda: observer.heard.reports["bob"][-1].body.manual, "the program to hold the lease")
-            observer.wait_until(lambda: observer.body("bob").w > 0.2, "its robot to turn")
+            observer.wait_until(lambda: observer.body("bob").twist.w > 0.2, "its robot to turn")
             assert program.stdout is not None
             lines = [program.stdout.readline() for _ in range(3)]
             assert any("play_round" in line and "bob at (" in line for line in lines), lines

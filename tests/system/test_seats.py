@@ -26,7 +26,7 @@ from vrg.errors import BusError, CredentialsError
 from vrg.recording.reader import read_tracks
 from vrg.seats.authority import KeyPair, make_authority, make_seat
 from vrg.seats.folder import KeysFolder
-from vrg.types import Pose, Twist
+from vrg.types import STILL, Pose, Twist
 
 pytestmark = pytest.mark.system
 
@@ -147,7 +147,7 @@ def test_who_has_a_players_keys_can_do_nothing_else_with_them(guarded: Match) ->
     forged = [
         put(keys.referee_state.key, state, observer.now),
         put(keys.drive("bob").key, m.Drive(twist=twist)),
-        put(keys.robot_pose("bob").key, m.MeasuredPose(pose=pose, v=0.0, w=0.0)),
+        put(keys.robot_pose("bob").key, m.MeasuredPose(pose=pose)),
         put(keys.report("bob").key, m.Report(mode="rogue", armed=False)),
         put(keys.manual("ann").key, m.Manual(forward=0.321, turn=0.0, lease=1.0), observer.now),
         put(keys.say("sharks", "shark").key, m.Say(words=b"\xa5rogue")),
@@ -157,7 +157,7 @@ def test_who_has_a_players_keys_can_do_nothing_else_with_them(guarded: Match) ->
         put(keys.speed_limit("ann").key, m.SpeedLimit(v_max=99.0)),
         put(keys.recover("ann").key, m.Recover(by="rogue")),
         put(keys.clock.key, m.Clock(time=FAR, tick=1, epoch=99, rate=1.0, estop=False), FAR),
-        put(keys.poses.key, m.Poses(bodies=(m.Body("ann", pose, 0.0, 0.0, False),))),
+        put(keys.poses.key, m.Poses(bodies=(m.Body("ann", pose, STILL, False),))),
         put(keys.robot_state("ann").key, m.RobotState(armed=True, estop=False, fault="rogue")),
         put(keys.world_request.key, m.WorldRequest(kind=m.RequestKind.REMOVE, robot="bob")),
         put(keys.official.key, m.Official(action=m.OfficialAction.END, by="rogue")),

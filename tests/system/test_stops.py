@@ -25,7 +25,7 @@ SEEN = 0.5
 def seen_to_stand(observer: Observer, name: str, since: float, until: float) -> float | None:
     """The match time from which the observer saw a robot at rest between two match times, and not only for a moment."""
     later = [p for p in observer.heard.poses if since <= p.stamp <= until + HOLD]
-    rests = [at_rest((body := observer.body(name, poses)).v, body.w) for poses in later]
+    rests = [at_rest(observer.body(name, poses).twist) for poses in later]
     for number, poses in enumerate(later):
         until_moving = next((p.stamp for p, rest in zip(later[number:], rests[number:], strict=True) if not rest), None)
         long = until_moving is None or until_moving - poses.stamp >= HOLD or until_moving > until
@@ -36,7 +36,7 @@ def seen_to_stand(observer: Observer, name: str, since: float, until: float) -> 
 
 def everybody_stands(observer: Observer) -> None:
     observer.wait_until(
-        lambda: all(at_rest(b.v, b.w) for b in observer.heard.poses[-1].body.bodies), "all robots to stand"
+        lambda: all(at_rest(b.twist) for b in observer.heard.poses[-1].body.bodies), "all robots to stand"
     )
 
 
@@ -51,7 +51,9 @@ def fail_player(match: Match, name: str, fault: signal.Signals) -> None:
 def go_wrong(match: Match) -> None:
     """A player dies and another one hangs, an official halts, the emergency stop is engaged, and the world dies."""
     observer = match.observer
-    observer.wait_until(lambda: all(observer.body(name).v > 0.3 for name in MINNOWS), "everybody to be on the way")
+    observer.wait_until(
+        lambda: all(observer.body(name).twist.v > 0.3 for name in MINNOWS), "everybody to be on the way"
+    )
     fail_player(match, "ann", signal.SIGKILL)
     fail_player(match, "bob", signal.SIGSTOP)
     observer.decide(OfficialAction.HALT)

@@ -89,7 +89,7 @@ def _drive(match: Match, visit: Callable[[str], Visitor]) -> None:
     def backwards() -> bool:
         if observer.stalled:  # the machine stood still, which halts play
             observer.resume()
-        return observer.body("ann").v < -0.1
+        return observer.body("ann").twist.v < -0.1
 
     observer.wait_until(backwards, "ann to drive backwards")
     observer.wait_until(lambda: observer.heard.reports["ann"][-1].body.manual, "ann's player to say so")

@@ -85,7 +85,7 @@ def poses(time: float) -> m.Poses:
     """Every body; the two first are said to be physical."""
     return m.Poses(
         bodies=tuple(
-            m.Body(name=name, pose=pose_at(name, time), v=0.9, w=0.1, physical=name in ("bruce", "nemo"))
+            m.Body(name=name, pose=pose_at(name, time), twist=Twist(0.9, 0.1), physical=name in ("bruce", "nemo"))
             for name in NAMES
         )
     )

@@ -13,7 +13,7 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
 from vrg.bus.topics import Keys
 from vrg.games.roboflag import GAME
-from vrg.types import Pose, Twist
+from vrg.types import STILL, Pose, Twist
 from vrg.ui.commander.deck import Deck
 from vrg.ui.commander.node import Commander
 from vrg.ui.hands import LEASE, SLOW, Hands
@@ -328,7 +328,7 @@ class TestWindow:
         assert yellow() > before + 5000
 
     def test_with_a_limited_view_only_what_the_team_sees_is_drawn(self, bench: Bench) -> None:
-        bodies = [m.Body(name, Pose(0.0, 0.0, 0.0), 0.0, 0.0, False) for name in ("red1", "blue1")]
+        bodies = [m.Body(name, Pose(0.0, 0.0, 0.0), STILL, False) for name in ("red1", "blue1")]
         for inlet in bench.node.mailbox.inlets:
             if inlet.topic.type is m.Poses:
                 inlet.offer(Received(inlet.topic.key, bench.time, 1, m.Poses(bodies=bodies)))

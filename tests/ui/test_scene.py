@@ -9,7 +9,7 @@ from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
 from vrg.games import game_of
 from vrg.games.game import title
-from vrg.types import Pose
+from vrg.types import Pose, Twist
 from vrg.ui.builder import CALLS_KEPT, FLASH_SECONDS, TRAIL_SECONDS, TRAIL_STEP, SceneBuilder, SceneInlets
 from vrg.ui.scene import Scene, clock_text
 
@@ -56,7 +56,7 @@ def test_a_trail_has_a_bounded_length(scene_at):
 def test_a_robot_that_is_placed_elsewhere_leaves_no_trail_across_the_field():
     builder = SceneBuilder()
     for tick, x in enumerate((0.0, 0.2, 0.4, 9.0)):
-        body = m.Body(name="a", pose=Pose(x, 0.0, 0.0), v=1.0, w=0.0, physical=False)
+        body = m.Body(name="a", pose=Pose(x, 0.0, 0.0), twist=Twist(1.0, 0.0), physical=False)
         builder.poses(m.Poses(bodies=(body,)), tick * 0.2)
     assert builder.build(True).bodies[0].trail == ((9.0, 0.0),)
 

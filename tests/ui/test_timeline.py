@@ -7,7 +7,7 @@ import pytest
 from tests.ui import synthetic
 from vrg.bus import messages as m
 from vrg.recording.recorded import RecordedMatch, read_match
-from vrg.types import Pose
+from vrg.types import STILL, Pose
 from vrg.ui.builder import SceneBuilder
 from vrg.ui.timeline import Timeline
 
@@ -93,7 +93,7 @@ def match_of(*places, **said):
     """A match with one robot that was at these (time, x, y, heading)."""
     return RecordedMatch(
         poses=[
-            (time, m.Poses(bodies=(m.Body(name="a", pose=Pose(x, y, theta), v=0.0, w=0.0, physical=False),)))
+            (time, m.Poses(bodies=(m.Body(name="a", pose=Pose(x, y, theta), twist=STILL, physical=False),)))
             for time, x, y, theta in places
         ],
         **said,
@@ -124,7 +124,7 @@ def test_nobody_knows_what_a_body_did_while_nothing_was_recorded():
 
 def test_a_body_that_goes_away_stands_until_then_and_one_that_comes_later_is_not_there_before():
     match = match_of((0.0, 0.0, 0.0, 0.0), (0.1, 0.1, 0.0, 0.0))
-    b = m.Body(name="b", pose=Pose(5.0, 5.0, 0.0), v=0.0, w=0.0, physical=False)
+    b = m.Body(name="b", pose=Pose(5.0, 5.0, 0.0), twist=STILL, physical=False)
     match.poses.append((0.2, m.Poses(bodies=(b,))))
     timeline = Timeline(match)
     assert [body.name for body in timeline.at(0.15).bodies] == ["a"]

@@ -237,7 +237,7 @@ def jog(
         raise ConfigError([f"--id: {problem}"])
     model = robot_model("P2AT")
     # A gear with which the top speed of this model is a little more than the motor is asked for: a runaway is noticed.
-    ratio = _HEADROOM * abs(speed) * TURN * model.wheel_radius / model.v_max
+    ratio = _HEADROOM * abs(speed) * TURN * model.drivetrain.wheel_radius / model.v_max
     axis = WheelAxis(id_, left=True, ratio=ratio)
     told = options_of(spoken, option)
     train = DriveTrain(protocol, can_options.medium(), link, spoken, [axis], model, options=told, unwatched=unsafe)

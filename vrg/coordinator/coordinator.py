@@ -180,7 +180,7 @@ class Coordinator(Node):
         for received in self._poses.take():
             bodies = {b.name: b for b in received.body.bodies if b.name in self._names}
             self._bodies = bodies
-            moving = frozenset(name for name, body in bodies.items() if not at_rest(body.v, body.w))
+            moving = frozenset(name for name, body in bodies.items() if not at_rest(body.twist))
             physical = frozenset(name for name, body in bodies.items() if body.physical)
             poses = {name: body.pose for name, body in bodies.items()}
             pushed = self._pushed(bodies, self._field) if self.match.stage is Stage.PLAY_ROUND else frozenset()

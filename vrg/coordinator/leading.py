@@ -47,7 +47,7 @@ class Leader:
         field = next((zone.region for zone in state.zones if zone.kind == "field"), None)
         twists = self.twists(driven, state.players, bodies, field, now)
         players = [structs.replace(p, lease=twists[p.name]) if p.name in twists else p for p in state.players]
-        return structs.replace(state, players=players)
+        return structs.replace(state, players=tuple(players))
 
     def twists(
         self,
@@ -106,4 +106,6 @@ def _inner(goal: Region) -> tuple[Region, list[Vector]]:
 
 
 def _velocity(body: Body) -> Vector:
-    return body.v * math.cos(body.pose.theta), body.v * math.sin(body.pose.theta)
+    """The velocity of a body in the map's frame, m/s."""
+    cos, sin = math.cos(body.pose.theta), math.sin(body.pose.theta)
+    return body.twist.v * cos - body.twist.side * sin, body.twist.v * sin + body.twist.side * cos

@@ -150,7 +150,7 @@ class Device:
             age = readings.age
         if place.publish:
             twist = STILL if readings.odometry is None else readings.odometry.value.twist
-            pose = MeasuredPose(pose=place.pose, v=twist.v, w=twist.w)
+            pose = MeasuredPose(pose=place.pose, twist=twist)
             self._mailbox.publish(self._location.topic, pose, stamp=place.stamp)
         return Readings(
             stamp=self._mailbox.now - age,
@@ -198,7 +198,9 @@ class Device:
             if not twist.is_finite:
                 raise RobotError(f"{self.name}: expected a finite motion, got {twist}")
             twist = self._gate.passed(self.name, twist, self._mailbox.now)
-            return self._driver.drive(self.features.limited(twist, self._limit))
+            sent = self.features.limited(twist, self._limit)
+            self._driver.drive(sent)
+            return sent
 
     def stop(self) -> None:
         """Command zero speed; the robot stays armed."""

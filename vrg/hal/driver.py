@@ -85,15 +85,14 @@ class Driver(ABC):
         """
 
     @abstractmethod
-    def drive(self, twist: Twist) -> Twist:
+    def drive(self, twist: Twist) -> None:
         """Command a motion of the body; it holds for COMMAND_TIMEOUT at most.
 
-        Returns:
-            the twist that was really sent, after the limits of the robot. v and w are scaled by the same factor, so
-            that the robot keeps its curve.
+        Args:
+            twist: finite, and within the limits of the model: the device sees to both, and to the referee's limits.
 
         Raises:
-            RobotError: not armed, a fault, the emergency stop, or a number that is not finite.
+            RobotError: not armed, a fault, or the emergency stop.
         """
 
     @abstractmethod

@@ -14,6 +14,7 @@ from vrg.launch.incidents import LAUNCHER, Evidence, incidents_of
 from vrg.launch.listening import REFEREE, WORLD
 from vrg.launch.run_folder import RunFolder
 from vrg.recording.stops import HOLD, Incident, Kind, Motion, Outcome, Stop, rests_of, stop_of, stops_of, worst
+from vrg.types import Twist
 
 BUDGETS = (
     "Budgets to compare with, until the motors are told to stop; a robot then still brakes:",
@@ -153,7 +154,7 @@ def _in_real_time(stop: Stop, incident: Incident, events: Sequence[Event], motio
     # The next world begins at the incident with every robot at rest: how this one moved is known from just before.
     before = incident.time - JUST_BEFORE
     rested = motion.rests_at(before)
-    rests = rests_of(times, [rested, *(at_rest(v, w) for *_, v, w in samples)])
+    rests = rests_of(times, [rested, *(at_rest(Twist(v, w)) for *_, v, w in samples)])
     if rested:
         rests[0] = replace(rests[0], begin=-HOLD)  # it stood already
     if rests and rests[-1].end == math.inf and times[-1] - rests[-1].begin < HOLD:

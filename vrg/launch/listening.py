@@ -204,12 +204,12 @@ class Listening:
         if not timeless and not rolling.undecided:
             del self._rolling[robot]
             return
-        if not rolling.take(at, at_rest(measured.v, measured.w)):
+        if not rolling.take(at, at_rest(measured.twist)):
             return
         pose = measured.pose
         event = Event(
             what=What.MEASURED, process=robot, monotonic=round(at, 4), time=self._clock.time, x=pose.x, y=pose.y,
-            v=measured.v, w=measured.w,
+            v=measured.twist.v, w=measured.twist.w,
         )  # fmt: skip
         self._log.write(event)
 

@@ -16,6 +16,7 @@ from vrg.recording.mcap_reading import decode, records_in
 from vrg.recording.records import CallRecord, EstopRecord, RestRecord, SightingsRecord, StateRecord, TwistRecord
 from vrg.recording.sketches import strokes_of
 from vrg.recording.stops import GAP, Motion, Rest, rests_of
+from vrg.types import STILL, Twist
 
 
 @dataclass(frozen=True)
@@ -165,7 +166,7 @@ class _Moves:
 
     physical: bool
     places: list[tuple[float, float, float]] = field(default_factory=list)
-    twists: list[tuple[float, float, float]] = field(default_factory=list)
+    twists: list[tuple[float, Twist]] = field(default_factory=list)
     rests: list[tuple[float, RestRecord, bool]] = field(default_factory=list)
     """Each record with its match time, and whether the robot was seen shortly before."""
 
@@ -184,14 +185,14 @@ class _Moves:
         self.rests.append((time, record, seen))
 
     def motion(self, name: str) -> Motion:
-        speeds = {time: (v, w) for time, v, w in self.twists}
+        speeds = dict(self.twists)
         times = [time for time, _, _ in self.places]
-        twists = [speeds.get(time, (0.0, 0.0)) for time in times]
+        twists = [speeds.get(time, STILL) for time in times]
         # A recording of an older release does not tell since when; then the samples alone must do.
-        rests = self._spells() if self.rests else rests_of(times, [at_rest(v, w) for v, w in twists])
+        rests = self._spells() if self.rests else rests_of(times, list(map(at_rest, twists)))
         return Motion(
             name, self.physical, times, [p[1] for p in self.places], [p[2] for p in self.places],
-            [v for v, _ in twists], rests,
+            [twist.v for twist in twists], rests,
         )  # fmt: skip
 
     def _spells(self) -> list[Rest]:
@@ -219,7 +220,7 @@ def read_motions(path: Path | Sequence[Path]) -> dict[str, Motion]:
                 moves.places.append((stamp, position.x, position.y))
             case ["", "robot", name, "twist"] if name in found:
                 twist = decode(data, TwistRecord, topic)
-                found[name].twists.append((stamp, twist.v, twist.w))
+                found[name].twists.append((stamp, Twist(twist.v, twist.w, twist.side)))
             case ["", "robot", name, "rest"] if name in found:
                 found[name].add_rest(stamp, decode(data, RestRecord, topic))
     return {name: moves.motion(name) for name, moves in found.items()}

@@ -13,7 +13,7 @@ from vrg.recording.foxglove import PoseInFrame, SceneUpdate, heading_of
 from vrg.recording.mcap_reading import decode, records_in
 from vrg.recording.records import BatteryRecord, CallRecord, EstopRecord, ReportRecord, StateRecord, TwistRecord
 from vrg.recording.sketches import strokes_of
-from vrg.types import Pose
+from vrg.types import STILL, Pose, Twist
 
 T = TypeVar("T")
 Timed = list[tuple[float, T]]
@@ -82,10 +82,10 @@ class _Reading:
             case ["", "robot", name, "pose"]:
                 pose = decode(data, PoseInFrame, topic).pose
                 place = Pose(pose.position.x, pose.position.y, heading_of(pose.orientation))
-                self._bodies[name] = m.Body(name=name, pose=place, v=0.0, w=0.0, physical=physical)
+                self._bodies[name] = m.Body(name=name, pose=place, twist=STILL, physical=physical)
             case ["", "robot", name, "twist"] if name in self._bodies:
                 twist = decode(data, TwistRecord, topic)
-                self._bodies[name] = replace(self._bodies[name], v=twist.v, w=twist.w)
+                self._bodies[name] = replace(self._bodies[name], twist=Twist(twist.v, twist.w, twist.side))
             case ["", "scene"]:
                 self._end_instant(stamp)
             case ["", "referee", "state"]:

@@ -255,7 +255,11 @@ class Recorder(Node):
         report, player = received.body, name_in(received.key)
         at = fg.time_of(received.stamp)
         if report.command is not None:
-            self._write(f"/robot/{player}/command", TwistRecord(at, report.command.v, report.command.w), received)
+            self._write(
+                f"/robot/{player}/command",
+                TwistRecord(at, report.command.v, report.command.w, report.command.side),
+                received,
+            )
         if report.battery is not None and self._charge.get(player) != (charge := round(report.battery, 3)):
             self._charge[player] = charge
             self._write(f"/robot/{player}/battery", BatteryRecord(at, charge), received)
@@ -302,7 +306,9 @@ class Recorder(Node):
             pose = fg.pose_of(body.pose.x, body.pose.y, body.pose.theta)
             in_frame = fg.PoseInFrame(at, fg.FRAME, pose)
             self._write(f"/robot/{body.name}/pose", in_frame, received, physical=body.physical)
-            self._write(f"/robot/{body.name}/twist", TwistRecord(at, body.v, body.w), received)
+            self._write(
+                f"/robot/{body.name}/twist", TwistRecord(at, body.twist.v, body.twist.w, body.twist.side), received
+            )
             self._write_rest(body, received)
             role, state = self._roles.get(body.name, ("robot", ""))
             colour, model = self._game.style(role, state).colour, self._models.get(body.name)
@@ -316,7 +322,7 @@ class Recorder(Node):
     def _write_rest(self, body: m.Body, received: Received[m.Poses]) -> None:
         """Write whether a robot is at rest if that has changed. Not all poses are heard, but each tells since when."""
         name, measured = body.name, received.stamp - body.age
-        if not m.at_rest(body.v, body.w):
+        if not m.at_rest(body.twist):
             self._moved[name] = measured
         if name in self._rest and self._rest[name] == body.rest:
             return

@@ -62,11 +62,12 @@ class ReportRecord(Struct, frozen=True, gc=False):
 
 
 class TwistRecord(Struct, frozen=True, gc=False):
-    """vrg.Twist: a motion in the robot's own frame, v in m/s and w in rad/s."""
+    """vrg.Twist: a motion in the robot's own frame, v in m/s, w in rad/s, side in m/s to the left."""
 
     timestamp: Time
     v: float
     w: float
+    side: float = 0.0
 
 
 class RestRecord(Struct, frozen=True, gc=False):

@@ -93,7 +93,7 @@ def test_a_coarse_float32_does_not_drift() -> None:
     run = Run(offset=4e6)
     run.steps(0.6, 0.6, 2000)
     assert run.base.pose.x == pytest.approx(
-        0.6 * 20.0 * MODEL.wheel_radius, abs=0.5 / RATIO * TURN * MODEL.wheel_radius
+        0.6 * 20.0 * MODEL.drivetrain.wheel_radius, abs=0.5 / RATIO * TURN * MODEL.drivetrain.wheel_radius
     )
 
 
@@ -115,7 +115,7 @@ def test_a_jump_is_told_and_not_believed(jump: float) -> None:
     assert run.base.update(1, run.estimate(1)) is not None
     assert math.hypot(run.base.pose.x - before.x, run.base.pose.y - before.y) < 0.01
     run.steps(3.0, 3.0, 50)
-    assert run.base.pose.x - before.x == pytest.approx(0.5 * 3.0 * MODEL.wheel_radius, rel=0.1)
+    assert run.base.pose.x - before.x == pytest.approx(0.5 * 3.0 * MODEL.drivetrain.wheel_radius, rel=0.1)
 
 
 def test_at_rest_a_small_jump_is_told_too() -> None:

@@ -80,7 +80,7 @@ def test_a_typing_error_is_told_asked_again_and_moves_nothing(train: DriveTrain,
     assert "got 0.01" in refused[0]
     assert "got 1000" in refused[1]
     assert found.axes[0].ratio == pytest.approx(RATIO)
-    assert found.track == pytest.approx(P2AT.effective_track)
+    assert found.track == pytest.approx(P2AT.drivetrain.effective_track)
     assert turns(drives) < 4 * RATIO
 
 

@@ -355,7 +355,7 @@ class TestCommands:
 
     def test_it_tells_the_world_where_it_is(self, bench: DeviceBench, drives: Drives) -> None:
         armed(bench)
-        bench.hear(KEYS.robot_seen("r"), MeasuredPose(pose=START, v=0.0, w=0.0))
+        bench.hear(KEYS.robot_seen("r"), MeasuredPose(pose=START))
         bench.advance(0.05)
         for _ in range(20):
             bench.device.drive(AHEAD)

@@ -86,7 +86,7 @@ def test_a_calibration_gives_the_track(tmp_path: Path) -> None:
     )
     options = settings("odrive", [0], [1], LINK, calibration="r.toml")
     robot = CanDriver(DriverContext(name="r", model=P2AT, options=options, base=tmp_path))
-    assert robot.features.effective_track == 0.75
+    assert robot.features.drivetrain.effective_track == pytest.approx(0.75)
 
 
 def test_a_robot_without_wiring_cannot_be_made() -> None:

@@ -66,7 +66,7 @@ class Bench:
         self.real += 0.04
         tick = round(self.time * 50)
         self.tell(KEYS.clock, m.Clock(time=self.time, tick=tick, epoch=0, rate=1.0, estop=False))
-        bodies = [m.Body(name=n, pose=self.pose(n), v=0.6, w=0.1, physical=n == "robot1") for n in self.names]
+        bodies = [m.Body(name=n, pose=self.pose(n), twist=Twist(0.6, 0.1), physical=n == "robot1") for n in self.names]
         self.tell(KEYS.poses, m.Poses(bodies=bodies))
         self.tell(KEYS.referee_state, self.state())
         for name in self.names:

@@ -110,7 +110,7 @@ def test_scans_are_drawn_where_the_robot_was_when_they_were_made(bench):
 
 def test_where_a_physical_robot_was_measured_is_outlined(bench):
     pose = bench.pose("robot1")
-    bench.tell(KEYS.robot_pose("robot1"), m.MeasuredPose(pose=Pose(pose.x + 3.0, pose.y, 0.0), v=0.0, w=0.0))
+    bench.tell(KEYS.robot_pose("robot1"), m.MeasuredPose(pose=Pose(pose.x + 3.0, pose.y, 0.0)))
     bench.ticks(1)
     x, y = bench.node.shown.view.point(pose.x + 2.0, pose.y)
     assert palette.CAUTION in {pixel(x, y + dy) for dy in (-1, 0, 1)}, "a line leads from one to the other"

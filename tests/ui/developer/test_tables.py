@@ -93,7 +93,7 @@ def test_the_details_of_a_player_tell_poses_streams_process_and_radio(bench):
     link = m.LinkCount(speaker="robot2", arrived=9, lost=2, under_way=0, delay=0.25, longest=0.5)
     bench.tell(KEYS.links("robot1"), m.Links(links=(link,)))
     pose = bench.pose("robot1")
-    bench.tell(KEYS.robot_pose("robot1"), m.MeasuredPose(pose=Pose(pose.x + 1.0, pose.y, 0.0), v=0.0, w=0.0))
+    bench.tell(KEYS.robot_pose("robot1"), m.MeasuredPose(pose=Pose(pose.x + 1.0, pose.y, 0.0)))
     for _ in range(10):
         bench.scan("robot1")
         bench.tick()

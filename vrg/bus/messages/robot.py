@@ -5,7 +5,7 @@ from typing import Annotated
 from msgspec import Meta
 
 from vrg.bus.messages.base import Message, Text
-from vrg.types import AngularSpeed, Name, Pose, Speed, Twist
+from vrg.types import STILL, Name, Pose, Twist
 
 
 class Drive(Message, frozen=True, kw_only=True):
@@ -43,12 +43,13 @@ class MeasuredPose(Message, frozen=True, kw_only=True):
 
     Args:
         pose: in the map's frame.
-        v, w: body velocity at that instant, m/s and rad/s.
+        twist: the velocity of its body at that instant.
     """
 
+    version = 2
+
     pose: Pose
-    v: Speed
-    w: AngularSpeed
+    twist: Twist = STILL
 
 
 class SpeedLimit(Message, frozen=True, kw_only=True):

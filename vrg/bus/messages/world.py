@@ -7,7 +7,7 @@ from typing import Annotated
 from msgspec import Meta, Struct
 
 from vrg.bus.messages.base import Message, Text, freeze
-from vrg.types import AngularSpeed, Count, FrozenDict, Name, Pose, Seconds, Speed
+from vrg.types import Count, FrozenDict, Name, Pose, Seconds, Twist
 
 
 class Clock(Message, frozen=True, kw_only=True):
@@ -32,16 +32,16 @@ AT_REST = 0.05
 """The speed in m/s and rad/s at or below which a body counts as at rest."""
 
 
-def at_rest(v: float, w: float) -> bool:
-    """Whether a body with these velocities, m/s and rad/s, is at rest."""
-    return abs(v) <= AT_REST and abs(w) <= AT_REST
+def at_rest(twist: Twist) -> bool:
+    """True if a body that moves so is at rest."""
+    return abs(twist.v) <= AT_REST and abs(twist.w) <= AT_REST and abs(twist.side) <= AT_REST
 
 
-class Body(Struct, frozen=True, forbid_unknown_fields=True, gc=False):
+class Body(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True, gc=False):
     """One body in the world.
 
     Args:
-        v, w: speed along its own x axis, m/s, and yaw rate, rad/s.
+        twist: its velocity, in its own frame.
         physical: True for a physical robot, which the world shows where it was measured.
         age: the match time since it was measured, s; 0 for a virtual body.
         rest: the match time of the tick since which it has been at rest, s; None while it moves, or while a physical
@@ -53,8 +53,7 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True, gc=False):
 
     name: Name
     pose: Pose
-    v: Speed
-    w: AngularSpeed
+    twist: Twist
     physical: bool
     age: Seconds = 0.0
     rest: Seconds | None = None
@@ -64,7 +63,7 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True, gc=False):
 class Poses(Message, frozen=True, kw_only=True):
     """The poses and velocities of all bodies at one instant."""
 
-    version = 4
+    version = 5
 
     bodies: tuple[Body, ...]
 

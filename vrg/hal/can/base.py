@@ -126,7 +126,7 @@ class DriveBase:
         self._moved.clear()
         self.angles = (self.angles[0] + left, self.angles[1] + right)
         # Wheel angles in place of speeds give a way and a turn in place of velocities.
-        moved = self._model.twist(left, right)
+        moved = self._model.drivetrain.twist((left, right))
         way, turn = moved.v, moved.w
         middle = self.pose.theta + turn / 2
         self.pose = Pose(
@@ -138,7 +138,7 @@ class DriveBase:
 
 def _bounds(axis: WheelAxis, model: RobotModel) -> Bounds:
     """What the motor of an axis can do."""
-    per_metre = abs(axis.ratio) / model.wheel_radius / TURN
+    per_metre = abs(axis.ratio) / model.drivetrain.wheel_radius / TURN
     change = SLUGGISH * min(model.a_max, model.brake)
     return Bounds(model.v_max * per_metre, change * per_metre)
 

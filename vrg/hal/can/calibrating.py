@@ -93,7 +93,7 @@ class _Steps:
     def find_directions(self) -> None:
         """Turn each motor alone and ask which way its wheel turns."""
         self._person.ready("Jack the robot up, so that no wheel touches the ground. Keep clear of the wheels.")
-        slow = self._plan.speed / (2 * math.pi * self._model.wheel_radius)
+        slow = self._plan.speed / (2 * math.pi * self._model.drivetrain.wheel_radius)
         found = {}
         for axis in self._train.wheel_axes:
             self._runner.spin(axis, slow * axis.ratio * axis.direction, 2.0)
@@ -106,7 +106,7 @@ class _Steps:
         """Drive straight ahead and ask how far it went."""
         person, plan = self._person, self._plan
         person.ready(f"Put it on the ground with {plan.way + 0.5:g} m free ahead, and mark where it stands.")
-        wheels = plan.way / self._model.wheel_radius
+        wheels = plan.way / self._model.drivetrain.wheel_radius
         last = self._runner.drive_until(1.0, 1.0, plan.speed, wheels, lambda s: abs(s.odometry.x) >= plan.way)
         way = math.hypot(last.odometry.x, last.odometry.y)
         before = {axis.node: axis.ratio for axis in self._train.wheel_axes}
@@ -124,7 +124,7 @@ class _Steps:
 
     def find_track(self) -> float:
         """Turn on the spot and ask how far it turned; the effective track, m."""
-        person, plan, before = self._person, self._plan, self._model.effective_track
+        person, plan, before = self._person, self._plan, self._model.drivetrain.effective_track
         person.ready("It is going to turn on the spot, counter-clockwise. Mark where it points.")
         turned = 0.0
         heading = 0.0
@@ -135,7 +135,7 @@ class _Steps:
             heading = state.odometry.theta
             return turned >= plan.turn
 
-        wheels = plan.turn * before / 2 / self._model.wheel_radius
+        wheels = plan.turn * before / 2 / self._model.drivetrain.wheel_radius
         enough(self._runner.drive_until(-1.0, 1.0, plan.speed, wheels, enough))
         degrees = math.degrees(turned)
 
@@ -201,7 +201,7 @@ class _Runner:
         """
         self._train.restart_odometry()
         self._arm()
-        rate = speed / self._model.wheel_radius
+        rate = speed / self._model.drivetrain.wheel_radius
         deadline = self._clock.now() + _LONGEST
         while not done(self._state()):
             if self._clock.now() > deadline:

@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 from vrg.bus.messages import SensorMessage
-from vrg.errors import ConfigError, Problem, RobotError, StaleDataError
+from vrg.errors import ConfigError, Problem, StaleDataError
 from vrg.hal.can.base import TURN
 from vrg.hal.can.bus import RealMedium
 from vrg.hal.can.calibration import load_calibration
@@ -45,7 +45,7 @@ class CanDriver(Driver):
         model, calibration = context.model, None
         if wiring.calibration:
             calibration = load_calibration(context.base / wiring.calibration, wiring.nodes)
-            model = replace(model, effective_track=calibration.track)
+            model = replace(model, drivetrain=model.drivetrain.with_track(calibration.track))
         super().__init__(name, model)
         self._now = context.now
         self._supply = wiring.supply
@@ -72,20 +72,13 @@ class CanDriver(Driver):
         """
         self._train.arm()
 
-    def drive(self, twist: Twist) -> Twist:
+    def drive(self, twist: Twist) -> None:
         """Command a motion of the body.
 
-        Returns:
-            what was sent, after the limits of the robot.
-
         Raises:
-            RobotError: not armed, a fault, the emergency stop, a number that is not finite, or a bus that is full.
+            RobotError: not armed, a fault, the emergency stop, or a bus that is full.
         """
-        if not twist.is_finite:
-            raise RobotError(f"{self.name}: expected a finite motion, got {twist}")
-        sent = self.features.limited(twist)
-        self._train.drive(*self.features.wheels(sent))
-        return sent
+        self._train.drive(*self.features.drivetrain.speeds(twist))
 
     def read(self) -> Readings:
         """The newest readings, as the drives have told them.
@@ -137,7 +130,7 @@ class CanDriver(Driver):
         now, model = self._now(), self.features
         samples: list[Sample[SensorMessage]] = []
         if (odometry := model.sensor(OdometrySpec)) is not None:
-            moved = Odometry(pose=state.odometry, twist=model.twist(*state.wheels))
+            moved = Odometry(pose=state.odometry, twist=model.drivetrain.twist(state.wheels))
             samples.append(Sample(now - state.age, state.age, moved, odometry.name))
         if (encoders := model.sensor(EncodersSpec)) is not None:
             left, right = (round(angle / TURN * encoders.ticks) for angle in state.angles)

@@ -1,6 +1,7 @@
 """The robot model of iRobot's ATRV-Jr."""
 
 from vrg.hal.models.description import RobotModel
+from vrg.hal.models.drivetrain import skid_steer
 from vrg.hal.models.lms200 import LMS200, lms200
 from vrg.hal.sensors.battery import BatterySpec
 from vrg.hal.sensors.camera import CameraSpec
@@ -16,11 +17,7 @@ ATRV_JR = RobotModel(
     width=0.64,
     height=0.55,
     mass=54.0,
-    wheel_radius=0.165,
-    wheel_width=0.10,
-    wheelbase=0.42,
-    track=0.53,
-    effective_track=0.863,
+    drivetrain=skid_steer(wheel_radius=0.165, wheel_width=0.10, wheelbase=0.42, track=0.53, effective_track=0.863),
     v_max=1.0,
     w_max=2.1,
     a_max=1.0,

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import TypeVar
 
+from vrg.hal.models.drivetrain import Drivetrain
 from vrg.hal.sensors.laser import LaserSpec
 from vrg.hal.sensors.spec import SensorSpec
 from vrg.hal.sensors.touch import TouchSpec
@@ -13,17 +14,13 @@ P = TypeVar("P", bound=SensorSpec)
 
 @dataclass(frozen=True, kw_only=True)
 class RobotModel:
-    """A skid-steer robot: the wheels of each side turn together, and it turns as they skid.
+    """A robot on wheels.
 
     Args:
         name: the model's name in match files.
         length: length of the body, m. width: width of the body, m. height: height of the body, m.
         mass: mass with the battery and the sensors, kg.
-        wheel_radius: radius of a wheel, m. wheel_width: width of a wheel, m.
-        wheelbase: distance between the axles of one side, m.
-        track: distance between the centre lines of the left and right wheels, m.
-        effective_track: the track in m that a unicycle model needs to predict the turn rate of the skidding body:
-            w = (v_right - v_left) / effective_track.
+        drivetrain: how its motors move it.
         v_max: top speed ahead, m/s. w_max: top turn rate, rad/s.
         a_max: acceleration, m/s^2. brake: deceleration with locked wheels, used by watchdogs and stops, m/s^2.
         battery_wh: energy of a full battery, Wh. idle_w: power of the electronics, W. rolling: rolling resistance, as a
@@ -38,11 +35,7 @@ class RobotModel:
     width: float
     height: float
     mass: float
-    wheel_radius: float
-    wheel_width: float
-    wheelbase: float
-    track: float
-    effective_track: float
+    drivetrain: Drivetrain
     v_max: float
     w_max: float
     a_max: float
@@ -61,11 +54,6 @@ class RobotModel:
         return self.length, self.width
 
     @property
-    def wheel_speed_max(self) -> float:
-        """The top wheel speed, rad/s."""
-        return self.v_max / self.wheel_radius
-
-    @property
     def laser(self) -> LaserSpec | None:
         """The spec of its first laser range finder, or None where it has none."""
         return self.sensor(LaserSpec)
@@ -80,26 +68,10 @@ class RobotModel:
         """The spec of its first sensor of a kind, given by the spec's class, or None where it has none."""
         return next((spec for spec in self.sensors if isinstance(spec, kind)), None)
 
-    def wheels(self, twist: Twist) -> tuple[float, float]:
-        """The wheel speeds (left, right) in rad/s for a motion of the body."""
-        half = twist.w * self.effective_track / 2
-        return (twist.v - half) / self.wheel_radius, (twist.v + half) / self.wheel_radius
-
-    def twist(self, left: float, right: float) -> Twist:
-        """The motion of the body for wheel speeds in rad/s: the inverse of `wheels`."""
-        v = (left + right) / 2 * self.wheel_radius
-        return Twist(v, (right - left) * self.wheel_radius / self.effective_track)
-
     def limited(self, twist: Twist, v_max: float | None = None) -> Twist:
-        """Return the motion, slowed down so that no wheel turns faster than at `v_max` straight ahead.
-
-        v and w are scaled by the same factor, so that the robot keeps its curve.
+        """Return the motion, slowed down so that no axis turns faster than at `v_max` straight ahead.
 
         Args:
             v_max: m/s; the model's own top speed if it is None or higher than that.
         """
-        limit = self.v_max if v_max is None else min(v_max, self.v_max)
-        fastest = abs(twist.v) + abs(twist.w) * self.effective_track / 2
-        if fastest <= limit:
-            return twist
-        return Twist(twist.v * limit / fastest, twist.w * limit / fastest)
+        return self.drivetrain.limited(twist, self.v_max if v_max is None else min(v_max, self.v_max))

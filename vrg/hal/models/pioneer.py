@@ -1,6 +1,7 @@
 """The robot model of the Pioneer 2-AT by MobileRobots (formerly ActivMedia)."""
 
 from vrg.hal.models.description import RobotModel
+from vrg.hal.models.drivetrain import skid_steer
 from vrg.hal.models.lms200 import LMS200, lms200
 from vrg.hal.models.p2_sonar import P2_SONAR, p2_sonar
 from vrg.hal.sensors.battery import BatterySpec
@@ -17,11 +18,7 @@ P2AT = RobotModel(
     width=0.49,
     height=0.26,
     mass=20.0,
-    wheel_radius=0.11,
-    wheel_width=0.08,
-    wheelbase=0.27,
-    track=0.40,
-    effective_track=0.582,
+    drivetrain=skid_steer(wheel_radius=0.11, wheel_width=0.08, wheelbase=0.27, track=0.40, effective_track=0.582),
     v_max=0.7,
     w_max=2.4,
     a_max=1.0,

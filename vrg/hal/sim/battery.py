@@ -20,17 +20,18 @@ class Batteries:
     Args:
         models: the models of the robots.
         used: shape (robots,): the energy drawn since each battery was full, J.
-        wheels: shape (robots, 2): the angles turned so far, rad. v: shape (robots,): the speeds now, m/s.
+        angles: shape (robots, axes): the angles turned so far, rad.
+        velocities: shape (robots, 3): v, w and the speed to the left now, m/s and rad/s.
     """
 
-    def __init__(self, models: list[RobotModel], used: Floats, wheels: Floats, v: Floats) -> None:
+    def __init__(self, models: list[RobotModel], used: Floats, angles: Floats, velocities: Floats) -> None:
         self.used = used
         self._capacity = np.array([m.battery_wh * 3600.0 for m in models])
         self._idle = np.array([m.idle_w for m in models])
         self._drag = np.array([m.mass * GRAVITY * m.rolling / m.drive_efficiency for m in models])
         self._inertia = np.array([m.mass / 2 / m.drive_efficiency for m in models])
-        self._radius = np.array([m.wheel_radius for m in models])
-        self._wheels, self._v = wheels.copy(), v.copy()
+        self._per_rad = np.array([m.drivetrain.wheel_radius / len(m.drivetrain.axes) for m in models])
+        self._angles, self._squared = angles.copy(), _squared_speed(velocities)
 
     @property
     def charge(self) -> Floats:
@@ -38,17 +39,19 @@ class Batteries:
         charge: Floats = np.maximum(1.0 - self.used / self._capacity, 0.0)
         return charge
 
-    def draw(self, dt: float, wheels: Floats, v: Floats) -> None:
-        """Subtract the energy that the robots have drawn in the dt seconds since the last call.
-
-        Args:
-            wheels: shape (robots, 2): the angles turned, rad. v: shape (robots,): the speeds now, m/s.
-        """
-        way = np.abs(wheels - self._wheels).sum(axis=1) / 2 * self._radius
-        gain = np.maximum(v * v - self._v * self._v, 0.0)
+    def draw(self, dt: float, angles: Floats, velocities: Floats) -> None:
+        """Subtract the energy that the robots have drawn in the dt seconds since the last call; see the class."""
+        way = np.abs(angles - self._angles).sum(axis=1) * self._per_rad
+        squared = _squared_speed(velocities)
+        gain = np.maximum(squared - self._squared, 0.0)
         self.used += self._idle * dt + self._drag * way + self._inertia * gain
-        self._wheels, self._v = wheels.copy(), v.copy()
+        self._angles, self._squared = angles.copy(), squared
 
     def place(self, row: int) -> None:
         """Take note that a robot was put somewhere at rest, so that the change of its speed costs no energy."""
-        self._v[row] = 0.0
+        self._squared[row] = 0.0
+
+
+def _squared_speed(velocities: Floats) -> Floats:
+    squared: Floats = velocities[:, 0] ** 2 + velocities[:, 2] ** 2
+    return squared

@@ -64,24 +64,17 @@ class SimDriver(Driver):
         self._agreed = self._mailbox.now
         self._send(STILL)
 
-    def drive(self, twist: Twist) -> Twist:
+    def drive(self, twist: Twist) -> None:
         """Command a motion.
 
-        Returns:
-            the twist that was sent, after the limits of the model.
-
         Raises:
-            RobotError: not armed, stopped by the emergency stop, or a number that is not finite.
+            RobotError: not armed, or stopped by the emergency stop.
         """
-        if not twist.is_finite:
-            raise RobotError(f"{self.name}: expected a finite motion, got {twist}")
         if self._stopped():
             raise RobotError(f"{self.name}: the emergency stop is engaged: release it, then arm again")
         if not self._armed:
             raise RobotError(f"{self.name}: expected an armed robot to drive: call arm() first")
-        sent = self.features.limited(twist)
-        self._send(sent)
-        return sent
+        self._send(twist)
 
     def read(self) -> Readings:
         """Return the newest readings.

@@ -20,7 +20,6 @@ from vrg.types import STILL, Pose, Twist
 _EMPTY = "battery empty: motors are off"
 _SILENT = "no drive command in time: braked"
 _LOCKED = "stopped by the emergency stop: disarm it, then arm it"
-_BRAKE = (0.0, 0.0, True)
 
 
 @dataclass(slots=True)
@@ -30,7 +29,7 @@ class Member:
     Args:
         start: the pose where a reset puts it. v_max: the top speed that the referee and its model allow, m/s.
         interlock: its arming, its watchdog and its emergency stop.
-        command: the last command to its wheels: left and right in rad/s, and whether they are braked.
+        command: the motion that it was last told to make; None while its wheels are locked.
         empty: True if its battery is empty.
         stands: the match time since which its wheels are held or told to stand, s; None while they are told to turn.
     """
@@ -40,18 +39,18 @@ class Member:
     start: Pose
     v_max: float
     interlock: Interlock = field(default_factory=Interlock)
-    command: tuple[float, float, bool] = _BRAKE
+    command: Twist | None = None
     empty: bool = False
     stands: float | None = None
     _planned: tuple[Twist, float] = (STILL, 0.0)
-    _wheels: tuple[float, float, bool] = (0.0, 0.0, False)
+    _limited: Twist = STILL
 
-    def plan(self, twist: Twist) -> tuple[float, float, bool]:
-        """The command to its wheels for a motion, within its top speed."""
+    def plan(self, twist: Twist) -> Twist:
+        """A motion, within its top speed."""
         if twist is not self._planned[0] or self.v_max != self._planned[1]:
             self._planned = twist, self.v_max
-            self._wheels = (*self.model.wheels(self.model.limited(twist, self.v_max)), False)
-        return self._wheels
+            self._limited = self.model.limited(twist, self.v_max)
+        return self._limited
 
     def state(self, now: float, estop: bool) -> RobotState:
         """The robot's state at match time `now`."""
@@ -79,7 +78,7 @@ class Fleet:
         self._limits: dict[str, float] = {}
         self._rows: slice | npt.NDArray[np.intp] = slice(None)
         """The rows of `members` in the engine's arrays."""
-        self._batteries = Batteries([], np.zeros(0), np.zeros((0, 2)), np.zeros(0))
+        self._batteries = Batteries([], np.zeros(0), np.zeros((0, 2)), np.zeros((0, 3)))
         self._counted: list[str] = []
         """The names of the robots whose batteries are in `_batteries`."""
         self._used: dict[str, float] = {}
@@ -129,7 +128,7 @@ class Fleet:
         used = np.array([self._used.get(name, 0.0) for name in names])
         models = [member.model for member in self.members]
         self._counted = names
-        self._batteries = Batteries(models, used, engine.wheels[self._rows], engine.velocities[self._rows, 0])
+        self._batteries = Batteries(models, used, engine.angles[self._rows], engine.velocities[self._rows])
 
     def drive(self, now: float, name: str, twist: Twist, armed: bool, estop: bool) -> None:
         """Take in a drive command. One for a robot that is not in the world is ignored: the robot may still come."""
@@ -150,17 +149,17 @@ class Fleet:
             member.interlock.stop()
 
     def command(self, now: float, gate: RefereeGate, estop: bool) -> None:
-        """Pass the robots' commands on to their wheels, and brake the wheels of each robot that anything holds."""
+        """Pass the robots' commands on to the engine, and lock the wheels of each robot that anything holds."""
         held = estop or gate.closed(now)
         for member in self.members:
             interlock = member.interlock
-            command = _BRAKE
+            command = None
             if interlock.armed and not (held or member.empty or interlock.silent(now) or gate.holds(member.name)):
                 command = member.plan(gate.passed(member.name, interlock.twist, now))
             if command != member.command:
                 member.command = command
-                self._engine.command(member.name, *command)
-            if command[0] or command[1]:
+                self._engine.command(member.name, command)
+            if command is not None and command != STILL:
                 member.stands = None
             elif member.stands is None:
                 member.stands = now
@@ -168,7 +167,7 @@ class Fleet:
     def drain(self, dt: float) -> None:
         """Subtract the energy that the robots have drawn in the last dt seconds from their batteries."""
         engine, rows = self._engine, self._rows
-        self._batteries.draw(dt, engine.wheels[rows], engine.velocities[rows, 0])
+        self._batteries.draw(dt, engine.angles[rows], engine.velocities[rows])
         for member, charge in zip(self.members, self._batteries.charge.tolist(), strict=True):
             member.empty = charge <= 0.0
 
@@ -184,7 +183,7 @@ class Fleet:
         """Set the energy drawn by each robot, J, from a snapshot. Call `resize` afterwards."""
         self._used = dict(used)
         self._counted = []
-        self._batteries = Batteries([], np.zeros(0), np.zeros((0, 2)), np.zeros(0))
+        self._batteries = Batteries([], np.zeros(0), np.zeros((0, 2)), np.zeros((0, 3)))
 
     def rest(self, name: str) -> None:
         """Take note that a robot was put somewhere at rest."""
@@ -196,8 +195,6 @@ class Fleet:
         poses: Floats = self._engine.poses[self._rows]
         return poses
 
-    @property
-    def wheels(self) -> Floats:
-        """The angles that the robots' wheels have turned: shape (robots, 2), rad."""
-        wheels: Floats = self._engine.wheels[self._rows]
-        return wheels
+    def angles(self, name: str) -> tuple[float, ...]:
+        """The angles that the axes of a robot have turned, rad."""
+        return self._engine.angles_of(self._engine.row(name))

@@ -4,11 +4,10 @@ Measurements come at about 10 Hz, and the world ticks at 50 Hz. Between two meas
 but not for long. This module uses no bus and no clock.
 """
 
-import math
-
 from vrg.bus.node import CLOCK_SKEW
 from vrg.errors import WorldError
-from vrg.types import Pose
+from vrg.geometry import along_arc
+from vrg.types import STILL, Pose, Twist
 
 EXTRAPOLATE = 0.2
 """The match time in s after a measurement for which the body goes on at the measured velocity; then it stands still."""
@@ -27,13 +26,13 @@ class Ghost:
     def __init__(self, pose: Pose, stamp: float) -> None:
         self._pose = pose
         self._stamp = stamp
-        self._v = self._w = 0.0
+        self._twist = STILL
 
-    def measure(self, pose: Pose, v: float, w: float, stamp: float, now: float) -> None:
+    def measure(self, pose: Pose, twist: Twist, stamp: float, now: float) -> None:
         """Take in a measurement; one that is older than the newest changes nothing.
 
         Args:
-            v, w: body velocity, m/s and rad/s. stamp: the match time of the measurement, s. now: the match time, s.
+            twist: the velocity of its body. stamp: the match time of the measurement, s. now: the match time, s.
 
         Raises:
             WorldError: the stamp is in the future by more than CLOCK_SKEW.
@@ -41,23 +40,15 @@ class Ghost:
         if stamp > now + CLOCK_SKEW:
             raise WorldError(f"expected a pose of now ({now:.2f} s) or before, got one of {stamp:.2f} s")
         if stamp >= self._stamp:
-            self._pose, self._v, self._w, self._stamp = pose, v, w, stamp
+            self._pose, self._twist, self._stamp = pose, twist, stamp
 
     def age(self, now: float) -> float:
         """The match time since the newest measurement, s."""
         return max(0.0, now - self._stamp)
 
-    def at(self, now: float) -> tuple[Pose, float, float]:
-        """Its pose at match time `now` and its body velocity, m/s and rad/s, which is 0 once it stands still."""
+    def at(self, now: float) -> tuple[Pose, Twist]:
+        """Its pose at match time `now` and the velocity of its body, which is 0 once it stands still."""
         age = self.age(now)
-        pose = along_arc(self._pose, self._v, self._w, min(age, EXTRAPOLATE))
+        pose = along_arc(self._pose, self._twist, min(age, EXTRAPOLATE))
         pose = Pose(max(-_FAR, min(pose.x, _FAR)), max(-_FAR, min(pose.y, _FAR)), pose.theta)
-        return (pose, self._v, self._w) if age <= EXTRAPOLATE else (pose, 0.0, 0.0)
-
-
-def along_arc(pose: Pose, v: float, w: float, seconds: float) -> Pose:
-    """The pose of a body that starts at `pose` and moves at v m/s and w rad/s for `seconds`."""
-    half = w * seconds / 2
-    chord = v * seconds * (math.sin(half) / half if half else 1.0)
-    middle = pose.theta + half
-    return Pose(pose.x + chord * math.cos(middle), pose.y + chord * math.sin(middle), pose.theta + 2 * half)
+        return pose, self._twist if age <= EXTRAPOLATE else STILL

@@ -89,7 +89,7 @@ class WorldNode(Node):
         publish(self._poses, poses)
         for body in poses.bodies:
             if body.physical:
-                publish(self._keys.robot_seen(body.name), MeasuredPose(pose=body.pose, v=body.v, w=body.w))
+                publish(self._keys.robot_seen(body.name), MeasuredPose(pose=body.pose, twist=body.twist))
         publish(
             self._clock,
             Clock(time=tick.time, tick=world.tick, epoch=world.epoch, rate=world.config.rate, estop=world.estop),
@@ -120,7 +120,7 @@ class WorldNode(Node):
     def _measure(self, measured: Received[MeasuredPose]) -> None:
         name, body = name_in(measured.key), measured.body
         try:
-            self.world.measure(name, body.pose, body.v, body.w, measured.stamp)
+            self.world.measure(name, body.pose, body.twist, measured.stamp)
         except WorldError as error:
             # Such poses come many times a second: only the first is logged, and the first after a good one.
             if name not in self._refused and len(self._refused) < LOUD_NAMES:

@@ -1,6 +1,7 @@
 """Since when each body of a world has been at rest. This module uses no bus and no clock."""
 
 from vrg.bus.messages import at_rest
+from vrg.types import Twist
 
 
 class Rests:
@@ -9,16 +10,16 @@ class Rests:
     def __init__(self) -> None:
         self._since: dict[str, float] = {}
 
-    def since(self, name: str, v: float, w: float, now: float, *, known: bool = True) -> float | None:
+    def since(self, name: str, twist: Twist, now: float, *, known: bool = True) -> float | None:
         """Take in a body's velocity at a tick, and return since when it has been at rest; None if it is not.
 
         Asking again at the same tick changes nothing.
 
         Args:
-            v, w: its velocity, m/s and rad/s. now: the match time of the tick, s.
+            twist: its velocity. now: the match time of the tick, s.
             known: False if nobody knows how it moves now.
         """
-        if not known or not at_rest(v, w):
+        if not known or not at_rest(twist):
             self._since.pop(name, None)
             return None
         return self._since.setdefault(name, now)

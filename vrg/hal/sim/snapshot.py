@@ -8,7 +8,7 @@ from msgspec import Struct
 from vrg.errors import WorldError
 from vrg.types import Count, Name, Pose
 
-_VERSION = 3
+_VERSION = 4
 
 
 class GhostSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -27,7 +27,7 @@ class RobotSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     """The snapshot of one virtual robot.
 
     Args:
-        start: the pose where a reset puts it. pose: the pose where it is. wheels: the angles turned, rad.
+        start: the pose where a reset puts it. pose: the pose where it is. angles: those that its axes have turned, rad.
         sensors: what its sensors must remember, by their simulation.
         energy_used: the energy drawn since its battery was full, J. v_max: its top speed in this match, m/s.
         locked: True if the emergency stop has stopped it and no command that disarms was heard since.
@@ -37,7 +37,7 @@ class RobotSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     model: Name
     start: Pose
     pose: Pose
-    wheels: tuple[float, float]
+    angles: tuple[float, ...]
     sensors: dict[str, Any]
     energy_used: float
     v_max: float

@@ -113,11 +113,11 @@ class World:
         """Take in a drive command. One for a robot that is not in the world is ignored: the robot may still come."""
         self._fleet.drive(self.time, name, twist, armed, self.estop)
 
-    def measure(self, name: str, pose: Pose, v: float, w: float, stamp: float) -> None:
+    def measure(self, name: str, pose: Pose, twist: Twist, stamp: float) -> None:
         """Take in a measured pose of a physical robot. One that is older than the newest changes nothing.
 
         Args:
-            v, w: its body velocity then, m/s and rad/s. stamp: the match time of the measurement, s.
+            twist: the velocity of its body then. stamp: the match time of the measurement, s.
 
         Raises:
             WorldError: there is no physical robot of that name, or it was measured in the future.
@@ -127,7 +127,7 @@ class World:
             known = ", ".join(self._ghosts) or "none"
             raise WorldError(f"pose of {name}: expected one of the physical robots ({known})")
         try:
-            ghost.measure(pose, v, w, stamp, self.time)
+            ghost.measure(pose, twist, stamp, self.time)
         except WorldError as error:
             raise WorldError(f"pose of {name}: {error}") from None
 
@@ -210,15 +210,16 @@ class World:
         """The true poses of all virtual robots and the assumed poses of the physical ones."""
         engine, ghosts, rests, now = self._engine, self._ghosts, self._rests, self.time
         bodies = []
-        for name, (x, y, theta), (v, w) in zip(
+        for name, (x, y, theta), velocity in zip(
             engine.names, engine.poses.tolist(), engine.velocities.tolist(), strict=True
         ):
             ghost = ghosts.get(name)
             age = 0.0 if ghost is None else ghost.age(now)
-            rest = rests.since(name, v, w, now, known=age <= EXTRAPOLATE)
+            twist = Twist(*velocity)
+            rest = rests.since(name, twist, now, known=age <= EXTRAPOLATE)
             robot = self._fleet.find(name)
             stands = None if robot is None else robot.stands
-            bodies.append(Body(name, Pose(x, y, theta), v, w, ghost is not None, age, rest, stands))
+            bodies.append(Body(name, Pose(x, y, theta), twist, ghost is not None, age, rest, stands))
         return Poses(bodies=tuple(bodies))
 
     def snapshot(self) -> WorldSnapshot:
@@ -230,15 +231,13 @@ class World:
                 model=member.model.name,
                 start=member.start,
                 pose=Pose(*pose),
-                wheels=(left, right),
+                angles=fleet.angles(member.name),
                 sensors=self._sensors.remember(member.name),
                 energy_used=fleet.used(member.name),
                 v_max=member.v_max,
                 locked=member.interlock.locked,
             )
-            for member, pose, (left, right) in zip(
-                fleet.members, fleet.poses.tolist(), fleet.wheels.tolist(), strict=True
-            )
+            for member, pose in zip(fleet.members, fleet.poses.tolist(), strict=True)
         ]
         physical = [GhostSnapshot(name=n, model=self.model(n).name, pose=self.pose(n)) for n in self._ghosts]
         return WorldSnapshot(
@@ -282,7 +281,7 @@ class World:
             member = self._fleet.add(robot.name, models[robot.name], robot.pose)
             member.start, member.v_max = robot.start, robot.v_max
             member.interlock.locked = robot.locked
-            self._engine.restore(robot.name, robot.pose, robot.wheels)
+            self._engine.restore(robot.name, robot.pose, robot.angles)
         self._resize()
         for robot in snapshot.robots:
             self._sensors.recall(robot.name, robot.sensors)
@@ -311,7 +310,7 @@ class World:
             engine.models,
             engine.poses,
             engine.velocities,
-            engine.wheels,
+            engine.angles,
             engine.touch,
             self._fleet.charge,
             self._pictures.at(self.time),

@@ -65,7 +65,7 @@ class Judge:
     def ticked(self, readings: Readings | None, sent: Twist) -> None:
         """The player has read the robot, and sent a twist."""
         self._readings, self._read_at = readings, self._now()
-        left, right = self._model.wheels(sent)
+        left, right = self._model.drivetrain.speeds(sent)
         self._sent.append((self._now(), (left / math.tau * RATIO, right / math.tau * RATIO)))
         self._check_pose()
 
@@ -132,7 +132,7 @@ class Judge:
         readings = self._readings
         if readings is None or readings.odometry is None or self._now() > self._read_at + _AT_ONCE:
             return
-        told = [wheel / math.tau * RATIO for wheel in self._model.wheels(readings.odometry.value.twist)]
+        told = [wheel / math.tau * RATIO for wheel in self._model.drivetrain.speeds(readings.odometry.value.twist)]
         true = [drive.motor.velocity for drive in self._drives]
         off = max(abs(a - b) for a, b in zip(told, true, strict=True))
         words = f"the wheels are told to turn by {off:.1f} turn/s of a motor otherwise than they do"

@@ -12,6 +12,7 @@ from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys
 from vrg.games import game_of
 from vrg.regions import Region
+from vrg.types import STILL
 from vrg.ui.builder import SceneBuilder, SceneInlets
 from vrg.ui.commander.board import BoardPainter, Lights
 from vrg.ui.commander.deck import Deck
@@ -137,7 +138,7 @@ class Commander(Node):
         poses = {player.name: player.pose for player in state.players if player.pose is not None}
         if not poses and sight is not None:
             poses, stamp = dict(sight.body.poses), sight.stamp
-        bodies = (Body(name, pose, 0.0, 0.0, False) for name, pose in poses.items())
+        bodies = (Body(name, pose, STILL, False) for name, pose in poses.items())
         self._builder.poses(Poses(bodies=tuple(bodies)), stamp)
 
     def _open(self) -> None:

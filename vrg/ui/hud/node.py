@@ -16,7 +16,7 @@ from vrg.hal.models import RobotModel
 from vrg.hal.sensors.camera import CameraSpec
 from vrg.hal.sensors.sonar import SonarSpec
 from vrg.navigation.motion import VelocityEstimator
-from vrg.types import Pose, Vector
+from vrg.types import Pose, Twist, Vector
 from vrg.ui.builder import SceneBuilder, SceneInlets
 from vrg.ui.hud.dashboard import Dashboard
 from vrg.ui.hud.desk import NUDGE, Desk
@@ -295,4 +295,4 @@ class Hud(Node):
 
 
 def _body(name: str, pose: Pose, v: float, physical: frozenset[str]) -> Body:
-    return Body(name=name, pose=pose, v=v, w=0.0, physical=name in physical)
+    return Body(name=name, pose=pose, twist=Twist(v, 0.0), physical=name in physical)

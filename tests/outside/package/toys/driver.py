@@ -4,6 +4,7 @@ import math
 from typing import ClassVar
 
 from vrg.errors import RobotError, StaleDataError
+from vrg.geometry import along_arc, wrap
 from vrg.hal.driver import COMMAND_TIMEOUT, Driver, DriverContext
 from vrg.hal.readings import Readings
 from vrg.hal.sensors.odometry import Odometry
@@ -44,15 +45,12 @@ class HoverDriver(Driver):
             raise RobotError(f"{self.name}: it has a fault")
         self._armed = True
 
-    def drive(self, twist: Twist) -> Twist:
-        if not twist.is_finite:
-            raise RobotError(f"{self.name}: expected a finite motion, got {twist}")
+    def drive(self, twist: Twist) -> None:
         self._glide()
         if not self._armed:
             raise RobotError(f"{self.name}: arm it first")
-        self._twist = self.features.limited(twist)
+        self._twist = twist
         self._until = self._now() + COMMAND_TIMEOUT
-        return self._twist
 
     def read(self) -> Readings:
         self._glide()
@@ -88,8 +86,7 @@ class HoverDriver(Driver):
             self._at += STEP
             if self._at > self._until:
                 self._twist = STILL
-            (x, y, theta), (v, w) = (self._pose.x, self._pose.y, self._pose.theta), (self._twist.v, self._twist.w)
-            theta = math.remainder(theta + w * STEP, 2 * math.pi)
-            self._pose = Pose(x + v * STEP * math.cos(theta), y + v * STEP * math.sin(theta), theta)
+            pose = along_arc(self._pose, self._twist, STEP)
+            self._pose = Pose(pose.x, pose.y, wrap(pose.theta))
         if self._connected and not self.cut:
             self._heard = now

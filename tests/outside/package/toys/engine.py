@@ -1,10 +1,8 @@
 """A physics engine in which every robot does at once and exactly what it is told, and nothing collides."""
 
-import math
-
-import numpy as np
-
+from vrg.geometry import along_arc, wrap
 from vrg.hal.sim.engines.engine import Engine
+from vrg.types import Pose
 
 
 class IdealEngine(Engine):
@@ -13,17 +11,12 @@ class IdealEngine(Engine):
             if self.kinematic[row]:
                 continue
             self.speeds[row] = self._targets[row]
-            left, right = self.speeds[row] * model.wheel_radius
-            v, w = (left + right) / 2, (right - left) / model.effective_track
-            x, y, theta = self.poses[row]
-            middle = theta + w * dt / 2
-            self.poses[row] = (
-                x + v * dt * np.cos(middle),
-                y + v * dt * np.sin(middle),
-                math.remainder(theta + w * dt, 2 * math.pi),
-            )
-            self.velocities[row] = v, w
-            self.wheels[row] += self.speeds[row] * dt
+            axes = len(model.drivetrain.axes)
+            twist = model.drivetrain.twist(self.speeds[row, :axes])
+            pose = along_arc(Pose(*self.poses[row]), twist, dt)
+            self.poses[row] = pose.x, pose.y, wrap(pose.theta)
+            self.velocities[row] = twist.v, twist.w, twist.side
+            self.angles[row] += self.speeds[row] * dt
 
     def close(self) -> None:
         pass

@@ -1,7 +1,8 @@
-"""The interface of a physics engine. Engines know bodies and wheels; they know no players, no sensors and no bus."""
+"""The interface of a physics engine. Engines know bodies and their drivetrains, but no players, sensors or bus."""
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,7 @@ from vrg.errors import WorldError
 from vrg.geometry import wrap
 from vrg.hal.models import RobotModel
 from vrg.hal.sim.map import Map
-from vrg.types import Pose
+from vrg.types import Pose, Twist
 
 Floats = npt.NDArray[np.float64]
 
@@ -26,15 +27,14 @@ class BodyState:
 
     Args:
         pose: the body's pose in the map's frame.
-        v, w: speed along the body's own x axis, m/s, and yaw rate, rad/s.
-        wheels: the angles that the left and the right wheels have turned since the start, rad.
+        twist: the velocity of the body.
+        angles: those that the axes of its drivetrain have turned since the start, rad.
         touch: one value per bumper, True if it is in contact.
     """
 
     pose: Pose
-    v: float
-    w: float
-    wheels: tuple[float, float]
+    twist: Twist
+    angles: tuple[float, ...]
     touch: tuple[bool, ...]
 
 
@@ -52,9 +52,10 @@ class Engine(ABC):
         names, models: the robots' names and models.
         kinematic: shape (robots,): True for a body that only `move` moves.
         poses: shape (robots, 3): x, y in m, heading in rad within -pi..pi.
-        velocities: shape (robots, 2): v in m/s, w in rad/s.
-        wheels: shape (robots, 2): the angles that the left and right wheels have turned, rad.
-        speeds: shape (robots, 2): the wheel speeds that the motors have reached, rad/s.
+        velocities: shape (robots, 3): v in m/s, w in rad/s, and the speed to the left in m/s.
+        angles: shape (robots, axes): the angles that the axes of their drivetrains have turned, rad. A robot that has
+            fewer axes than another one has zeros in the last columns.
+        speeds: shape (robots, axes): the speeds of the axes that the motors have reached, rad/s.
         touch: one number per robot; bit n is set if bumper n is in contact. For a kinematic body, only contact with
             bodies that are not kinematic counts.
     """
@@ -65,13 +66,14 @@ class Engine(ABC):
         self.models: list[RobotModel] = []
         self.kinematic: npt.NDArray[np.bool_] = np.zeros(0, dtype=bool)
         self.poses: Floats = np.zeros((0, 3))
-        self.velocities: Floats = np.zeros((0, 2))
-        self.wheels: Floats = np.zeros((0, 2))
+        self.velocities: Floats = np.zeros((0, 3))
+        self.angles: Floats = np.zeros((0, 2))
         self.speeds: Floats = np.zeros((0, 2))
         self.touch: list[int] = []
         self._targets: Floats = np.zeros((0, 2))
         self._braking: npt.NDArray[np.bool_] = np.zeros(0, dtype=bool)
         self._slew: Floats = np.zeros((0, 1))
+        self._holonomic: npt.NDArray[np.bool_] = np.zeros(0, dtype=bool)
 
     def add(self, name: str, model: RobotModel, pose: Pose, kinematic: bool = False) -> None:
         """Put a robot into the world, at rest and with its wheels braked.
@@ -88,11 +90,15 @@ class Engine(ABC):
         self.models.append(model)
         self.touch.append(0)
         self.poses = np.vstack((self.poses, (pose.x, pose.y, wrap(pose.theta))))
-        for field in ("velocities", "wheels", "speeds", "_targets"):
-            setattr(self, field, np.vstack((getattr(self, field), (0.0, 0.0))))
+        self.velocities = np.vstack((self.velocities, np.zeros(3)))
+        axes = max(len(model.drivetrain.axes), self.angles.shape[1])
+        for field in ("angles", "speeds", "_targets"):
+            old = getattr(self, field)
+            setattr(self, field, np.pad(old, ((0, 1), (0, axes - old.shape[1]))))
         self.kinematic = np.append(self.kinematic, kinematic)
         self._braking = np.append(self._braking, True)
-        self._slew = np.vstack((self._slew, (model.brake / model.wheel_radius,)))
+        self._holonomic = np.append(self._holonomic, model.drivetrain.holonomic)
+        self._slew = np.vstack((self._slew, (model.brake / model.drivetrain.wheel_radius,)))
         self._added(len(self.names) - 1)
 
     def remove(self, name: str) -> None:
@@ -104,7 +110,17 @@ class Engine(ABC):
         row = self.row(name)
         self._removed(row)
         del self.names[row], self.models[row], self.touch[row]
-        for field in ("kinematic", "poses", "velocities", "wheels", "speeds", "_targets", "_braking", "_slew"):
+        for field in (
+            "kinematic",
+            "poses",
+            "velocities",
+            "angles",
+            "speeds",
+            "_targets",
+            "_braking",
+            "_slew",
+            "_holonomic",
+        ):
             setattr(self, field, np.delete(getattr(self, field), row, axis=0))
 
     def place(self, name: str, pose: Pose) -> None:
@@ -119,11 +135,11 @@ class Engine(ABC):
         self.touch[row] = 0
         self._placed(row)
 
-    def move(self, name: str, pose: Pose, v: float, w: float) -> None:
+    def move(self, name: str, pose: Pose, twist: Twist) -> None:
         """Set where a kinematic body is at the end of the next step.
 
         Args:
-            v, w: its body velocity there, m/s and rad/s. It pushes other bodies at that speed.
+            twist: the velocity of its body there. It pushes other bodies at that speed.
 
         Raises:
             WorldError: there is none of that name, or it is not kinematic.
@@ -133,15 +149,15 @@ class Engine(ABC):
             raise WorldError(f"move {name}: expected a kinematic body, got one that drives itself")
         x, y, theta = self.poses[row].tolist()
         self.poses[row] = pose.x, pose.y, wrap(pose.theta)
-        self.velocities[row] = v, w
+        self.velocities[row] = twist.v, twist.w, twist.side
         self._moved(row, math.hypot(pose.x - x, pose.y - y), abs(wrap(pose.theta - theta)))
 
-    def command(self, name: str, left: float, right: float, brake: bool) -> None:
-        """Set the wheel speeds that a robot aims for until the next command.
+    def command(self, name: str, twist: Twist | None) -> None:
+        """Set the motion that a robot aims for until the next command.
 
         Args:
-            left, right: wheel speeds, rad/s. The model's acceleration limits how fast they are reached.
-            brake: True locks the wheels instead.
+            twist: within the limits of the model, whose acceleration limits how fast it is reached; None locks the
+                wheels instead.
 
         Raises:
             WorldError: there is none of that name, or it is kinematic.
@@ -150,9 +166,11 @@ class Engine(ABC):
         if self.kinematic[row]:
             raise WorldError(f"command {name}: expected a body that drives itself, got a kinematic one")
         model = self.models[row]
-        self._targets[row] = (0.0, 0.0) if brake else (left, right)
-        self._braking[row] = brake
-        self._slew[row] = (model.brake if brake else model.a_max) / model.wheel_radius
+        self._targets[row] = 0.0
+        if twist is not None:
+            self._targets[row, : len(model.drivetrain.axes)] = model.drivetrain.speeds(twist)
+        self._braking[row] = twist is None
+        self._slew[row] = (model.brake if twist is None else model.a_max) / model.drivetrain.wheel_radius
 
     @abstractmethod
     def step(self, dt: float) -> None:
@@ -181,15 +199,19 @@ class Engine(ABC):
             WorldError: there is none of that name.
         """
         row = self.row(name)
-        v, w = self.velocities[row].tolist()
-        left, right = self.wheels[row].tolist()
         touch = tuple(bool(self.touch[row] >> n & 1) for n in range(self.models[row].bumpers))
-        return BodyState(Pose(*self.poses[row].tolist()), v, w, (left, right), touch)
+        return BodyState(
+            Pose(*self.poses[row].tolist()), Twist(*self.velocities[row].tolist()), self.angles_of(row), touch
+        )
 
-    def restore(self, name: str, pose: Pose, wheels: tuple[float, float]) -> None:
-        """Put a robot where a snapshot says, at rest, with its wheels turned as they were (rad)."""
+    def angles_of(self, row: int) -> tuple[float, ...]:
+        """The angles that the axes of one robot have turned, rad."""
+        return tuple(self.angles[row, : len(self.models[row].drivetrain.axes)].tolist())
+
+    def restore(self, name: str, pose: Pose, angles: Sequence[float]) -> None:
+        """Put a robot where a snapshot says, at rest, with its axes turned as they were (rad)."""
         self.place(name, pose)
-        self.wheels[self.row(name)] = wheels
+        self.angles[self.row(name), : len(angles)] = angles
 
     @abstractmethod
     def _added(self, row: int) -> None:
@@ -208,9 +230,12 @@ class Engine(ABC):
         """Called after a kinematic body has been moved to `poses[row]`, by `way` in m and `turn` in rad."""
 
     def _accelerate(self, dt: float) -> Floats:
-        """The wheel speeds that the motors aim for at the end of a step: `speeds`, moved towards the targets."""
+        """The speeds of the axes that the motors aim for at the end of a step: `speeds`, moved towards the targets."""
         change = self._targets - self.speeds
         limit = self._slew * dt
+        if self._holonomic.any():
+            most = np.abs(change[self._holonomic]).max(axis=1, keepdims=True)
+            change[self._holonomic] *= np.minimum(1.0, limit[self._holonomic] / np.maximum(most, 1e-12))
         np.minimum(change, limit, out=change)
         np.maximum(change, -limit, out=change)
         change += self.speeds

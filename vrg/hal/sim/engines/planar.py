@@ -1,7 +1,7 @@
-"""The planar engine: unicycles with acceleration limits, whose footprints never overlap.
+"""The planar engine: bodies with acceleration limits that slip nowhere, whose footprints never overlap.
 
 It is fast enough for thousands of matches. Wheels do not slip on open ground; the skid of a real body is in the model's
-effective track. Bodies that run into something slide along it. Of two bodies the one with less force gives way: a body
+drivetrain. Bodies that run into something slide along it. Of two bodies the one with less force gives way: a body
 holds with the full friction of its wheels, and drives at the other with DRIVE of it. So a body that stands or brakes
 holds against an equal one. Bodies of the same force share the push. A kinematic body never gives way: the other body
 takes the whole push, as far as walls and its neighbours leave room.
@@ -32,7 +32,7 @@ _SHOVE = _PUSH / (2 * _ROUNDS)
 
 
 class PlanarEngine(Engine):
-    """An engine that moves unicycles in the plane and keeps their footprints apart.
+    """An engine that moves bodies in the plane as their axes turn, and keeps their footprints apart.
 
     Most steps need no collision check at all. Each robot has two budgets: the way that it can go before it could touch
     anything. One is the whole gap to the nearest wall, the other half the gap to the nearest robot, both measured from
@@ -45,8 +45,8 @@ class PlanarEngine(Engine):
         boxes = np.array([(b.x, b.y, b.heading, b.length / 2, b.width / 2) for b in map_.boxes]).reshape(-1, 5)
         self._box_at, self._box_half = boxes[:, :2], boxes[:, 3:]
         self._box_cos, self._box_sin = np.cos(boxes[:, 2]), np.sin(boxes[:, 2])
-        self._half_radius: Floats = np.zeros(0)
-        self._turn: Floats = np.zeros(0)
+        self._motions: Floats = np.zeros((2, 0, 3))
+        """How much each axis (first index) of each robot adds to its v, to its w and to its speed to the left."""
         self._reach: Floats = np.zeros(0)
         self._budgets: Floats = np.zeros((2, 0))
         """The way in m that each robot can go before it could touch a wall (first row) or a robot (second row)."""
@@ -65,17 +65,24 @@ class PlanarEngine(Engine):
         self.speeds = speeds = self._accelerate(dt)
         # The wheels of kinematic bodies do not turn, so the lines below would give them no speed.
         carried = velocities[self.kinematic] if self._any_kinematic else None
-        (left, right), (v, w), (x, y, heading) = speeds.T, velocities.T, poses.T
-        np.multiply(left + right, self._half_radius, out=v)
-        np.multiply(right - left, self._turn, out=w)
+        # Not as a product of matrices, whose last bits differ from computer to computer.
+        np.multiply(self._motions[0], speeds[:, :1], out=velocities)
+        for axis in range(1, len(self._motions)):
+            velocities += self._motions[axis] * speeds[:, axis : axis + 1]
         before = poses.copy()
-        way, turned = v * dt, w * dt
+        (way, turned, aside), (x, y, heading) = (velocities * dt).T, poses.T
         middle = heading + turned * 0.5
-        x += way * np.cos(middle)
-        y += way * np.sin(middle)
+        cos, sin = np.cos(middle), np.sin(middle)
+        x += way * cos
+        y += way * sin
+        far = np.abs(way) + np.abs(turned) * self._reach
+        if self._holonomic.any():
+            x -= aside * sin
+            y += aside * cos
+            far += np.abs(aside)
         heading += turned
-        self.wheels += speeds * dt
-        self._budgets -= np.abs(way) + np.abs(turned) * self._reach
+        self.angles += speeds * dt
+        self._budgets -= far
         if self._budgets.min() < 0.0:
             self._collide(before, dt)
         if carried is not None:
@@ -100,8 +107,9 @@ class PlanarEngine(Engine):
 
     def _forget(self, models: list[RobotModel], kinematic: npt.NDArray[np.bool_]) -> None:
         """Compute everything that depends on the list of robots anew, and check every robot at the next step."""
-        self._half_radius = np.array([m.wheel_radius / 2 for m in models])
-        self._turn = np.array([m.wheel_radius / m.effective_track for m in models])
+        self._motions = np.zeros((self.speeds.shape[1], len(models), 3))
+        for row, model in enumerate(models):
+            self._motions[: len(model.drivetrain.axes), row] = np.transpose(model.drivetrain.motions)
         self._reach = np.array([math.hypot(m.length, m.width) / 2 for m in models])
         self._budgets = np.full((2, len(models)), -1.0)
         self._budgets[0, kinematic] = math.inf
@@ -265,8 +273,9 @@ class PlanarEngine(Engine):
         grip = model.brake * model.mass
         if self._braking[row]:
             return grip
-        (x, y, theta), (v, w) = self.poses[row].tolist(), self.velocities[row].tolist()
-        vx, vy = v * math.cos(theta) - w * (gap.y - y), v * math.sin(theta) + w * (gap.x - x)
+        (x, y, theta), (v, w, aside) = self.poses[row].tolist(), self.velocities[row].tolist()
+        cos, sin = math.cos(theta), math.sin(theta)
+        vx, vy = v * cos - aside * sin - w * (gap.y - y), v * sin + aside * cos + w * (gap.x - x)
         return grip * DRIVE if side * (vx * gap.nx + vy * gap.ny) < -_SLACK else grip
 
     def _put_back(self, walls: list[tuple[int, Box | Circle]], pairs: set[tuple[int, int]], before: Floats) -> set[int]:
@@ -282,13 +291,12 @@ class PlanarEngine(Engine):
         """Set a robot's velocity to what is left of it after a push, and its wheel speeds to match."""
         x, y, heading = (self.poses[row] - before[row]).tolist()
         theta = float(self.poses[row, 2])
-        v = (x * math.cos(theta) + y * math.sin(theta)) / dt
-        # Pushing may slow a body down or stop it, but never drives its wheels.
-        driven = float(self.velocities[row, 0])
-        v = max(0.0, min(v, driven)) if driven > 0 else min(0.0, max(v, driven))
-        w = heading / dt
-        self.velocities[row] = v, w
-        self.speeds[row] = self.models[row].wheels(Twist(v, w))
+        cos, sin = math.cos(theta), math.sin(theta)
+        ahead, _, aside = self.velocities[row].tolist()
+        v, side = _slowed((x * cos + y * sin) / dt, ahead), _slowed((y * cos - x * sin) / dt, aside)
+        self.velocities[row] = v, heading / dt, side
+        drivetrain = self.models[row].drivetrain
+        self.speeds[row, : len(drivetrain.axes)] = drivetrain.speeds(Twist(v, heading / dt, side))
 
     def _note(self, gap: Gap, row: int, other: int) -> None:
         if gap.distance < CONTACT:
@@ -304,3 +312,8 @@ class PlanarEngine(Engine):
         model = self.models[row]
         x, y, heading = self.poses[row].tolist()
         return Box(x, y, heading, model.length, model.width)
+
+
+def _slowed(speed: float, driven: float) -> float:
+    """A speed after a push: it may slow a body down or stop it, but never drives its wheels."""
+    return max(0.0, min(speed, driven)) if driven > 0 else min(0.0, max(speed, driven))

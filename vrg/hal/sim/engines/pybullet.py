@@ -1,4 +1,4 @@
-"""The PyBullet engine: rigid bodies that stand on four wheels, and wheels that slip and scrub.
+"""The PyBullet engine: rigid bodies that stand on wheels, and wheels that slip and scrub.
 
 PyBullet computes the bodies: their weight, inertia, and contacts with walls and each other. This module computes the
 traction itself: PyBullet's friction at a wheel is a pyramid along the map's axes (or, as a cone, far too weak), which
@@ -16,18 +16,20 @@ Turning in place balances the moments of lengthwise and sideways slip at
 
     effective track = track + wheelbase^2 / track
 
-whatever the friction is. `RobotModel.effective_track` holds the track measured here (tests/hal/test_bullet.py).
+whatever the friction is. `skid_steer` is given the track measured here (tests/hal/test_bullet.py).
 
 A kinematic body has no mass. Before each physics step it is set to its place, with its speed, so that the solver pushes
 the other bodies at that speed. It is far taller than they are, so that no body is ever pushed on top of it.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import pybullet
 
 from vrg.hal.models import RobotModel
+from vrg.hal.models.drivetrain import Wheel
 from vrg.hal.sim.battery import GRAVITY
 from vrg.hal.sim.engines.engine import DRIVE, Engine, Floats, bumper_bit
 from vrg.hal.sim.map import WALL_HEIGHT, Map
@@ -60,6 +62,22 @@ Motion = tuple[tuple[float, float, float], float, float, float, float]
 rate in rad/s."""
 
 
+class Tyre(NamedTuple):
+    """A wheel that a motor turns: its axis, its place in the body's frame in m, and the direction in which it rolls."""
+
+    axis: int
+    x: float
+    y: float
+    cos: float
+    sin: float
+    rollers: bool
+
+    @classmethod
+    def of(cls, wheel: Wheel, axis: int) -> "Tyre":
+        """The tyre of a wheel."""
+        return cls(axis, wheel.x, wheel.y, math.cos(wheel.heading), math.sin(wheel.heading), wheel.rollers)
+
+
 class BulletEngine(Engine):
     """An engine that moves rigid bodies with PyBullet, in a physics client of its own without a window."""
 
@@ -71,6 +89,7 @@ class BulletEngine(Engine):
         """The pairs of a kinematic body and a body that it lets through until the two are apart."""
         self._radii: Floats = np.zeros((0, 1))
         self._motions: list[Motion] = []
+        self._tyres: list[list[Tyre]] = []
         self._damped: list[float] = []
         """The slip of each robot in m/s at which the damping of a tyre alone is its full friction."""
         self._stretches: list[list[tuple[float, float]]] = []
@@ -92,7 +111,7 @@ class BulletEngine(Engine):
         aims = self._accelerate(dt)
         aims[self._braking] = 0.0  # the wheels lock at once; friction decides how fast that stops the body
         self.speeds = aims
-        self.wheels += aims * dt
+        self.angles += aims * dt
         rims = (aims * self._radii).tolist()
         carried = self.kinematic.nonzero()[0].tolist()
         driven = (~self.kinematic).nonzero()[0].tolist()
@@ -100,7 +119,7 @@ class BulletEngine(Engine):
             for row in carried:
                 self._carry(row, left_over * dt / steps)
             for row in driven:
-                self._pull(row, dt / steps, *rims[row])
+                self._pull(row, dt / steps, rims[row])
             pybullet.stepSimulation(physicsClientId=client)
             for row in carried:
                 self._restrain(row)
@@ -121,7 +140,8 @@ class BulletEngine(Engine):
     def _added(self, row: int) -> None:
         model = self.models[row]
         self._bodies.append(self._build_kinematic(model) if self.kinematic[row] else self._build_robot(model))
-        self._radii = np.array([m.wheel_radius for m in self.models]).reshape(-1, 1)
+        self._radii = np.array([m.drivetrain.wheel_radius for m in self.models]).reshape(-1, 1)
+        self._tyres.append([Tyre.of(w, w.axis) for w in model.drivetrain.wheels if w.axis is not None])
         self._stretches.append([])
         self._damped.append(_damped(model))
         self._motions.append(self._motion(self._bodies[row]))
@@ -133,14 +153,16 @@ class BulletEngine(Engine):
             self._meet(pair, True)
         pybullet.removeBody(body, physicsClientId=self._client)
         self._radii = np.delete(self._radii, row, axis=0)
-        del self._stretches[row], self._motions[row], self._damped[row]
+        del self._tyres[row], self._stretches[row], self._motions[row], self._damped[row]
 
     def _placed(self, row: int) -> None:
         body, model = self._bodies[row], self.models[row]
         x, y, theta = self.poses[row].tolist()
         turn = (0.0, 0.0, math.sin(theta / 2), math.cos(theta / 2))
-        self._stretches[row] = [(0.0, 0.0)] * 4
-        pybullet.resetBasePositionAndOrientation(body, (x, y, model.wheel_radius), turn, physicsClientId=self._client)
+        self._stretches[row] = [(0.0, 0.0)] * len(self._tyres[row])
+        pybullet.resetBasePositionAndOrientation(
+            body, (x, y, model.drivetrain.wheel_radius), turn, physicsClientId=self._client
+        )
         pybullet.resetBaseVelocity(body, (0, 0, 0), (0, 0, 0), physicsClientId=self._client)
         self._motions[row] = self._motion(body)
 
@@ -151,12 +173,14 @@ class BulletEngine(Engine):
         """Set a kinematic body to where it is `ahead` seconds before it reaches its pose."""
         client, body, model = self._client, self._bodies[row], self.models[row]
         x, y, theta = self.poses[row].tolist()
-        v, w = self.velocities[row].tolist()
+        v, w, side = self.velocities[row].tolist()
         # A measured speed may be wrong by any amount; a body must not be pushed faster than a robot drives.
-        v, w = max(-model.v_max, min(v, model.v_max)), max(-model.w_max, min(w, model.w_max))
-        vx, vy = v * math.cos(theta), v * math.sin(theta)
+        v, side = max(-model.v_max, min(v, model.v_max)), max(-model.v_max, min(side, model.v_max))
+        w = max(-model.w_max, min(w, model.w_max))
+        c, s = math.cos(theta), math.sin(theta)
+        vx, vy = v * c - side * s, v * s + side * c
         half = (theta - w * ahead) / 2
-        place = (x - vx * ahead, y - vy * ahead, model.wheel_radius)
+        place = (x - vx * ahead, y - vy * ahead, model.drivetrain.wheel_radius)
         turn = (0.0, 0.0, math.sin(half), math.cos(half))
         pybullet.resetBasePositionAndOrientation(body, place, turn, physicsClientId=client)
         pybullet.resetBaseVelocity(body, (vx, vy, 0.0), (0.0, 0.0, w), physicsClientId=client)
@@ -227,20 +251,23 @@ class BulletEngine(Engine):
         x, y, theta = self.poses[row].tolist()
         return Box(x, y, theta, self.models[row].length, self.models[row].width)
 
-    def _pull(self, row: int, dt: float, left: float, right: float) -> None:
+    def _pull(self, row: int, dt: float, rims: list[float]) -> None:
         """Apply the wheels' traction for the next physics step, of dt seconds, and stretch the tyres.
 
         Args:
-            left, right: the speeds of the rims, m/s.
+            rims: the speed of the rims of each axis, m/s.
         """
         client, body, model, stretches = self._client, self._bodies[row], self.models[row], self._stretches[row]
+        damped = self._damped[row]
         place, theta, vx, vy, w = self._motions[row]
         c, s = math.cos(theta), math.sin(theta)
         ahead, aside = vx * c + vy * s, vy * c - vx * s
-        x, y, damped = model.wheelbase / 2, model.track / 2, self._damped[row]
         force_ahead = force_aside = moment = 0.0  # as fractions of a wheel's friction
-        for n, (at_x, at_y, rim) in enumerate(((x, y, left), (-x, y, left), (x, -y, right), (-x, -y, right))):
-            rolls, slip_aside = ahead - w * at_y, aside + w * at_x
+        for n, tyre in enumerate(self._tyres[row]):
+            rim, along, across = rims[tyre.axis], ahead - w * tyre.y, aside + w * tyre.x
+            rolls, slip_aside = along * tyre.cos + across * tyre.sin, across * tyre.cos - along * tyre.sin
+            if tyre.rollers:
+                slip_aside = 0.0
             slip_ahead = rolls - rim
             stretch_ahead, stretch_aside = stretches[n]
             stretch_ahead += slip_ahead * dt
@@ -260,10 +287,12 @@ class BulletEngine(Engine):
                 left_over = GIVE * max(0.0, 1.0 - slip / damped)
                 stretch_ahead, stretch_aside = -push_ahead * left_over, -push_aside * left_over
             stretches[n] = stretch_ahead, stretch_aside
-            force_ahead += push_ahead
-            force_aside += push_aside
-            moment += at_x * push_aside - at_y * push_ahead
-        grip = model.brake * model.mass / 4  # the friction that gives the model's brake, times a wheel's load
+            along, across = push_ahead * tyre.cos - push_aside * tyre.sin, push_ahead * tyre.sin + push_aside * tyre.cos
+            force_ahead += along
+            force_aside += across
+            moment += tyre.x * across - tyre.y * along
+        # The friction that gives the model's brake, times a wheel's load.
+        grip = model.brake * model.mass / len(model.drivetrain.wheels)
         force_ahead, force_aside = force_ahead * grip, force_aside * grip
         force = (force_ahead * c - force_aside * s, force_ahead * s + force_aside * c, 0.0)
         pybullet.applyExternalForce(body, -1, force, place, pybullet.WORLD_FRAME, physicsClientId=client)
@@ -273,7 +302,8 @@ class BulletEngine(Engine):
         for row in driven:
             (x, y, _), theta, vx, vy, w = self._motions[row]
             self.poses[row] = x, y, theta
-            self.velocities[row] = vx * math.cos(theta) + vy * math.sin(theta), w
+            c, s = math.cos(theta), math.sin(theta)
+            self.velocities[row] = vx * c + vy * s, w, vy * c - vx * s
             self.touch[row] = self._pressed(self._bodies[row], self.models[row], x, y, theta)
 
     def _motion(self, body: int) -> Motion:
@@ -318,31 +348,34 @@ class BulletEngine(Engine):
         pybullet.setCollisionFilterGroupMask(body, -1, _WALL, _BODY | _RAY, physicsClientId=client)
 
     def _build_robot(self, model: RobotModel) -> int:
-        """Build a box on four spheres. Its origin and its centre of mass are at the height of the axles."""
-        client = self._client
+        """Build a box on a sphere for each wheel. Its origin and its centre of mass are at the height of the axles."""
+        client, drivetrain = self._client, model.drivetrain
         tall = model.height - _CLEARANCE
         hull = pybullet.createCollisionShape(
             pybullet.GEOM_BOX,
             halfExtents=(model.length / 2, model.width / 2, tall / 2),
-            collisionFramePosition=(0.0, 0.0, _CLEARANCE + tall / 2 - model.wheel_radius),
+            collisionFramePosition=(0.0, 0.0, _CLEARANCE + tall / 2 - drivetrain.wheel_radius),
             physicsClientId=client,
         )
-        wheel = pybullet.createCollisionShape(pybullet.GEOM_SPHERE, radius=model.wheel_radius, physicsClientId=client)
-        places = [(model.wheelbase / 2 * end, model.track / 2 * side, 0.0) for end in (1, -1) for side in (1, -1)]
+        wheel = pybullet.createCollisionShape(
+            pybullet.GEOM_SPHERE, radius=drivetrain.wheel_radius, physicsClientId=client
+        )
+        places = [(wheel.x, wheel.y, 0.0) for wheel in drivetrain.wheels]
+        count = len(places)
         flat = (0.0, 0.0, 0.0, 1.0)
         body: int = pybullet.createMultiBody(
             model.mass,
             hull,
-            linkMasses=[0.0] * 4,
-            linkCollisionShapeIndices=[wheel] * 4,
-            linkVisualShapeIndices=[-1] * 4,
+            linkMasses=[0.0] * count,
+            linkCollisionShapeIndices=[wheel] * count,
+            linkVisualShapeIndices=[-1] * count,
             linkPositions=places,
-            linkOrientations=[flat] * 4,
-            linkInertialFramePositions=[(0.0, 0.0, 0.0)] * 4,
-            linkInertialFrameOrientations=[flat] * 4,
-            linkParentIndices=[0] * 4,
-            linkJointTypes=[pybullet.JOINT_FIXED] * 4,
-            linkJointAxis=[(0.0, 1.0, 0.0)] * 4,
+            linkOrientations=[flat] * count,
+            linkInertialFramePositions=[(0.0, 0.0, 0.0)] * count,
+            linkInertialFrameOrientations=[flat] * count,
+            linkParentIndices=[0] * count,
+            linkJointTypes=[pybullet.JOINT_FIXED] * count,
+            linkJointAxis=[(0.0, 1.0, 0.0)] * count,
             physicsClientId=client,
         )
         m, a, b, h = model.mass / 12, model.length, model.width, tall
@@ -357,7 +390,7 @@ class BulletEngine(Engine):
             physicsClientId=client,
         )
         pybullet.setCollisionFilterGroupMask(body, -1, _BODY, _BODY | _WALL | _RAY | _KINEMATIC, physicsClientId=client)
-        for link in range(4):
+        for link in range(count):
             pybullet.changeDynamics(body, link, lateralFriction=0.0, physicsClientId=client)
             pybullet.setCollisionFilterGroupMask(body, link, _WHEEL, _GROUND, physicsClientId=client)
         return body
@@ -378,7 +411,8 @@ def _damped(model: RobotModel) -> float:
     The less inertia a body has, the more a physics step of friction changes the slip, when it turns above all.
     """
     inertia = (model.length**2 + model.width**2) / 12
-    turning = (model.wheelbase**2 + model.track**2) / 4 / inertia
+    wheels = model.drivetrain.wheels
+    turning = sum(wheel.x**2 + wheel.y**2 for wheel in wheels) / len(wheels) / inertia
     return model.brake * STEP * max(1.0, turning) / DAMPING
 
 

@@ -55,8 +55,8 @@ class Instant:
         tick: the number of the tick. dt: the match time between ticks, s.
         models: the models of the robots.
         poses: shape (robots, 3): x, y in m, heading in rad.
-        velocities: shape (robots, 2): v in m/s, w in rad/s.
-        wheels: shape (robots, 2): the angles that the left and the right wheels have turned, rad.
+        velocities: shape (robots, 3): v in m/s, w in rad/s, and the speed to the left in m/s.
+        angles: shape (robots, axes): the angles that the axes of their drivetrains have turned, rad.
         touch: one number per robot; bit n is set if bumper n is in contact.
         charge: returns the charge of a robot's battery by the robot's name, from 1 (full) to 0 (empty).
         cameras: the names of the robots of whose cameras somebody wants pictures.
@@ -67,7 +67,7 @@ class Instant:
     models: Sequence[RobotModel]
     poses: Floats
     velocities: Floats
-    wheels: Floats
+    angles: Floats
     touch: Sequence[int]
     charge: Callable[[str], float]
     cameras: Collection[str] = ()

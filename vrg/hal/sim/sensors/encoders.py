@@ -15,9 +15,9 @@ class EncodersSimulation(SensorSimulation[EncodersSpec]):
         if not due:
             return []
         said: list[Said] = []
-        wheels = now.wheels.tolist()
+        angles = now.angles.tolist()
         for m in due:
-            left, right = wheels[m.row]
+            left, right = angles[m.row][:2]
             per_rad = m.spec.ticks / math.tau
             counts = Encoders(left=math.floor(left * per_rad), right=math.floor(right * per_rad))
             said.append((m.robot, m.spec.name, counts))

@@ -1,4 +1,4 @@
-"""The simulation of odometry from the encoders, with each side's calibration error and slip.
+"""The simulation of odometry from the encoders, with each axis' calibration error and slip.
 
 The way of each tick is integrated, whatever the rate of the readings is. But that is done only when somebody needs the
 result, for all ticks since the last time at once, because numpy takes little longer for several ticks than for one.
@@ -6,6 +6,7 @@ result, for all ticks since the last time at once, because numpy takes little lo
 
 import math
 from collections.abc import Sequence
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -25,88 +26,107 @@ _LONGEST = 50
 
 
 class OdometrySimulation(SensorSimulation[OdometrySpec]):
-    """Simulates odometry: it adds up the ways of the wheels."""
+    """Simulates odometry: it adds up the ways of the wheels. Its arrays have one column for each axis of each robot."""
 
     def __init__(self, surroundings: Surroundings) -> None:
         super().__init__(surroundings)
-        self._noise = Noise(surroundings.seed, "odometry", 2)
+        self._noises: list[Noise] = []
         self._index: dict[tuple[str, str], int] = {}
-        self._rows: list[int] = []
+        self._columns: tuple[list[int], list[int]] = [], []
+        """The row of the robot in the engine, and the axis, of each column."""
         self.poses: Floats = np.zeros((0, 3))
         """The poses relative to where the odometry began: shape (robots, 3), m and rad, in the order of `mounted`."""
         self._ticks: list[int] = []
         """The ticks whose ways are not integrated yet."""
-        self._wheels: list[Floats] = []
-        """The angles of the wheels at the tick before them and at each of them."""
-        self._per_rad: Floats = np.zeros((0, 1))
-        self._way: Floats = np.zeros((0, 2))
-        self._track: Floats = np.zeros(0)
-        self._slip: Floats = np.zeros((0, 1))
+        self._angles: list[Floats] = []
+        """The angles of the axes at the tick before them and at each of them."""
+        self._per_rad: Floats = np.zeros(0)
+        self._turned: Floats = np.zeros(0)
+        """The angle of one count, rad, with the calibration error of the axis."""
+        self._slip: Floats = np.zeros(0)
+        self._motions: Floats = np.zeros((0, 0))
+        """How much each column adds to the way ahead, the turn, and the way to the left of each robot."""
 
     def resize(self, mounted: Sequence[Mounted[OdometrySpec]], now: Instant) -> None:
         """Adapt to a change of the list of robots, or of their rows. The odometry of robots that stay goes on."""
         self._catch_up()
         before = {sensor: self.poses[index] for sensor, index in self._index.items()}
+        mounted = sorted(mounted, key=_axes)  # those with as many axes have a source of noise together
         super().resize(mounted, now)
         names = [(m.robot, m.spec.name) for m in mounted]
         self._index = {name: index for index, name in enumerate(names)}
-        self._rows = [m.row for m in mounted]
-        self._noise.resize([" ".join(name) for name in names])
         self.poses = np.array([before.get(name, np.zeros(3)) for name in names]).reshape(-1, 3)
-        self._per_rad = np.array([_ticks(m) / math.tau for m in mounted]).reshape(-1, 1)
-        self._track = np.array([m.model.effective_track for m in mounted])
-        self._slip = np.array([m.spec.slip_noise for m in mounted]).reshape(-1, 1)
-        scale = np.ones((len(names), 2))
-        if self.surroundings.noise:
-            for index, m in enumerate(mounted):
+        self._noises = []
+        for count, group in groupby(mounted, _axes):
+            noise = Noise(self.surroundings.seed, "odometry", count)
+            noise.resize([f"{m.robot} {m.spec.name}" for m in group])
+            self._noises.append(noise)
+        counts = [_axes(m) for m in mounted]
+        self._columns = (
+            [m.row for m in mounted for _ in range(_axes(m))],
+            [axis for m in mounted for axis in range(_axes(m))],
+        )
+        self._per_rad = np.repeat([_ticks(m) / math.tau for m in mounted], counts)
+        self._slip = np.repeat([m.spec.slip_noise for m in mounted], counts)
+        scale = np.ones(sum(counts))
+        self._motions = np.zeros((sum(counts), 3 * len(mounted)))
+        column = 0
+        for index, m in enumerate(mounted):
+            own = slice(column, column + _axes(m))
+            if self.surroundings.noise:
                 rng = generator(self.surroundings.seed, m.robot, f"scale of odometry {m.spec.name}")
-                scale[index] += m.spec.scale_noise * rng.standard_normal(2)
-        radius = np.array([m.model.wheel_radius for m in mounted]).reshape(-1, 1)
-        self._way = radius / self._per_rad * scale
-        self._wheels = [now.wheels.copy()]
+                scale[own] += m.spec.scale_noise * rng.standard_normal(_axes(m))
+            self._motions[own, 3 * index : 3 * index + 3] = np.transpose(m.model.drivetrain.motions)
+            column = own.stop
+        self._turned = scale / self._per_rad
+        self._angles = [now.angles.copy()]
 
     def sense(self, now: Instant) -> list[Said]:
         """Take in the way of this tick, and return the odometry of the robots whose reading is due."""
-        if not self._rows:
+        if not self._index:
             return []
         self._ticks.append(now.tick)
-        self._wheels.append(now.wheels.copy())
+        self._angles.append(now.angles.copy())
         due = self.due(now)
         if not due and len(self._ticks) < _LONGEST:
             return []
-        distance, turn = self._integrate()
-        poses, v, w = self.poses.tolist(), (distance / now.dt).tolist(), (turn / now.dt).tolist()
+        twists, poses = (self._integrate() / now.dt).tolist(), self.poses.tolist()
         said: list[Said] = []
         for m in due:
             index = self._index[m.robot, m.spec.name]
             x, y, theta = poses[index]
-            odometry = Odometry(pose=Pose(x, y, wrap(theta)), twist=Twist(v[index], w[index]))
+            odometry = Odometry(pose=Pose(x, y, wrap(theta)), twist=Twist(*twists[index]))
             said.append((m.robot, m.spec.name, odometry))
         return said
 
-    def _integrate(self) -> tuple[Floats, Floats]:
+    def _integrate(self) -> Floats:
         """Integrate the ways since the last time.
 
         Returns:
-            the way of the last tick and its turn: shape (robots,), m and rad.
+            how each robot has moved in the last tick: shape (robots, 3): its way ahead in m, its turn in rad, and its
+            way to the left in m.
         """
-        counts = np.floor(np.array(self._wheels)[:, self._rows] * self._per_rad)
-        self._wheels = self._wheels[-1:]
-        ways = (counts[1:] - counts[:-1]) * self._way
+        rows, axes = self._columns
+        counts = np.floor(np.array(self._angles)[:, rows, axes] * self._per_rad)
+        self._angles = self._angles[-1:]
+        ways = (counts[1:] - counts[:-1]) * self._turned
         if self.surroundings.noise:
-            ways *= 1.0 + self._noise.of(self._ticks) * self._slip
+            drawn = [noise.of(self._ticks).reshape(len(ways), -1) for noise in self._noises]
+            ways *= 1.0 + np.concatenate(drawn, axis=1) * self._slip
         self._ticks = []
-        left, right = ways[:, :, 0], ways[:, :, 1]
-        distance, turn = (left + right) * 0.5, (right - left) / self._track
-        path = np.empty((len(ways) + 1, len(self._rows), 3))
+        moved = (ways @ self._motions).reshape(len(ways), -1, 3)
+        ahead, turn, aside = moved[:, :, 0], moved[:, :, 1], moved[:, :, 2]
+        path = np.empty((len(ways) + 1, len(self.poses), 3))
         path[0] = self.poses
         x, y, heading = path[1:, :, 0], path[1:, :, 1], path[1:, :, 2]
         heading[:] = turn
         middle = path[:, :, 2].cumsum(axis=0)[:-1] + turn * 0.5
-        np.multiply(distance, np.cos(middle), out=x)
-        np.multiply(distance, np.sin(middle), out=y)
+        cos, sin = np.cos(middle), np.sin(middle)
+        x[:] = ahead * cos - aside * sin
+        y[:] = ahead * sin + aside * cos
         self.poses = path.cumsum(axis=0)[-1]
-        return distance[-1], turn[-1]
+        last: Floats = moved[-1]
+        return last
 
     def _catch_up(self) -> None:
         if self._ticks:
@@ -132,6 +152,10 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
     def _of(self, robot: str) -> dict[str, int]:
         """The rows of a robot's odometry by the sensor's name."""
         return {name: index for (owner, name), index in self._index.items() if owner == robot}
+
+
+def _axes(mounted: Mounted[OdometrySpec]) -> int:
+    return len(mounted.model.drivetrain.axes)
 
 
 def _ticks(mounted: Mounted[OdometrySpec]) -> int:

@@ -49,8 +49,6 @@ _LASER_SIDE: Final = 0.15
 """The length and the width of a laser range finder, m."""
 _LASER_TOP: Final = 0.05
 """The height of a laser range finder above its beams, m."""
-_LYING: Final[_Quaternion] = (math.sin(math.pi / 4), 0.0, 0.0, math.cos(math.pi / 4))
-"""The rotation that lays an upright cylinder along the y axis."""
 _FLAT: Final[_Quaternion] = (0.0, 0.0, 0.0, 1.0)
 _AWAY: Final[_Vector3] = (0.0, 0.0, -10 * FAR)
 """Where the robot is put that carries the camera, as it is not in its own picture."""
@@ -167,7 +165,9 @@ class _Part:
 
 def _parts(model: RobotModel) -> list[_Part]:
     """A robot: a hull between its wheels, a deck that is as large as the robot, and its laser. The origin is below."""
-    inside = max(model.track - model.wheel_width, model.width / 4)
+    drivetrain = model.drivetrain
+    between = min(abs(wheel.y) for wheel in drivetrain.wheels) * 2
+    inside = max(between - drivetrain.wheel_width, model.width / 4)
     tall = max(model.height - _CLEARANCE - _DECK, 0.01)
     r, g, b = model.colour
     hull = _Part(
@@ -182,19 +182,23 @@ def _parts(model: RobotModel) -> list[_Part]:
         (0.0, 0.0, model.height - _DECK / 2),
         _BLACK,
     )
-    wheel = (model.wheel_radius, model.wheel_radius, model.wheel_width / 2)
+    radius = drivetrain.wheel_radius
+    half = (radius, radius, drivetrain.wheel_width / 2)
     wheels = [
-        _Part(
-            pybullet.GEOM_CYLINDER, wheel, (end * model.wheelbase / 2, side * model.track / 2, wheel[0]), _TYRE, _LYING
-        )
-        for end in (1, -1)
-        for side in (1, -1)
+        _Part(pybullet.GEOM_CYLINDER, half, (wheel.x, wheel.y, radius), _TYRE, _lying(wheel.heading))
+        for wheel in drivetrain.wheels
     ]
     laser = model.laser
     if laser is None or laser.height <= model.height:
         return [hull, deck, *wheels]
     half = (_LASER_SIDE / 2, _LASER_SIDE / 2, (laser.height + _LASER_TOP - model.height) / 2)
     return [hull, deck, *wheels, _Part(pybullet.GEOM_BOX, half, (laser.x, 0.0, model.height + half[2]), _BLUE)]
+
+
+def _lying(heading: float) -> _Quaternion:
+    """The turn of a cylinder that rolls along a heading."""
+    c, s = math.cos(heading / 2) * math.sqrt(0.5), math.sin(heading / 2) * math.sqrt(0.5)
+    return c, s, s, c
 
 
 def _turned(heading: float) -> _Quaternion:

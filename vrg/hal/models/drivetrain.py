@@ -1,0 +1,146 @@
+"""How the motors of a robot move its body: the relation of a twist and the speeds of the axes."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+
+from vrg.types import Twist
+
+Rates = tuple[float, float, float]
+"""The speed of an axis for each unit of a twist's v, w and side: rad/m, 1 and rad/m."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wheel:
+    """One wheel, in the frame of the body.
+
+    Args:
+        x, y: where it touches the ground, m. heading: the direction in which it rolls, rad.
+        axis: the number of the axis that turns it; None for a castor, which nothing turns and which resists nothing.
+        rollers: True for an omni wheel, which resists no motion across its heading.
+    """
+
+    x: float
+    y: float
+    heading: float = 0.0
+    axis: int | None = None
+    rollers: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drivetrain:
+    """The drivetrain of a robot on wheels: motor axes, and the wheels that each of them turns.
+
+    Every layer above it commands and measures twists; only a drivetrain knows of axes and their speeds.
+
+    Args:
+        axes: the names of the axes.
+        wheels: the wheels, on which the body's weight rests evenly.
+        wheel_radius: radius of a wheel, m. wheel_width: width of a wheel, m.
+        rates: for each axis its speeds for 1 m/s ahead, for 1 rad/s, and for 1 m/s to the left. By default they follow
+            from its wheels, which roll without any slip.
+    """
+
+    axes: tuple[str, ...]
+    wheels: tuple[Wheel, ...]
+    wheel_radius: float
+    wheel_width: float
+    rates: tuple[Rates, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.rates:
+            object.__setattr__(self, "rates", tuple(self._rates(axis) for axis in range(len(self.axes))))
+
+    @cached_property
+    def motions(self) -> tuple[tuple[float, ...], ...]:
+        """The inverse of `rates`: how much each axis adds to v, to w and to the speed to the left, one row for each."""
+        # Least squares, as there may be more axes than the body has ways to move. Those of skid steer come out exact.
+        rates = np.array(self.rates)
+        moves = rates.any(axis=0)
+        inverse = np.zeros((3, len(rates)))
+        inverse[moves] = np.linalg.inv(rates[:, moves].T @ rates[:, moves]) @ rates[:, moves].T
+        return tuple(map(tuple, inverse.tolist()))
+
+    @property
+    def holonomic(self) -> bool:
+        """True if the body can also drive sideways. Its motors then speed up together, or it would turn meanwhile."""
+        return any(side for _, _, side in self.rates)
+
+    @property
+    def effective_track(self) -> float:
+        """The track in m of a unicycle that turns as this robot does: w = (v_right - v_left) / effective_track.
+
+        It is that of the first and the last axis, which are `left` and `right` where there are two.
+        """
+        return (self.rates[-1][1] - self.rates[0][1]) * self.wheel_radius
+
+    def with_track(self, effective_track: float) -> Self:
+        """Return the same drivetrain with another effective track, such as a measured one."""
+        scale = effective_track / self.effective_track
+        return replace(self, rates=tuple((ahead, turn * scale, side) for ahead, turn, side in self.rates))
+
+    def speeds(self, twist: Twist) -> tuple[float, ...]:
+        """The speeds of the axes in rad/s for a motion of the body."""
+        v, w, side = twist.v, twist.w, twist.side
+        return tuple([ahead * v + turn * w + across * side for ahead, turn, across in self.rates])
+
+    def twist(self, speeds: Sequence[float]) -> Twist:
+        """The motion of the body for speeds of the axes in rad/s: the inverse of `speeds`.
+
+        For angles in rad it is the way in m and the turn in rad.
+        """
+        v, w, side = (sum(share * speed for share, speed in zip(row, speeds, strict=True)) for row in self.motions)
+        return Twist(v, w, side)
+
+    def limited(self, twist: Twist, v_max: float) -> Twist:
+        """Return the motion, slowed down so that no axis turns faster than any does at `v_max` m/s straight ahead.
+
+        All parts of the twist are scaled by the same factor, so that the robot keeps its curve.
+        """
+        limit = max(abs(ahead) for ahead, _, _ in self.rates) * v_max
+        fastest = max(map(abs, self.speeds(twist)))
+        if fastest <= limit:
+            return twist
+        scale = limit / fastest
+        return Twist(twist.v * scale, twist.w * scale, twist.side * scale)
+
+    def _rates(self, axis: int) -> Rates:
+        """The mean of what the wheels of an axis must turn for each unit of the twist."""
+        found = [
+            (math.cos(w.heading), w.x * math.sin(w.heading) - w.y * math.cos(w.heading), math.sin(w.heading))
+            for w in self.wheels
+            if w.axis == axis
+        ]
+        if not found:
+            raise ValueError(f"expected a wheel of each axis, found none of {self.axes[axis]!r}")
+        means = (sum(column) / len(found) for column in zip(*found, strict=True))
+        # What is nearly 0 is 0: the body cannot move so.
+        ahead, turn, across = (round(mean, 12) / self.wheel_radius for mean in means)
+        return ahead, turn, across
+
+
+def skid_steer(
+    *, wheel_radius: float, wheel_width: float, wheelbase: float, track: float, effective_track: float
+) -> Drivetrain:
+    """The drivetrain of four wheels of which those of each side turn together. It turns as they skid.
+
+    Args:
+        wheel_radius: radius of a wheel, m. wheel_width: width of a wheel, m.
+        wheelbase: distance between the axles of one side, m.
+        track: distance between the centre lines of the left and right wheels, m.
+        effective_track: the track in m that a unicycle model needs to predict the turn rate of the skidding body:
+            w = (v_right - v_left) / effective_track.
+    """
+    x, y = wheelbase / 2, track / 2
+    turn = effective_track / 2 / wheel_radius
+    return Drivetrain(
+        axes=("left", "right"),
+        wheels=tuple(Wheel(x=at, y=side * y, axis=int(side < 0)) for side in (1, -1) for at in (x, -x)),
+        wheel_radius=wheel_radius,
+        wheel_width=wheel_width,
+        rates=((1 / wheel_radius, -turn, 0.0), (1 / wheel_radius, turn, 0.0)),
+    )
