@@ -48,7 +48,7 @@ class Pose(Struct, frozen=True, forbid_unknown_fields=True, gc=False):
     theta: Radians
 
 
-class Twist(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True, gc=False):
+class Twist(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True, repr_omit_defaults=True, gc=False):
     """A body's velocity in its own frame.
 
     Args:

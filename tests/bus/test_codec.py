@@ -42,6 +42,7 @@ seconds = st.floats(0, 1e8)
 counts = st.integers(0, 2**53)
 speeds = st.floats(-100, 100)
 spins = st.floats(-1000, 1000)
+twists = st.builds(Twist, speeds, spins, st.just(0.0) | speeds)
 
 
 def tuples(items: st.SearchStrategy[Any], **sizes: int) -> st.SearchStrategy[tuple[Any, ...]]:
@@ -53,7 +54,7 @@ statuses = st.builds(
     m.PlayerStatus,
     name=names, team=names, role=names, state=names, may_move=st.booleans(),
     radius=st.floats(0.01, 10), pose=st.none() | poses, mark=st.none() | poses,
-    lease=st.none() | st.builds(Twist, speeds, spins),
+    lease=st.none() | twists,
 )  # fmt: skip
 lengths = st.floats(1e-6, 1e5)
 regions = (
@@ -65,7 +66,7 @@ regions = (
     | st.just(Polygon(((0.0, 0.0), (2.0, 0.0), (1.0, 3.0))))
 )
 zones = st.builds(m.Zone, name=names, kind=names, region=regions, team=st.none() | names)
-bodies = st.builds(m.Body, name=names, pose=poses, v=speeds, w=spins, physical=st.booleans(), age=seconds)
+bodies = st.builds(m.Body, name=names, pose=poses, twist=twists, physical=st.booleans(), age=seconds)
 sightings = st.builds(
     lambda xx, share, yy, **rest: m.Sighting(xx=xx, xy=share * (xx * yy) ** 0.5, yy=yy, **rest),
     x=coordinates, y=coordinates, time=seconds,
@@ -94,12 +95,12 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
         m.Poses,
         bodies=tuples(bodies, max_size=4),
     ),
-    m.Drive: st.builds(m.Drive, twist=st.builds(Twist, speeds, spins), armed=st.booleans()),
+    m.Drive: st.builds(m.Drive, twist=twists, armed=st.booleans()),
     m.RobotState: st.builds(
         m.RobotState, armed=st.booleans(), estop=st.booleans(), fault=st.none() | st.text(max_size=50),
     ),
     Ins: st.builds(Ins, pose=poses),
-    Odometry: st.builds(Odometry, pose=poses, twist=st.builds(Twist, speeds, spins)),
+    Odometry: st.builds(Odometry, pose=poses, twist=twists),
     Encoders: st.builds(Encoders, left=st.integers(-(2**60), 2**60), right=st.just(0)),
     Touch: st.builds(Touch, pressed=tuples(st.booleans(), max_size=8)),
     Sonar: st.builds(Sonar, range_max=st.just(5.0), ranges=tuples(st.floats(0, 5), max_size=16)),
@@ -137,9 +138,9 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
         m.Report,
         mode=st.text(max_size=30), armed=st.booleans(), manual=st.booleans(), fault=st.none() | st.text(max_size=50),
         latched=st.booleans(), estop=st.booleans(),
-        command=st.none() | st.builds(Twist, speeds, spins), battery=st.none() | st.floats(0, 1),
+        command=st.none() | twists, battery=st.none() | st.floats(0, 1),
     ),
-    m.MeasuredPose: st.builds(m.MeasuredPose, pose=poses, v=speeds, w=spins),
+    m.MeasuredPose: st.builds(m.MeasuredPose, pose=poses, twist=twists),
     m.Recover: st.builds(m.Recover, by=names),
     m.Manual: st.builds(m.Manual, forward=st.floats(-1, 1), turn=st.floats(-1, 1), lease=st.floats(0, 1)),
     m.RefereeState: st.builds(

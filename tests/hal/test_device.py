@@ -57,7 +57,8 @@ class Bench:
         self.device.hear()
 
     def published(self) -> list[tuple[float, m.MeasuredPose]]:
-        """The poses that the world was told, each with its stamp."""
+        """The poses that the world is told, each with its stamp."""
+        self.device.report()
         out = [o.message for o in self.mailbox.collect()]
         return [(o.stamp, o.body) for o in out if isinstance(o.body, m.MeasuredPose)]
 

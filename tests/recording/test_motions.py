@@ -42,7 +42,7 @@ class World:
             time = round(tick * TICK, 6)
             v = self._speed(time)
             self.x += v * TICK
-            self.rest = None if not m.at_rest(v, 0.0) else self.rest if self.rest is not None else time
+            self.rest = None if not m.at_rest(Twist(v, 0.0)) else self.rest if self.rest is not None else time
             if tick % 5 == 0 and not deaf[0] <= time < deaf[1]:
                 body = m.Body("ann", Pose(self.x, 0.0, 0.0), Twist(v, 0.0), self._physical, 0.0, self.rest)
                 self.say(KEYS.poses, m.Poses(bodies=(body,)), time)

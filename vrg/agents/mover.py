@@ -1,9 +1,9 @@
-"""How a player drives: the pilot of its robot, with the bodies that the player sees."""
+"""How a player drives: the pilot of its robot, with the bodies that the player sees and the obstacles of the map."""
 
 from collections.abc import Sequence
 
 from vrg.agents.strategy import View
-from vrg.navigation.pilot import Neighbour, Pilot
+from vrg.navigation.pilot import GAP, Neighbour, Pilot
 from vrg.regions import Region
 from vrg.types import Twist, Vector
 
@@ -28,11 +28,11 @@ class Mover:
             speed: the speed in m/s; the robot's top speed if it is None.
         """
         speed = view.robot.v_max if speed is None else speed
-        return self._pilot.go(view.time, view.pose, [place], _near(view, ignore), bounds, speed)
+        return self._pilot.go(view.time, view.pose, [place], _near(view, ignore), bounds, speed, _walls(view))
 
     def head(self, view: View, wanted: Vector, bounds: Region, *, ignore: Sequence[str] = ()) -> Twist:
         """The twist that drives with a wanted velocity (m/s in the map's frame), past the bodies that are near."""
-        return self._pilot.head(view.time, view.pose, wanted, _near(view, ignore), bounds)
+        return self._pilot.head(view.time, view.pose, wanted, _near(view, ignore), bounds, _walls(view))
 
     def stay(self, view: View, towards: Vector | None = None) -> Twist:
         """The twist of a player that stands, turned towards a place if one is given."""
@@ -51,3 +51,9 @@ def _near(view: View, ignore: Sequence[str]) -> list[Neighbour]:
             velocity = view.velocities.get(other.name, (0.0, 0.0)) if other.may_move else (0.0, 0.0)
             found.append(Neighbour((pose.x, pose.y), velocity, radius + other.radius))
     return found
+
+
+def _walls(view: View) -> list[tuple[Region, float]]:
+    """The obstacles of the map that are near, each with the distance to keep from it, m."""
+    margin = view.me.radius + GAP
+    return [(wall, margin) for wall in view.obstacles if wall.distance(*view.position) < LOOK_AHEAD + margin]

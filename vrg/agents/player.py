@@ -1,18 +1,18 @@
 """The player's runtime: it reads the robot, decides who may command it, and asks the strategy.
 
 From the strongest to the weakest, these command the robot: the emergency stop, a stopped clock, a silent or halting
-referee, the referee's lease, a human with a lease, the strategy. If a tick ends with any of the first three, the robot
-is stopped.
+referee, the referee's lease, a human with a lease, the strategy. A planner may change what the last two
+want. If a tick ends with any of the first three, the robot is stopped.
 
 A tick has two halves. `look` returns the view, or None if the robot has to stand still; `drive` takes an action. So an
 outer loop can ask for views and give actions in place of a strategy.
 """
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from vrg.agents.strategy import Action, RemoteStrategy, Strategy, View, decided
+from vrg.agents.strategy import Action, RemoteStrategy, Strategy, View, decided, planned
 from vrg.agents.team import TeamChannel
 from vrg.agents.telling import Once, Telling
 from vrg.bus.codec import Received
@@ -26,6 +26,7 @@ from vrg.hal.device import Device
 from vrg.hal.gate import REFEREE_TIMEOUT
 from vrg.hal.readings import Readings
 from vrg.navigation.motion import VelocityEstimator
+from vrg.regions import Region
 from vrg.shared import shared
 from vrg.types import STILL, Twist, Vector
 
@@ -50,6 +51,7 @@ class Player(Node):
         team: the team that it plays for.
         strategy: decides what the robot does while nothing stronger commands it.
         radio: the radio to its team.
+        obstacles: the ground that walls and obstacles of the map cover, m.
         period: the match time between ticks, s.
     """
 
@@ -64,12 +66,14 @@ class Player(Node):
         *,
         team: str,
         radio: Radio,
+        obstacles: Sequence[Region] = (),
         period: float = PERIOD,
     ) -> None:
         super().__init__(device.name, mailbox, period)
         self._report = keys.report(self.name)
         self._device = device
         self._strategy = strategy
+        self._obstacles = obstacles
         self._telling = Telling(mailbox, keys, self.name, radio)
         self._referee = mailbox.subscribe(keys.referee_state)
         self._team = TeamChannel(keys, mailbox, self.name, team)
@@ -148,14 +152,20 @@ class Player(Node):
         for problem in self._telling.tell(action, view.position):
             if self._warn_once(problem):
                 log.warning("%s", self._strategy.complaint(problem))
-        twist = action.twist if self._makes_sense(action.twist) else STILL
         lease, manual = view.me.lease, self._device.lease(view.time)
+        twist = action.twist if self._makes_sense(action.twist) else STILL
         self._manual = manual is not None and lease is None
         if lease is not None:
             self._mode = "Referee"
         elif self._manual:
             self._mode = "Manual"
-        self._send(lease or manual or twist if view.me.may_move else STILL)
+        if not view.me.may_move:
+            twist = STILL
+        elif lease is not None:
+            twist = lease
+        else:
+            twist = planned(self._strategy, view, manual or twist)
+        self._send(twist)
 
     def give_way(self, why: str) -> None:
         """Stop the robot and report why, in place of a tick: the strategy has failed."""
@@ -169,7 +179,8 @@ class Player(Node):
         self._nonsense = 0
 
     def report(self) -> None:
-        """Publish what the player does and what keeps it from playing."""
+        """Publish what the player does and what keeps it from playing, and where its robot is."""
+        self._device.report()
         self.mailbox.publish(
             self._report,
             Report(
@@ -226,6 +237,7 @@ class Player(Node):
             pose=ins.value.pose,
             priority=self._team.priority(tick.time, self._strategy.priorities),
             heard=self._telling.heard((ins.value.pose.x, ins.value.pose.y)),
+            obstacles=self._obstacles,
         )
 
     def _decision(self, view: View) -> Action:

@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from vrg.blame import DecisionTimeoutError, failure_of, place_of_method
 from vrg.bus.messages import PlayerStatus, RefereeState, Sighting, Stroke
@@ -13,6 +13,9 @@ from vrg.hal.models import RobotModel
 from vrg.hal.readings import Readings
 from vrg.regions import Region
 from vrg.types import STILL, Pose, Twist, Vector
+
+if TYPE_CHECKING:
+    from vrg.agents.planner import Planner
 
 
 @dataclass(frozen=True)
@@ -51,6 +54,7 @@ class View:
         heard: what others of its team have said since the last tick.
         priority: what the person who commands the team wants, one of the strategy's `priorities`; None if nobody
             commands it.
+        obstacles: the ground that walls and obstacles of the map cover, m in the map's frame.
     """
 
     time: float
@@ -62,6 +66,7 @@ class View:
     pose: Pose
     heard: Sequence[Heard] = ()
     priority: str | None = None
+    obstacles: Sequence[Region] = ()
 
     @property
     def position(self) -> Vector:
@@ -94,6 +99,7 @@ class Strategy(ABC):
         priorities: the names of the priorities that a person who commands the team may set; see `View.priority`.
         seed: a number from the seed of the match, the same for all players of a team. A strategy that plays by chance
             draws from it, so that a match can be played again. It is set before the first `act`.
+        planner: what changes the motions before the robot makes them; None if nothing does.
     """
 
     priorities: ClassVar[Sequence[str]] = ()
@@ -102,6 +108,7 @@ class Strategy(ABC):
         self.name = name
         self.robot = robot
         self.seed = 0
+        self.planner: Planner | None = None
 
     @property
     def mode(self) -> str:
@@ -149,6 +156,30 @@ def decided(strategy: Strategy, view: View) -> tuple[Action, str]:
         raise strategy.complaint(str(error)) from None
 
 
+def planned(strategy: Strategy, view: View, twist: Twist) -> Twist:
+    """What the planner makes of a wanted motion, with Python's own numbers.
+
+    Raises:
+        StrategyError: the planner raises an exception, ends the program, or returns something else.
+    """
+    planner = strategy.planner
+    if planner is None:
+        return twist
+    try:
+        answer = planner.plan(view, twist)
+    except DecisionTimeoutError:
+        raise
+    except BaseException as error:  # another package's code may raise anything
+        raise failure_of(error) from error
+    try:
+        changed = action_of(answer).twist
+    except TypeError as error:
+        raise StrategyError(f"{type(planner).__name__}.plan: {error}") from None
+    if not changed.is_finite:
+        raise StrategyError(f"{type(planner).__name__}.plan: expected finite numbers, got {changed}")
+    return changed
+
+
 def action_of(answer: object) -> Action:
     """Convert what a strategy has answered into an action with Python's own numbers.
 
@@ -161,10 +192,10 @@ def action_of(answer: object) -> Action:
     twist = action.twist
     if not isinstance(twist, Twist):
         raise TypeError(f"expected a Twist(v, w) or an Action, got {answer!r}")
-    if type(twist.v) is float and type(twist.w) is float:
+    if type(twist.v) is type(twist.w) is type(twist.side) is float:
         return action
     try:
-        plain = Twist(float(twist.v), float(twist.w))
+        plain = Twist(float(twist.v), float(twist.w), float(twist.side))
     except (TypeError, ValueError, OverflowError):
         raise TypeError(f"expected a Twist of two numbers, got {twist!r}") from None
     return replace(action, twist=plain)

@@ -10,7 +10,7 @@ from vrg.bus.hosts import check_host
 from vrg.bus.names import NAME_RULE, is_name, normal
 from vrg.bus.radio_settings import LinkSettings, RadioSettings
 from vrg.config.setup import HERE
-from vrg.games import GAMES
+from vrg.games import GAMES, PLANNERS
 from vrg.hal.backends import BACKENDS
 from vrg.hal.models import MODELS
 from vrg.hal.sim.engines import ENGINES
@@ -204,6 +204,7 @@ class MatchFile(Table):
         rate: match seconds per real second.
         lasers: False omits all range finders, to save time where no player looks at them. noise: False means perfect
             sensors: no noise and no drop-outs, whatever `sensors` says.
+        planner: the name of a planner that an installed package has registered. It may change how all players drive.
         on_fault: what follows if a player fails for good, as its program fails too often, hangs, prints without end or
             uses too much memory: `disqualify` takes it out and plays on, `halt` halts the match.
         memory: the most memory that a player's process may use, MB.
@@ -237,6 +238,7 @@ class MatchFile(Table):
     rate: float = Field(1.0, ge=0.1, le=100)
     lasers: bool = True
     noise: bool = True
+    planner: str | None = None
     on_fault: Literal["disqualify", "halt"] = "disqualify"
     memory: int = Field(2000, ge=200, le=1_000_000)
     seats: bool | None = None
@@ -268,6 +270,11 @@ class MatchFile(Table):
     @classmethod
     def _game(cls, value: str) -> str:
         return known_in(value, GAMES)
+
+    @field_validator("planner")
+    @classmethod
+    def _planner(cls, value: str | None) -> str | None:
+        return value if value is None else known_in(value, PLANNERS)
 
     @field_validator("engine")
     @classmethod

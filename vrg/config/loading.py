@@ -199,6 +199,7 @@ class _Checker:
             lasers=file.lasers,
             noise=file.noise,
             on_fault=file.on_fault,
+            planner=file.planner,
             memory=file.memory,
             wanted_seats=file.seats,
             wanted_sandbox=file.sandbox,

@@ -106,6 +106,7 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
         map: a map's name, or the path of its file. obstacles: the ground that its walls and obstacles cover, m.
         rate: match seconds per real second; 1 with any physical robot, whatever the file says.
         wanted_rate: the rate that the file says.
+        planner: the name of a registered planner, which may change how all players drive; None for none.
         on_fault: what follows if a player fails for good: `disqualify` or `halt`.
         memory: the most memory that a player's process may use, MB.
         wanted_seats: what the file says of seats; None if it says nothing.
@@ -136,6 +137,7 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
     lasers: bool
     noise: bool
     on_fault: str
+    planner: str | None = None
     memory: int
     rules: dict[str, Any]
     backends: dict[str, dict[str, Any]]

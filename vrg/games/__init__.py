@@ -21,6 +21,9 @@ GAMES: Registry[Game] = Registry(
 )
 """Every game by name."""
 
+PLANNERS: Registry[type] = Registry("planner", "vrg.planners", {})
+"""Every planner (vrg.agents.planner) by name. VRG itself has none."""
+
 STRATEGIES: Registry[type] = Registry(
     "strategy",
     "vrg.strategies",

@@ -18,7 +18,7 @@ from vrg.hal.clock import REAL_CLOCK, Clock, Task
 from vrg.hal.driver import Driver
 from vrg.hal.estop import EstopLatch, EstopOrders
 from vrg.hal.gate import REFEREE_TIMEOUT, RefereeGate
-from vrg.hal.location import Location
+from vrg.hal.location import Location, Place
 from vrg.hal.models import RobotModel
 from vrg.hal.readings import Readings, samples_of
 from vrg.hal.sensors.ins import Ins
@@ -73,6 +73,8 @@ class Device:
         self._location = (
             Location(keys, mailbox, self.name, start, fed=localisation == FEED) if driver.physical else None
         )
+        self._place: Place | None = None
+        self._twist = STILL
         self._synthesised: list[tuple[str, Inlet[SensorMessage]]] = []
         if driver.physical:
             self._synthesised = [
@@ -130,8 +132,6 @@ class Device:
     def read(self) -> Readings:
         """Return the newest readings, with the sensors that the world simulates for a physical robot.
 
-        For a physical robot it also publishes the robot's pose to the world.
-
         Raises:
             StaleDataError: the robot has said nothing yet, or its pose is not known yet.
         """
@@ -148,10 +148,8 @@ class Device:
         else:
             place = self._location.measured(own)
             age = readings.age
-        if place.publish:
-            twist = STILL if readings.odometry is None else readings.odometry.value.twist
-            pose = MeasuredPose(pose=place.pose, twist=twist)
-            self._mailbox.publish(self._location.topic, pose, stamp=place.stamp)
+        self._place = place
+        self._twist = STILL if readings.odometry is None else readings.odometry.value.twist
         return Readings(
             stamp=self._mailbox.now - age,
             age=age,
@@ -161,6 +159,13 @@ class Device:
             latched=readings.latched,
             samples=samples,
         )
+
+    def report(self) -> None:
+        """Publish to the world where a physical robot was at the last `read`."""
+        place, self._place = self._place, None
+        if self._location is not None and place is not None and place.publish:
+            pose = MeasuredPose(pose=place.pose, twist=self._twist)
+            self._mailbox.publish(self._location.topic, pose, stamp=place.stamp)
 
     def lease(self, now: float) -> Twist | None:
         """The motion that a human asks for who holds the lease at match time `now`, or None where nobody holds it."""

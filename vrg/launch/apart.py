@@ -22,7 +22,7 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 
-from vrg.agents.strategy import Action, RemoteStrategy, Strategy, View, decided
+from vrg.agents.strategy import Action, RemoteStrategy, Strategy, View, decided, planned
 from vrg.agents.telling import Once, Said, sendable
 from vrg.blame import failure_of, tell_of_refusals
 from vrg.config.setup import MatchSetup
@@ -114,7 +114,7 @@ class StrategyApart(RemoteStrategy):
         """Send it a view. That its process has ended is found out by `act`."""
         told: dict[str, Any] = dict(vars(view))
         if view.robot is self._known:
-            del told["robot"]  # the longest part, and always the same
+            del told["robot"], told["obstacles"]  # the longest parts, and always the same
         self._known, self._sent = view.robot, view
         with contextlib.suppress(OSError):
             self._pipe.send_bytes(pickle.dumps(told, pickle.HIGHEST_PROTOCOL))
@@ -284,11 +284,12 @@ def _answer(strategy: Strategy, pipe: Connection, time: list[float]) -> None:
     Raises:
         StrategyError: the strategy has failed. EOFError: the pipe is closed.
     """
-    robot: RobotModel | None = None
+    same: dict[str, Any] = {}
     warn_once = Once()
     while True:
         told = pickle.loads(pipe.recv_bytes())
-        robot = told.setdefault("robot", robot)
+        told = same | told
+        same = {name: told[name] for name in ("robot", "obstacles")}
         view = View(**told)
         time[0] = view.time
         action, mode = decided(strategy, view)
@@ -296,4 +297,5 @@ def _answer(strategy: Strategy, pipe: Connection, time: list[float]) -> None:
         for problem in problems:
             if warn_once(problem):
                 print(strategy.complaint(problem))
-        pipe.send_bytes(msgspec.msgpack.encode(_Decided(action.twist, said, mode)))
+        twist = planned(strategy, view, action.twist)
+        pipe.send_bytes(msgspec.msgpack.encode(_Decided(twist, said, mode)))

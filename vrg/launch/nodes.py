@@ -100,6 +100,9 @@ def strategy_of(setup: MatchSetup, name: str) -> "Strategy":
     Raises:
         ConfigError: there is no such player, or its strategy cannot be imported or made, or is no Strategy.
     """
+    from vrg.agents.planner import Planner
+    from vrg.games import PLANNERS
+
     player = setup.player(name)
     kind = strategy_class(player.strategy, Path(setup.base))
     try:
@@ -108,6 +111,14 @@ def strategy_of(setup: MatchSetup, name: str) -> "Strategy":
         raise ConfigError([f"{player.strategy}: cannot be made: {failure_of(error)}"]) from error
     # numpy's older generators take no more than 32 bits.
     strategy.seed = setup.draw(team_seed(player.team)) % 2**32
+    if setup.planner is not None:
+        planner = PLANNERS.get(setup.planner)
+        if not issubclass(planner, Planner):
+            raise ConfigError([f"{setup.planner}: expected a subclass of vrg.agents.planner.Planner, got {planner!r}"])
+        try:
+            strategy.planner = planner(name, player.robot)
+        except (Exception, SystemExit) as error:
+            raise ConfigError([f"{setup.planner}: cannot be made: {failure_of(error)}"]) from error
     return strategy
 
 
@@ -154,7 +165,7 @@ def player_node(
     clock = REAL_CLOCK if medium is None else medium.clock
     device = Device(driver, keys, mailbox, start=player.pose, localisation=player.localisation, clock=clock)
     radio = Radio(keys, mailbox, name, player.team, link_of(setup.radio, setup.draw(radio_seed(name))))
-    return Player(mailbox, keys, device, strategy, team=player.team, radio=radio)
+    return Player(mailbox, keys, device, strategy, team=player.team, radio=radio, obstacles=setup.obstacles)
 
 
 def recorder_node(setup: MatchSetup, folder: RunFolder) -> "Recorder":

@@ -83,10 +83,8 @@ class Pilot:
         here = (pose.x, pose.y)
         standing = [n for n in neighbours if n.velocity[0] ** 2 + n.velocity[1] ** 2 < STANDING**2]
         target = places[0]
-        if standing or walls:
-            # Whoever is nearer to a wall than it should be must be able to leave it, but not to drive into it.
-            margins = [(wall, min(margin, wall.distance(*here) - ROOM)) for wall, margin in walls]
-            solid = [grown(wall, margin) for wall, margin in margins if margin > 0.0]
+        solid = _solid(walls, here)
+        if standing or solid:
             effort = Effort(EFFORT)
             ways = (
                 way
@@ -96,12 +94,22 @@ class Pilot:
                 if (way := route(here, place, barring, bounds.contains, effort)) is not None
             )
             target = next(ways, [target])[0]
-            bounds = _Free(bounds, solid)
         wanted = scaled((target[0] - here[0], target[1] - here[1]), speed)
-        return self.head(now, pose, wanted, neighbours, bounds)
+        return self._past(now, pose, wanted, neighbours, _Free(bounds, solid))
 
-    def head(self, now: float, pose: Pose, wanted: Vector, neighbours: Sequence[Neighbour], bounds: Bounds) -> Twist:
+    def head(
+        self,
+        now: float,
+        pose: Pose,
+        wanted: Vector,
+        neighbours: Sequence[Neighbour],
+        bounds: Bounds,
+        walls: Sequence[tuple[Region, float]] = (),
+    ) -> Twist:
         """The twist that drives with a wanted velocity (m/s in the map's frame), past the bodies that are near."""
+        return self._past(now, pose, wanted, neighbours, _Free(bounds, _solid(walls, (pose.x, pose.y))))
+
+    def _past(self, now: float, pose: Pose, wanted: Vector, neighbours: Sequence[Neighbour], bounds: Bounds) -> Twist:
         here = (pose.x, pose.y)
         if self._stuck(now, here, wanted):
             wanted = _away(pose, neighbours, math.hypot(*wanted))
@@ -143,6 +151,13 @@ class Pilot:
             return False
         self._out_until, self._since = now + OUT, now + OUT
         return True
+
+
+def _solid(walls: Sequence[tuple[Region, float]], here: Vector) -> list[Region]:
+    """The ground that the centre of the body may not enter."""
+    # Whoever is nearer to a wall than it should be must be able to leave it, but not to drive into it.
+    margins = [(wall, min(margin, wall.distance(*here) - ROOM)) for wall, margin in walls]
+    return [grown(wall, margin) for wall, margin in margins if margin > 0.0]
 
 
 class _Free:

@@ -360,6 +360,7 @@ class TestCommands:
         for _ in range(20):
             bench.device.drive(AHEAD)
             bench.device.read()
+            bench.device.report()
             bench.advance(0.05)
         told = [body for key, body in bench.said if key == KEYS.robot_pose("r").key]
         assert told

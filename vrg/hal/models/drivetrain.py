@@ -6,8 +6,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
 
-import numpy as np
-
 from vrg.types import Twist
 
 Rates = tuple[float, float, float]
@@ -59,11 +57,17 @@ class Drivetrain:
     def motions(self) -> tuple[tuple[float, ...], ...]:
         """The inverse of `rates`: how much each axis adds to v, to w and to the speed to the left, one row for each."""
         # Least squares, as there may be more axes than the body has ways to move. Those of skid steer come out exact.
-        rates = np.array(self.rates)
-        moves = rates.any(axis=0)
-        inverse = np.zeros((3, len(rates)))
-        inverse[moves] = np.linalg.inv(rates[:, moves].T @ rates[:, moves]) @ rates[:, moves].T
-        return tuple(map(tuple, inverse.tolist()))
+        columns = list(zip(*self.rates, strict=True))
+        moves = [n for n in range(3) if any(columns[n])]
+        square = [[sum(p * q for p, q in zip(columns[a], columns[b], strict=True)) for b in moves] for a in moves]
+        solved = dict(zip(moves, _inverse(square), strict=True))
+        return tuple(
+            tuple(
+                sum(share * rate[n] for share, n in zip(solved[row], moves, strict=True)) if row in solved else 0.0
+                for rate in self.rates
+            )
+            for row in range(3)
+        )
 
     @property
     def holonomic(self) -> bool:
@@ -121,6 +125,23 @@ class Drivetrain:
         # What is nearly 0 is 0: the body cannot move so.
         ahead, turn, across = (round(mean, 12) / self.wheel_radius for mean in means)
         return ahead, turn, across
+
+
+def _inverse(matrix: Sequence[Sequence[float]]) -> list[list[float]]:
+    """The inverse of a symmetric matrix whose diagonal is above 0, by Gauss-Jordan elimination.
+
+    Raises:
+        ValueError: it has none.
+    """
+    size = len(matrix)
+    rows = [[*row, *(float(n == number) for n in range(size))] for number, row in enumerate(matrix)]
+    for n, row in enumerate(rows):
+        if abs(row[n]) <= 1e-12 * matrix[n][n]:
+            raise ValueError("expected axes that can set each part of the twist alone")
+        row[:] = [value / row[n] for value in row]
+        for other in rows[:n] + rows[n + 1 :]:
+            other[:] = [value - other[n] * own for value, own in zip(other, row, strict=True)]
+    return [row[size:] for row in rows]
 
 
 def skid_steer(
