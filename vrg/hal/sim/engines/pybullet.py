@@ -263,11 +263,10 @@ class BulletEngine(Engine):
         c, s = math.cos(theta), math.sin(theta)
         ahead, aside = vx * c + vy * s, vy * c - vx * s
         force_ahead = force_aside = moment = 0.0  # as fractions of a wheel's friction
-        for n, tyre in enumerate(self._tyres[row]):
-            rim, along, across = rims[tyre.axis], ahead - w * tyre.y, aside + w * tyre.x
-            rolls, slip_aside = along * tyre.cos + across * tyre.sin, across * tyre.cos - along * tyre.sin
-            if tyre.rollers:
-                slip_aside = 0.0
+        for n, (axis, at_x, at_y, cos, sin, rollers) in enumerate(self._tyres[row]):
+            rim, along, across = rims[axis], ahead - w * at_y, aside + w * at_x
+            rolls = along * cos + across * sin
+            slip_aside = 0.0 if rollers else across * cos - along * sin
             slip_ahead = rolls - rim
             stretch_ahead, stretch_aside = stretches[n]
             stretch_ahead += slip_ahead * dt
@@ -287,10 +286,10 @@ class BulletEngine(Engine):
                 left_over = GIVE * max(0.0, 1.0 - slip / damped)
                 stretch_ahead, stretch_aside = -push_ahead * left_over, -push_aside * left_over
             stretches[n] = stretch_ahead, stretch_aside
-            along, across = push_ahead * tyre.cos - push_aside * tyre.sin, push_ahead * tyre.sin + push_aside * tyre.cos
+            along, across = push_ahead * cos - push_aside * sin, push_ahead * sin + push_aside * cos
             force_ahead += along
             force_aside += across
-            moment += tyre.x * across - tyre.y * along
+            moment += at_x * across - at_y * along
         # The friction that gives the model's brake, times a wheel's load.
         grip = model.brake * model.mass / len(model.drivetrain.wheels)
         force_ahead, force_aside = force_ahead * grip, force_aside * grip
