@@ -26,9 +26,8 @@ from vrg.commands.can_options import (
 )
 from vrg.commands.options import stoppable
 from vrg.errors import ConfigError, RobotError
-from vrg.hal.can.listener import Found
-from vrg.hal.can.odrive.endpoints import read_endpoints
-from vrg.hal.can.odrive.listener import OdriveListener
+from vrg.hal.can.workshop.listener import Found
+from vrg.hal.can.workshop.odrive.listener import OdriveListener, read_endpoints
 from vrg.hal.models import robot_model
 
 if TYPE_CHECKING:

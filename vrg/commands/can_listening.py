@@ -15,8 +15,8 @@ from vrg.errors import RobotError
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
 from vrg.hal.can.link import Link
-from vrg.hal.can.listener import Found
-from vrg.hal.can.survey import Survey, all_listeners
+from vrg.hal.can.workshop.listener import Found
+from vrg.hal.can.workshop.survey import Survey, all_listeners
 
 ASK_PERIOD = 0.25
 """s between questions to the drives. Some speak only when they are asked, and are silent after HEARTBEAT_TIMEOUT."""

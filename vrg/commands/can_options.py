@@ -7,8 +7,8 @@ import typer
 from pydantic import ValidationError
 
 from vrg.errors import ConfigError
+from vrg.hal.can.axis import ProtocolOptions
 from vrg.hal.can.link import Link, known_interface, read_adapter
-from vrg.hal.can.options import ProtocolOptions
 from vrg.hal.can.protocols import PROTOCOLS, Protocol
 from vrg.tables import problems_of
 

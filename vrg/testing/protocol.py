@@ -15,13 +15,12 @@ from collections.abc import Sequence
 
 import pytest
 
-from vrg.hal.can.axis import State
-from vrg.hal.can.emulator.faults import FaultKind, FaultRequest, encode_fault
+from vrg.hal.can.axis import ProtocolOptions, State
 from vrg.hal.can.frame import CLASSIC_BYTES, FD_BYTES, STANDARD_MASK, Frame, fd_size
-from vrg.hal.can.listener import Found
-from vrg.hal.can.options import ProtocolOptions
 from vrg.hal.can.protocols import Protocol
-from vrg.hal.can.survey import Survey
+from vrg.hal.can.workshop.faults import FaultKind, FaultRequest, encode_fault
+from vrg.hal.can.workshop.listener import Found
+from vrg.hal.can.workshop.survey import Survey
 from vrg.testing.wire import SERIAL, SPEED, WATCHDOG, ProtocolWire, WireClock
 
 STILL = 0.1

@@ -14,8 +14,18 @@ from abc import ABC, abstractmethod
 from typing import ClassVar, Protocol
 
 from vrg.hal.can.frame import Filter, Frame
-from vrg.hal.can.options import ProtocolOptions
 from vrg.hal.clock import Clock
+from vrg.tables import Table
+
+
+class ProtocolOptions(Table):
+    """The options of a protocol that has none. Every field of a subclass has a default."""
+
+    @property
+    def missing(self) -> str | None:
+        """What must be said and has not been, in words; None where nothing is missing."""
+        return None
+
 
 _MOST_VOLTS = 1000.0
 """A supply of more V is none: the highest of a drive on CAN is well below."""

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from vrg.errors import RobotError
 from vrg.hal.can.axis import Axis
 from vrg.hal.can.medium import Bus
-from vrg.hal.can.survey import Survey
 from vrg.hal.can.watch import Watch
+from vrg.hal.can.workshop.survey import Survey
 from vrg.hal.clock import Clock
 
 LISTEN = 0.4

@@ -9,16 +9,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from vrg.errors import RobotError
+from vrg.hal.can.axis import ProtocolOptions
 from vrg.hal.can.base import DriveBase, Estimate, WheelAxis
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
 from vrg.hal.can.medium import Medium
 from vrg.hal.can.meeting import meet
-from vrg.hal.can.options import ProtocolOptions
 from vrg.hal.can.protocols import Protocol
 from vrg.hal.can.recovering import Recovery
-from vrg.hal.can.survey import Survey, all_listeners
 from vrg.hal.can.watch import BLIND, Watch
+from vrg.hal.can.workshop.survey import Survey, all_listeners
 from vrg.hal.models import RobotModel
 from vrg.types import Pose
 

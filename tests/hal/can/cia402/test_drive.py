@@ -7,15 +7,29 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.hal.can.cia402.wire import NODE, Wire, download_request, upload_request
-from vrg.hal.can.cia402.dictionary import ENCODER_COUNTS
-from vrg.hal.can.cia402.drive import Cia402Drive
-from vrg.hal.can.cia402.network import SYNC, Function, Nmt, NmtCommand, nmt
-from vrg.hal.can.cia402.objects import COB_ID, INHIBIT, NOT_VALID, PROFILE_VELOCITY, TRANSMISSION, Object, mapping_entry
-from vrg.hal.can.cia402.pdos import CONTROL_PDO
-from vrg.hal.can.cia402.states import Control, DriveState, drive_state
-from vrg.hal.can.emulator.drive import BOOT
-from vrg.hal.can.emulator.faults import FaultKind
+from vrg.hal.can.cia402.codec import (
+    COB_ID,
+    CONTROL_PDO,
+    INHIBIT,
+    NOT_VALID,
+    PROFILE_VELOCITY,
+    SYNC,
+    TRANSMISSION,
+    Control,
+    DriveState,
+    Function,
+    Nmt,
+    NmtCommand,
+    Object,
+    drive_state,
+    mapping_entry,
+    nmt,
+)
+from vrg.hal.can.cia402.sdo import ENCODER_COUNTS
 from vrg.hal.can.frame import Frame
+from vrg.hal.can.workshop.cia402.drive import Cia402Drive
+from vrg.hal.can.workshop.emulated import BOOT
+from vrg.hal.can.workshop.faults import FaultKind
 
 
 class TestDrive:

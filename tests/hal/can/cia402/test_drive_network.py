@@ -3,12 +3,10 @@
 import pytest
 
 from tests.hal.can.cia402.wire import NODE, Wire
-from vrg.hal.can.cia402.drive_errors import AbortOption, ErrorBehaviour
-from vrg.hal.can.cia402.network import Function, Nmt, NmtCommand
-from vrg.hal.can.cia402.objects import COB_ID, ERRORS_KEPT, NO_REMOTE, SAVE, Object
-from vrg.hal.can.cia402.states import DriveState
-from vrg.hal.can.emulator.faults import FaultKind
+from vrg.hal.can.cia402.codec import COB_ID, ERRORS_KEPT, NO_REMOTE, SAVE, DriveState, Function, Nmt, NmtCommand, Object
 from vrg.hal.can.frame import Frame
+from vrg.hal.can.workshop.cia402.errors import AbortOption, ErrorBehaviour
+from vrg.hal.can.workshop.faults import FaultKind
 
 MASTER = 100
 

@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrg.hal.can.emulator.drive import BOOT, DriveOptions
-from vrg.hal.can.emulator.faults import FaultKind, FaultRequest, decode_fault, encode_fault, is_fault_request
 from vrg.hal.can.frame import Frame, FrameError
 from vrg.hal.can.odrive import codec, messages
-from vrg.hal.can.odrive.drive import OdriveDrive
-from vrg.hal.can.odrive.inputs import InputMode
 from vrg.hal.can.odrive.messages import AxisError, AxisState, Command
+from vrg.hal.can.workshop.emulated import BOOT, DriveOptions
+from vrg.hal.can.workshop.faults import FaultKind, FaultRequest, decode_fault, encode_fault, is_fault_request
+from vrg.hal.can.workshop.odrive.drive import OdriveDrive
+from vrg.hal.can.workshop.odrive.inputs import InputMode
 
 NODE = 6
 SERIAL = 0xC0FFEE

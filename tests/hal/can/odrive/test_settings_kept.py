@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from tests.hal.can.odrive.test_drive import NODE, SERIAL, Bench
 from vrg.hal.can.odrive import codec, messages
-from vrg.hal.can.odrive.inputs import Filter, InputMode, Trajectory
 from vrg.hal.can.odrive.messages import AxisState
+from vrg.hal.can.workshop.odrive.inputs import Filter, InputMode, Trajectory
 
 WATCHDOG = 1
 

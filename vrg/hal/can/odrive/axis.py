@@ -1,14 +1,32 @@
 """One axis of an ODrive, by CANSimple."""
 
-from vrg.hal.can.axis import NEVER, Axis, Send, State
+from pydantic import Field, model_validator
+
+from vrg.hal.can.axis import NEVER, Axis, ProtocolOptions, Send, State
 from vrg.hal.can.frame import Filter, Frame, FrameError
 from vrg.hal.can.odrive import codec, messages
-from vrg.hal.can.odrive.inputs import InputMode
-from vrg.hal.can.odrive.messages import AxisError, Command
-from vrg.hal.can.odrive.options import OdriveOptions
-from vrg.hal.can.odrive.results import describe_result
-from vrg.hal.can.options import ProtocolOptions
+from vrg.hal.can.odrive.messages import AxisError, Command, describe_result
+from vrg.hal.can.workshop.odrive.inputs import InputMode
 from vrg.hal.clock import Clock
+
+
+class OdriveOptions(ProtocolOptions):
+    """The options of an ODrive. Whoever says none leaves its own limits as they were saved in it.
+
+    Args:
+        velocity_limit: the highest speed of the motor, turn/s. current_limit: its highest current, A. Both are given,
+            or none: one message sets both, each time that the robot connects.
+    """
+
+    velocity_limit: float | None = Field(None, gt=0, le=10_000)
+    current_limit: float | None = Field(None, gt=0, le=1_000)
+
+    @model_validator(mode="after")
+    def _both(self) -> "OdriveOptions":
+        if (self.velocity_limit is None) != (self.current_limit is None):
+            raise ValueError("expected velocity_limit and current_limit, or neither: one message sets both")
+        return self
+
 
 _NODE_MASK = 0x7E0
 """The bits of an identifier that all commands of one node have in common."""
