@@ -23,7 +23,7 @@ from vrg.hal.can.link import Link
 from vrg.hal.can.odrive.codec import node_of
 from vrg.hal.can.odrive.messages import Command
 from vrg.hal.can.opening import open_bus
-from vrg.hal.can.watch import TIMES
+from vrg.hal.can.machine import TIMES
 from vrg.hal.can.workshop.faults import FaultKind, FaultRequest, encode_fault
 
 AGE_AIM = 20.0

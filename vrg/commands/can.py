@@ -69,7 +69,7 @@ def node(
     """Be one or several motor controllers on a bus, until stopped."""
     from vrg.hal.can.workshop.run import run_drives  # python-can is for who uses a bus
 
-    spoken = protocol_of(protocol)
+    spoken = protocol_of(protocol, drive=True)
     told = options_of(spoken, option)
     problems = [f"--id: {problem}" for one in id_ if (problem := spoken.axis_type.check_node(one))]
     if problems:

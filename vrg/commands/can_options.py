@@ -59,15 +59,18 @@ def link_of(interface: str, channel: str | None, bitrate: int | None, adapter: l
     return Link(interface=interface, channel=channel or _some_channel(), bitrate=bitrate, adapter=told)
 
 
-def protocol_of(name: str) -> Protocol:
+def protocol_of(name: str, *, drive: bool = False, listener: bool = False) -> Protocol:
     """The protocol of this name.
 
+    Args:
+        drive: its emulated drive is needed. listener: its listener is needed.
+
     Raises:
-        ConfigError: there is none, or it cannot be imported.
+        ConfigError: there is none, it has not what is needed, or it cannot be imported.
     """
     try:
         spoken = PROTOCOLS.get(name)
-        _ = spoken.axis_type, spoken.drive_type
+        _ = spoken.axis_type, drive and spoken.drive_type, listener and spoken.listener_type
     except ConfigError as error:
         raise ConfigError([f"--{problem}" for problem in error.problems]) from None
     return spoken

@@ -13,9 +13,8 @@ From the bottom up, each module can be read apart:
     base                  wheels from axes, odometry from encoders
     plausibility          whether a motor does what it was asked
     guard                 when the motors must be off
-    watch                 the axes of one robot under their guard, and the lock that two threads share
-    meeting, recovering   how a robot meets its drives, and how it recovers
-    train                 the axes of one robot on their bus, driven
+    machine               the states of a drive train: events in, orders out
+    train                 the thin shell around it: the lock, the threads, the bus and the clock
     settings, calibration the table [backends.can], and the calibration file of a robot
     driver                the backend `can`
     workshop/             emulated drives, and tools for who looks at a bus; a match with real drives never loads it

@@ -209,6 +209,8 @@ class CanSettings(BackendSettings):
             if wiring is None:
                 found.append(f"expected a table [backends.can.robots.{name}] with its wiring, found none")
                 continue
+            if self.emulate and self.protocol_of(name).drive is None:
+                found.append(f"robots.{name}: {self.protocol_name(name)} has no emulated drive: leave `emulate` out")
             if missing := self.options_of(name).missing:
                 found.append(f"robots.{name}: {missing}")
             if wiring.calibration:

@@ -13,7 +13,6 @@ from vrg.hal.can.cia402.codec import (
     INHIBIT,
     NOT_VALID,
     PROFILE_VELOCITY,
-    SYNC,
     TRANSMISSION,
     Control,
     DriveState,
@@ -92,18 +91,9 @@ class TestDrive:
         wire.advance(1.0)
         assert wire.drive.motor.velocity == pytest.approx(5.0, abs=0.3)
 
-    def test_synchronous_pdos_wait_for_their_sync(self) -> None:
-        wire = Wire().meet()
-        assert wire.write(Object.TPDO, TRANSMISSION, 2, 1) == 0
-        assert wire.write(Object.RPDO, TRANSMISSION, 1, 1) == 0
-        assert wire.write(Object.TPDO, TRANSMISSION, 250, 1) == 0x0609_0030
-        wire.drive.receive(nmt(NODE, NmtCommand.START), wire.now)
-        wire.drive.receive(CONTROL_PDO.frame(NODE, Control.SHUTDOWN), wire.now)
-        assert wire.drive.state is DriveState.SWITCH_ON_DISABLED
-        sync = Frame(SYNC)
-        sent = [len(wire.drive.receive(sync, wire.now)) for _ in range(6)]
-        assert wire.drive.state is DriveState.READY_TO_SWITCH_ON
-        assert sent == [0, 1, 0, 1, 0, 1]
+    @pytest.mark.parametrize("kind", [0, 1, 240, 252])
+    def test_pdos_that_wait_for_a_sync_or_a_remote_frame_are_refused(self, kind: int) -> None:
+        assert Wire().meet().write(Object.TPDO, TRANSMISSION, kind, 1) == 0x0609_0030
 
     def test_an_inhibit_time_holds_events_back_but_loses_none(self) -> None:
         wire = Wire().meet()

@@ -10,9 +10,8 @@ from vrg.hal.can.axis import State
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.odrive.axis import OdriveAxis
-from vrg.hal.can.odrive.messages import AxisError, AxisState, Command, ProcedureResult
+from vrg.hal.can.odrive.messages import AxisError, AxisState, Command, InputMode, ProcedureResult
 from vrg.hal.can.workshop.listener import Claim
-from vrg.hal.can.workshop.odrive.inputs import InputMode
 from vrg.hal.can.workshop.odrive.listener import OdriveListener
 from vrg.hal.simulated_clock import SimulatedClock
 

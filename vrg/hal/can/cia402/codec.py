@@ -28,8 +28,6 @@ class Function(enum.IntEnum):
     HEARTBEAT = 0x700
 
 
-SYNC = 0x080
-"""The identifier of SYNC; it would be the EMCY of node 0, which is nobody."""
 SDO_DOWNLOADS = (0x00, 0x20, 0xC0)
 """The high bits of the first byte of an SDO request that writes: a segment, the beginning, and a block (CiA 301)."""
 LSS = 0x7E5
@@ -87,12 +85,9 @@ class Object(enum.IntEnum):
 
     DEVICE_TYPE = 0x1000
     ERROR_REGISTER = 0x1001
-    ERROR_HISTORY = 0x1003
-    SYNC_COB_ID = 0x1005
     NAME = 0x1008
     FIRMWARE = 0x100A
     STORE = 0x1010
-    EMCY_COB_ID = 0x1014
     CONSUMER_HEARTBEAT = 0x1016
     HEARTBEAT_TIME = 0x1017
     IDENTITY = 0x1018
@@ -105,18 +100,12 @@ class Object(enum.IntEnum):
     ERROR_CODE = 0x603F
     CONTROLWORD = 0x6040
     STATUSWORD = 0x6041
-    QUICK_STOP_OPTION = 0x605A
-    SHUTDOWN_OPTION = 0x605B
-    HALT_OPTION = 0x605D
     FAULT_REACTION = 0x605E
     MODE = 0x6060
     MODE_DISPLAY = 0x6061
     POSITION = 0x6064
-    VELOCITY_DEMAND = 0x606B
     VELOCITY = 0x606C
-    TORQUE = 0x6077
     VOLTAGE = 0x6079
-    MOTOR_SPEED_LIMIT = 0x6080
     ACCELERATION = 0x6083
     DECELERATION = 0x6084
     QUICK_STOP_DECELERATION = 0x6085
@@ -132,16 +121,10 @@ COB_ID, TRANSMISSION, INHIBIT, EVENT_TIMER = 1, 2, 3, 5
 """Sub-indices of 0x1400 and 0x1800. The inhibit time is in 0.1 ms, the event timer in ms."""
 SAVE = int.from_bytes(b"save", "little")
 """What must be written to 0x1010:01."""
-ERRORS_KEPT = 8
-"""The errors in the history, 0x1003."""
 PDOS = 4
 """The number of PDOs in each direction."""
 NOT_VALID = 1 << 31
 """The bit of a COB-ID which says that its PDO is switched off."""
-
-
-NO_REMOTE = 1 << 30
-"""The bit of a TPDO's COB-ID which says that it does not answer remote frames."""
 
 
 def mapping_entry(index: int, bits: int, sub: int = 0) -> int:

@@ -15,14 +15,12 @@ from vrg.errors import RobotError
 from vrg.hal.can.cia402.codec import (
     COB_ID,
     DEVICE_TYPE,
-    ERRORS_KEPT,
     EVENT_TIMER,
     INHIBIT,
     NOT_VALID,
     PDOS,
     SERIAL,
     SUPPORTS_PROFILE_VELOCITY,
-    SYNC,
     TRANSMISSION,
     Function,
     Object,
@@ -57,20 +55,12 @@ def object_dictionary(node: int) -> ObjectDictionary:
         (Object.ERROR_CODE, u16, "ro", 0, True),
         (Object.CONTROLWORD, u16, "rw", 0, True),
         (Object.STATUSWORD, u16, "ro", 0, True),
-        (Object.SYNC_COB_ID, u32, "rw", SYNC, False),
-        (Object.EMCY_COB_ID, u32, "rw", Function.EMCY | node, False),
         (Object.ABORT_CONNECTION_OPTION, i16, "rw", 1, False),
-        (Object.QUICK_STOP_OPTION, i16, "ro", 2, False),
-        (Object.SHUTDOWN_OPTION, i16, "ro", 0, False),
-        (Object.HALT_OPTION, i16, "ro", 1, False),
         (Object.FAULT_REACTION, i16, "rw", 0, False),
         (Object.MODE, i8, "rw", 0, True),
         (Object.MODE_DISPLAY, i8, "ro", 0, True),
         (Object.POSITION, i32, "ro", 0, True),
         (Object.VELOCITY, i32, "ro", 0, True),
-        (Object.VELOCITY_DEMAND, i32, "ro", 0, True),
-        (Object.TORQUE, i16, "ro", 0, True),
-        (Object.MOTOR_SPEED_LIMIT, u32, "rw", 60 * 120, False),
         (Object.VOLTAGE, u32, "ro", 0, True),
         (Object.ACCELERATION, u32, "rw", ramp, True),
         (Object.DECELERATION, u32, "rw", ramp, True),
@@ -85,8 +75,6 @@ def object_dictionary(node: int) -> ObjectDictionary:
     _record(objects, Object.STORE, [(1, u32, "rw", 1)])
     _record(objects, Object.CONSUMER_HEARTBEAT, [(1, u32, "rw", 0)])
     _record(objects, Object.ERROR_BEHAVIOUR, [(1, u8, "rw", 0)])
-    history = [(sub, u32, "ro", 0) for sub in range(1, ERRORS_KEPT + 1)]
-    _record(objects, Object.ERROR_HISTORY, history, count=0, count_access="rw")
     _record(objects, Object.ENCODER_RESOLUTION, [(1, u32, "ro", counts), (2, u32, "ro", one)])
     for number in range(PDOS):
         for communication, mapping, cob_id, first in (

@@ -92,6 +92,14 @@ class ControlMode(enum.IntEnum):
     POSITION = 3
 
 
+class InputMode(enum.IntEnum):
+    """What is done to a setpoint before it is followed."""
+
+    INACTIVE = 0
+    PASSTHROUGH = 1
+    VEL_RAMP = 2
+
+
 class Version(NamedTuple):
     """The versions of protocol, hardware and firmware; `unreleased` is 0 for an official build."""
 

@@ -48,6 +48,7 @@ _PATIENCE = 2
 class VescAxis(Axis):
     """See `Axis` and the module."""
 
+    encoder_advice = "switch its status message 5 on, at 50 Hz (VESC Tool, App Settings)"
     options: VescOptions
     options_type = VescOptions
 

@@ -2,8 +2,9 @@
 
 It is a network slave (NMT, heartbeat, EMCY), an SDO server, four RPDOs and four TPDOs, and the state machine of CiA 402
 in profile velocity mode. Its watchdog is the deadline of an RPDO (0x1400:05); when it expires the drive says so (EMCY
-0x8250), and has a fault if its motor was on. It keeps its settings if it is told to save them, remembers its errors,
-and watches its master's heartbeat if it is told to. It has no block transfers and no node guarding.
+0x8250), and has a fault if its motor was on. It keeps its settings if it is told to save them,
+and watches its master's heartbeat if it is told to. It has no block transfers, no node
+guarding, no SYNC and no PDOs by remote frames.
 """
 
 import math
@@ -16,7 +17,6 @@ from vrg.hal.can.cia402.codec import (
     PROFILE_VELOCITY,
     SAVE,
     SERIAL,
-    SYNC,
     Control,
     DriveState,
     Function,
@@ -28,7 +28,7 @@ from vrg.hal.can.cia402.errors import HEARTBEAT_LOST, RPDO_TIMEOUT, STO, error_r
 from vrg.hal.can.cia402.units import Cia402Options, Units, units
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.workshop.cia402 import objects as abort
-from vrg.hal.can.workshop.cia402.errors import AbortOption, ErrorBehaviour, ErrorHistory, HeartbeatConsumer
+from vrg.hal.can.workshop.cia402.errors import AbortOption, ErrorBehaviour, HeartbeatConsumer
 from vrg.hal.can.workshop.cia402.objects import Objects, ObjectServer
 from vrg.hal.can.workshop.cia402.pdos import DrivePdos
 from vrg.hal.can.workshop.cia402.states import StateMachine
@@ -78,13 +78,10 @@ class Cia402Drive(EmulatedDrive):
         self.objects[Object.HEARTBEAT_TIME, 0] = round(self.options.heartbeat * 1000)
         self.objects[Object.RPDO + 1, EVENT_TIMER] = round(self.options.watchdog * 1000)
         self.objects.restore(self._stored)
-        self._history = ErrorHistory(self.objects)
         self._consumer = HeartbeatConsumer(self.objects)
         self._measures: dict[int, Callable[[], int]] = {
             Object.POSITION: lambda: _signed(round(self._estimates()[0] * self._units.counts)),
             Object.VELOCITY: lambda: self._units.velocity_of(self._estimates()[1]),
-            Object.VELOCITY_DEMAND: lambda: self._units.velocity_of(self._speed),
-            Object.TORQUE: lambda: round(1000 * self.motor.current / self.motor.model.current_limit),
             Object.STATUSWORD: self._statusword,
             Object.ERROR_CODE: lambda: self._machine.error,
             Object.ERROR_REGISTER: lambda: error_register(self._machine.error),
@@ -124,10 +121,8 @@ class Cia402Drive(EmulatedDrive):
         return self._units.turns_per_s(self.objects[Object.TARGET_VELOCITY, 0])
 
     def _hear(self, frame: Frame, now: float) -> list[Frame]:
-        if frame.extended or frame.fd or self._nmt == Nmt.BOOTED:
+        if frame.extended or frame.fd or frame.remote or self._nmt == Nmt.BOOTED:
             return []
-        if frame.remote:
-            return self._pdos.requested(frame.id)
         self._consumer.hear(frame, now)
         sent: list[Frame] = []
         if frame.id == Function.NMT:
@@ -136,9 +131,7 @@ class Cia402Drive(EmulatedDrive):
             if len(frame.data) == 8 and self._nmt != Nmt.STOPPED:
                 sent = self._server.answer(frame)
         elif self._nmt == Nmt.OPERATIONAL:
-            if frame.id == SYNC:
-                sent = self._pdos.synchronise()
-            sent += self._setpoints(frame, now)
+            sent = self._setpoints(frame, now)
         said, self._said = self._said, []
         return [*said, *sent, *self._due(now)]
 
@@ -207,8 +200,6 @@ class Cia402Drive(EmulatedDrive):
             return 0 if value in (0, PROFILE_VELOCITY) else abort.BAD_VALUE
         if index == Object.STORE:
             return 0 if value == SAVE else abort.NOT_STORED
-        if index == Object.ERROR_HISTORY:
-            return abort.BAD_VALUE if value else 0
         return self._pdos.refused(index, sub, value)
 
     def _wrote(self, index: int, sub: int, value: int) -> None:
@@ -224,8 +215,6 @@ class Cia402Drive(EmulatedDrive):
             self._stored = self.objects.stored()
         elif index == Object.CONSUMER_HEARTBEAT:
             self._consumer.set_anew()
-        elif index == Object.MOTOR_SPEED_LIMIT:
-            self.motor.velocity_limit = value / 60
 
     def _setpoints(self, frame: Frame, now: float) -> list[Frame]:
         """A frame has come that may be an RPDO."""
@@ -264,7 +253,6 @@ class Cia402Drive(EmulatedDrive):
         if brakes is None:
             brakes = self._energised and self.objects[Object.FAULT_REACTION, 0] != 0
         self._machine.fail(code, brakes=brakes)
-        self._history.add(code)
         return [self._emergency(code)]
 
     def _control(self, word: int) -> None:

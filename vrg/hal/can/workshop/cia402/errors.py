@@ -1,9 +1,9 @@
-"""What an emulated drive does when the network fails, and what it remembers of its errors (CiA 301, CiA 402)."""
+"""What an emulated drive does when the network fails (CiA 301, CiA 402)."""
 
 import enum
 import math
 
-from vrg.hal.can.cia402.codec import ERRORS_KEPT, NODE_MASK, Function, Object
+from vrg.hal.can.cia402.codec import NODE_MASK, Function, Object
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.workshop.cia402.objects import Objects
 
@@ -23,21 +23,6 @@ class ErrorBehaviour(enum.IntEnum):
     PRE_OPERATIONAL = 0
     NO_CHANGE = 1
     STOPPED = 2
-
-
-class ErrorHistory:
-    """The errors that a drive has had, newest first (0x1003). Writing 0 to its count forgets them."""
-
-    def __init__(self, objects: Objects) -> None:
-        self._objects = objects
-
-    def add(self, code: int) -> None:
-        """An error has come up."""
-        count = self._objects[Object.ERROR_HISTORY, 0]
-        kept = [self._objects[Object.ERROR_HISTORY, sub] for sub in range(1, count + 1)]
-        for sub, value in enumerate([code, *kept][:ERRORS_KEPT], 1):
-            self._objects[Object.ERROR_HISTORY, sub] = value
-        self._objects[Object.ERROR_HISTORY, 0] = min(count + 1, ERRORS_KEPT)
 
 
 class HeartbeatConsumer:

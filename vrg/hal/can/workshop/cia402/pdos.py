@@ -4,8 +4,8 @@ What it is strict about is what masters get wrong: a PDO is mapped only while th
 switched off and its number of entries is 0; an inhibit time is changed only while the PDO is switched off.
 
 A TPDO of type 254 or 255 goes out when a state in it changes (not a measurement) and at every tick of its event timer;
-a TPDO of type 1 to 240 at every such number of SYNCs. An RPDO's event timer is its deadline: it runs from the first
-frame of that RPDO on, as CiA 301 has it, and every frame of it starts it anew.
+other types, which wait for a SYNC or a remote frame, are refused. An RPDO's event timer is its deadline: it runs from
+the first frame of that RPDO on, as CiA 301 has it, and every frame of it starts it anew.
 """
 
 import math
@@ -13,7 +13,7 @@ from collections.abc import Iterator
 
 from canopen.sdo.exceptions import SdoAbortedError
 
-from vrg.hal.can.cia402.codec import COB_ID, EVENT_TIMER, INHIBIT, NO_REMOTE, NOT_VALID, PDOS, TRANSMISSION, Object
+from vrg.hal.can.cia402.codec import COB_ID, EVENT_TIMER, INHIBIT, NOT_VALID, PDOS, TRANSMISSION, Object
 from vrg.hal.can.frame import STANDARD_MASK, Frame
 from vrg.hal.can.workshop.cia402 import objects as abort
 from vrg.hal.can.workshop.cia402.objects import Objects
@@ -21,7 +21,6 @@ from vrg.hal.can.workshop.cia402.objects import Objects
 _EVENTS = frozenset({Object.STATUSWORD, Object.ERROR_CODE, Object.ERROR_REGISTER, Object.MODE_DISPLAY})
 """A change of these lets a TPDO of type 254 or 255 go out."""
 _ASYNCHRONOUS = (254, 255)
-_LAST_SYNCHRONOUS = 240
 _ENTRIES = 8
 """The most objects in one PDO."""
 _BITS = 64
@@ -43,8 +42,6 @@ class DrivePdo:
         self.due = math.inf
         self.allowed = -math.inf
         self.last: tuple[int, ...] | None = None
-        self.syncs = 0
-        self.held = b""
 
     @property
     def on(self) -> bool:
@@ -55,11 +52,6 @@ class DrivePdo:
     def identifier(self) -> int:
         """The identifier of its frames."""
         return self.setting(COB_ID) & STANDARD_MASK
-
-    @property
-    def kind(self) -> int:
-        """Its transmission type."""
-        return self.setting(TRANSMISSION)
 
     @property
     def timer(self) -> float:
@@ -139,30 +131,6 @@ class DrivePdos:
         """The RPDOs that have this identifier."""
         return [pdo for pdo in self._rpdos if pdo.on and pdo.identifier == identifier]
 
-    def take(self, pdo: DrivePdo, data: bytes, now: float) -> None:
-        """A frame of an RPDO has come; it has `pdo.size` bytes or more."""
-        if pdo.timer:
-            pdo.due = now + pdo.timer
-        if pdo.kind in _ASYNCHRONOUS:
-            self._apply(pdo, data)
-        else:
-            pdo.held = data
-
-    def synchronise(self) -> list[Frame]:
-        """A SYNC has come: apply what was held for it, and send what goes out by it."""
-        for pdo in self._rpdos:
-            if pdo.held:
-                self._apply(pdo, pdo.held)
-                pdo.held = b""
-        sent = []
-        for pdo in self._tpdos:
-            if pdo.on and 0 < pdo.kind <= _LAST_SYNCHRONOUS:
-                pdo.syncs += 1
-                if pdo.syncs >= pdo.kind:
-                    pdo.syncs = 0
-                    sent.append(self._telegram(pdo))
-        return sent
-
     def expire(self, now: float) -> int:
         """End the deadlines that have passed; how many there were."""
         late = [pdo for pdo in self._rpdos if now >= pdo.due]
@@ -170,22 +138,20 @@ class DrivePdos:
             pdo.due = math.inf
         return len(late)
 
-    def requested(self, identifier: int) -> list[Frame]:
-        """The TPDO that somebody asks for by a remote frame, if its settings allow that."""
-        asked = [pdo for pdo in self._tpdos if self.operational and pdo.on and pdo.identifier == identifier]
-        return [self._telegram(pdo) for pdo in asked if not pdo.setting(COB_ID) & NO_REMOTE]
-
     def telegrams(self, now: float) -> list[Frame]:
         """The TPDOs whose time or news has come."""
         sent = []
         for pdo in self._tpdos if self.operational else ():
-            if pdo.on and pdo.kind in _ASYNCHRONOUS and now >= pdo.allowed and self._has_news(pdo, now):
+            if pdo.on and now >= pdo.allowed and self._has_news(pdo, now):
                 pdo.allowed = now + pdo.setting(INHIBIT) / 10_000
                 pdo.due = now + pdo.timer if pdo.timer else math.inf
                 sent.append(self._telegram(pdo))
         return sent
 
-    def _apply(self, pdo: DrivePdo, data: bytes) -> None:
+    def take(self, pdo: DrivePdo, data: bytes, now: float) -> None:
+        """A frame of an RPDO has come; it has `pdo.size` bytes or more."""
+        if pdo.timer:
+            pdo.due = now + pdo.timer
         at = 0
         for index, sub, size in pdo.entries:
             value = data[at : at + size]
@@ -206,8 +172,7 @@ class DrivePdos:
 
     def _refuse_setting(self, pdo: DrivePdo, sub: int, value: int) -> int:
         if sub == TRANSMISSION:
-            synchronous = (0 if pdo in self._rpdos else 1) <= value <= _LAST_SYNCHRONOUS
-            return 0 if synchronous or value in _ASYNCHRONOUS else abort.BAD_VALUE
+            return 0 if value in _ASYNCHRONOUS else abort.BAD_VALUE
         if sub == COB_ID:
             moves = pdo.on and not value & NOT_VALID and value & STANDARD_MASK != pdo.identifier
             return abort.BAD_VALUE if moves else 0
