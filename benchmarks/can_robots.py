@@ -27,12 +27,12 @@ from vrg.errors import RobotError
 from vrg.hal.backends import MatchContext, open_driver
 from vrg.hal.can.base import WheelAxis
 from vrg.hal.can.bus import RealMedium
-from vrg.hal.can.emulator.drive import DriveOptions, EmulatedDrive
-from vrg.hal.can.emulator.run import run_drives
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.train import DriveTrain
+from vrg.hal.can.workshop.emulated import DriveOptions, EmulatedDrive
+from vrg.hal.can.workshop.run import run_drives
 from vrg.hal.device import Device
 from vrg.hal.models import robot_model
 from vrg.types import Twist

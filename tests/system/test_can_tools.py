@@ -14,10 +14,10 @@ import pytest
 from tests.system.harness import match_text, wait_until
 from tests.vcan import INTERFACE, VCAN
 from vrg.hal.can.bus import CanBus
-from vrg.hal.can.cia402.network import NODE_MASK, Function
+from vrg.hal.can.cia402.codec import NODE_MASK, Function
 from vrg.hal.can.frame import Frame
-from vrg.hal.can.moteus.listener import MoteusListener
 from vrg.hal.can.odrive import codec, messages
+from vrg.hal.can.workshop.moteus.listener import MoteusListener
 from vrg.hal.clock import REAL_CLOCK
 from vrg.hal.models import robot_model
 

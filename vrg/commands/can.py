@@ -22,11 +22,10 @@ from vrg.commands.can_options import (
 )
 from vrg.commands.options import LeashOption
 from vrg.errors import ConfigError
-from vrg.hal.can.emulator.asking import ask_for
-from vrg.hal.can.emulator.drive import DriveOptions
-from vrg.hal.can.emulator.faults import WHAT, FaultKind, FaultRequest
-from vrg.hal.can.emulator.motor import MotorModel
 from vrg.hal.can.settings import EMULATING
+from vrg.hal.can.workshop.emulated import DriveOptions
+from vrg.hal.can.workshop.faults import WHAT, FaultKind, FaultRequest, ask_for
+from vrg.hal.can.workshop.motor import MotorModel
 from vrg.launch.serving import child_process
 
 app = typer.Typer(no_args_is_help=True, help="Motor controllers on a CAN bus, real and emulated.")
@@ -68,9 +67,9 @@ def node(
     leash: LeashOption = False,
 ) -> None:
     """Be one or several motor controllers on a bus, until stopped."""
-    from vrg.hal.can.emulator.run import run_drives  # python-can is for who uses a bus
+    from vrg.hal.can.workshop.run import run_drives  # python-can is for who uses a bus
 
-    spoken = protocol_of(protocol)
+    spoken = protocol_of(protocol, drive=True)
     told = options_of(spoken, option)
     problems = [f"--id: {problem}" for one in id_ if (problem := spoken.axis_type.check_node(one))]
     if problems:

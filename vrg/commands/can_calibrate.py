@@ -24,8 +24,8 @@ def calibrate(
 ) -> None:
     """Find a robot's directions, gear ratios and track, with a tape measure; writes its calibration file."""
     from vrg.config.loading import match_path, read_match  # the other tools need no match file
-    from vrg.hal.can import calibrating  # python-can is for who uses a bus
     from vrg.hal.can.train import DriveTrain
+    from vrg.hal.can.workshop import calibrating  # python-can is for who uses a bus
 
     # What the robot has been calibrated to so far, its file included, may be missing or wrong: that is to be mended.
     file, base = read_match(match_path(match)), match_path(match).resolve().parent

@@ -12,7 +12,7 @@ from rich.markup import escape
 
 from vrg.bus.stopping import Stop
 from vrg.commands import can_options
-from vrg.commands.can_listening import Heard, listening, table_of
+from vrg.commands.can_listening import Heard, listening, table_of, unheard
 from vrg.commands.can_options import (
     AdapterOption,
     AnyChannelOption,
@@ -26,9 +26,8 @@ from vrg.commands.can_options import (
 )
 from vrg.commands.options import stoppable
 from vrg.errors import ConfigError, RobotError
-from vrg.hal.can.listener import Found
-from vrg.hal.can.odrive.endpoints import read_endpoints
-from vrg.hal.can.odrive.listener import OdriveListener
+from vrg.hal.can.workshop.listener import Found
+from vrg.hal.can.workshop.odrive.listener import OdriveListener, read_endpoints
 from vrg.hal.models import robot_model
 
 if TYPE_CHECKING:
@@ -81,6 +80,8 @@ def stop(
         bus.clock.wait(interrupted.is_set, _REPEAT)
         heard = bus.look(interrupted, ask=False)
     console.print(table_of(heard))
+    for name in unheard():
+        console.print(f"Drives of the protocol {name} were not told to be off: it has no listener.")
     still = [found for found in heard.nodes if found.on]
     for found in still:
         console.print(f"[red]{found.protocol} {found.node} is still on: does another program drive it?[/red]")
@@ -135,7 +136,7 @@ def address(
 ) -> None:
     """Give a drive another id. Name it by its id, its serial number, or both. Save it in the drive to keep it."""
     link = link_of(interface, channel, bitrate, adapter)
-    spoken = protocol_of(protocol)
+    spoken = protocol_of(protocol, listener=True)
     if problem := spoken.axis_type.check_node(to):
         raise ConfigError([f"the new id: {problem}"])
     if id_ is None and serial is None:

@@ -15,8 +15,9 @@ from vrg.errors import RobotError
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
 from vrg.hal.can.link import Link
-from vrg.hal.can.listener import Found
-from vrg.hal.can.survey import Survey, all_listeners
+from vrg.hal.can.protocols import PROTOCOLS
+from vrg.hal.can.workshop.listener import Found
+from vrg.hal.can.workshop.survey import Survey, all_listeners
 
 ASK_PERIOD = 0.25
 """s between questions to the drives. Some speak only when they are asked, and are silent after HEARTBEAT_TIMEOUT."""
@@ -106,6 +107,11 @@ def listening(link: Link) -> Iterator[Bus]:
         yield bus
     finally:
         bus.stop()
+
+
+def unheard() -> list[str]:
+    """The names of the protocols without a listener, whose drives nobody can find, or stop, on a bus."""
+    return [name for name in PROTOCOLS.names() if (found := PROTOCOLS.find(name)) and found.listener is None]
 
 
 def table_of(heard: Heard) -> Group:

@@ -7,8 +7,8 @@ import typer
 from pydantic import ValidationError
 
 from vrg.errors import ConfigError
+from vrg.hal.can.axis import ProtocolOptions
 from vrg.hal.can.link import Link, known_interface, read_adapter
-from vrg.hal.can.options import ProtocolOptions
 from vrg.hal.can.protocols import PROTOCOLS, Protocol
 from vrg.tables import problems_of
 
@@ -59,15 +59,18 @@ def link_of(interface: str, channel: str | None, bitrate: int | None, adapter: l
     return Link(interface=interface, channel=channel or _some_channel(), bitrate=bitrate, adapter=told)
 
 
-def protocol_of(name: str) -> Protocol:
+def protocol_of(name: str, *, drive: bool = False, listener: bool = False) -> Protocol:
     """The protocol of this name.
 
+    Args:
+        drive: its emulated drive is needed. listener: its listener is needed.
+
     Raises:
-        ConfigError: there is none, or it cannot be imported.
+        ConfigError: there is none, it has not what is needed, or it cannot be imported.
     """
     try:
         spoken = PROTOCOLS.get(name)
-        _ = spoken.axis_type, spoken.drive_type
+        _ = spoken.axis_type, drive and spoken.drive_type, listener and spoken.listener_type
     except ConfigError as error:
         raise ConfigError([f"--{problem}" for problem in error.problems]) from None
     return spoken

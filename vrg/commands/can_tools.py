@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.live import Live
 from rich.markup import escape
 
-from vrg.commands.can_listening import ASK_PERIOD, listening, table_of
+from vrg.commands.can_listening import ASK_PERIOD, listening, table_of, unheard
 from vrg.commands.can_options import AdapterOption, AnyChannelOption, BitrateOption, InterfaceOption, link_of
 from vrg.commands.options import stoppable
 
@@ -25,6 +25,8 @@ def scan(
     console = Console(highlight=False)
     with stoppable() as interrupted, listening(link) as bus, console.status(f"listening on {link}"):
         heard = bus.look_for(seconds, interrupted, ask=True)
+    for name in unheard():
+        console.print(f"Drives of the protocol {name} are not found: it has no listener.")
     if heard.nodes:
         console.print(table_of(heard))
         return

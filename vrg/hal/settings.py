@@ -8,7 +8,7 @@ from vrg.hal.companions import Companion
 from vrg.tables import Table
 
 if TYPE_CHECKING:
-    from vrg.hal.can.emulator.simulation import Simulation
+    from vrg.hal.can.workshop.simulation import Simulation
 
 
 class BackendSettings(Table):

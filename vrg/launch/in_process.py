@@ -19,7 +19,7 @@ from vrg.coordinator.journal import Journal
 from vrg.coordinator.rulebook import Field
 from vrg.errors import ConfigError
 from vrg.hal.backends import BACKENDS
-from vrg.hal.can.emulator.simulation import Simulation
+from vrg.hal.can.workshop.simulation import Simulation
 from vrg.launch.bounds import DecisionAlarm, MemoryBound
 from vrg.launch.contained import ContainedPlayer
 from vrg.launch.nodes import coordinator_node, player_node, strategy_of, world_node

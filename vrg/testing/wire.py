@@ -8,14 +8,13 @@ from typing import Self
 
 from msgspec.structs import replace
 
-from vrg.hal.can.axis import State
-from vrg.hal.can.emulator.drive import DriveOptions, EmulatedDrive
-from vrg.hal.can.emulator.faults import FaultKind, FaultRequest, encode_fault
+from vrg.hal.can.axis import ProtocolOptions, State
 from vrg.hal.can.frame import CLASSIC_BYTES, EXTENDED_MASK, FD_BYTES, STANDARD_MASK, Filter, Frame
-from vrg.hal.can.options import ProtocolOptions
+from vrg.hal.can.machine import POLL_PERIOD
 from vrg.hal.can.protocols import Protocol
-from vrg.hal.can.survey import Survey
-from vrg.hal.can.watch import POLL_PERIOD
+from vrg.hal.can.workshop.emulated import DriveOptions, EmulatedDrive
+from vrg.hal.can.workshop.faults import FaultKind, FaultRequest, encode_fault
+from vrg.hal.can.workshop.survey import Survey
 from vrg.hal.clock import Clock, Task
 
 SERIAL = 0xBEEF
@@ -94,7 +93,7 @@ class ProtocolWire:
             )
             for serial in serials
         ]
-        self.survey = Survey([protocol.listener_type(self.question, clock)])
+        self.survey = Survey([] if protocol.listener is None else [protocol.listener_type(self.question, clock)])
         self._filters: list[Filter] | None = None
         self._poll_at = math.inf
         self._under_way: deque[Frame] = deque()

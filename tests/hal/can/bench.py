@@ -10,12 +10,12 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Estop, EstopRelease, Message, Recover
 from vrg.bus.topics import Keys, Topic
 from vrg.hal.can.driver import CanDriver
-from vrg.hal.can.emulator.drive import DriveOptions, EmulatedDrive
-from vrg.hal.can.emulator.faults import FaultKind, FaultRequest, encode_fault
-from vrg.hal.can.emulator.simulation import Port, Simulation
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
 from vrg.hal.can.protocols import PROTOCOLS
+from vrg.hal.can.workshop.emulated import DriveOptions, EmulatedDrive
+from vrg.hal.can.workshop.faults import FaultKind, FaultRequest, encode_fault
+from vrg.hal.can.workshop.simulation import Port, Simulation
 from vrg.hal.device import Device
 from vrg.hal.driver import DriverContext
 from vrg.hal.models import robot_model

@@ -6,7 +6,7 @@ import pytest
 
 from tests.hal.can.bench import Lab
 from vrg.commands import can_options
-from vrg.hal.can.emulator.simulation import Simulation
+from vrg.hal.can.workshop.simulation import Simulation
 
 
 @pytest.fixture(autouse=True)

@@ -4,10 +4,10 @@ import random
 import threading
 from collections.abc import Sequence
 
-from vrg.hal.can.emulator.drive import DriveOptions, EmulatedDrive
-from vrg.hal.can.emulator.run import run_drives
 from vrg.hal.can.link import Link
 from vrg.hal.can.protocols import PROTOCOLS
+from vrg.hal.can.workshop.emulated import DriveOptions, EmulatedDrive
+from vrg.hal.can.workshop.run import run_drives
 from vrg.hal.clock import REAL_CLOCK
 from vrg.testing.can_faults.robot import OPTIONS
 

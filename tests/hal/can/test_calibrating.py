@@ -9,12 +9,12 @@ import pytest
 from tests.hal.can.bench import RATIO, Drives, Lab
 from vrg.errors import RobotError
 from vrg.hal.can.base import WheelAxis
-from vrg.hal.can.calibrating import Plan, _Runner, calibrate
 from vrg.hal.can.calibration import Calibration
-from vrg.hal.can.emulator.faults import FaultKind, FaultRequest, encode_fault
 from vrg.hal.can.link import Link
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.train import DriveTrain, TrainState
+from vrg.hal.can.workshop.calibrating import Plan, _Runner, calibrate
+from vrg.hal.can.workshop.faults import FaultKind, FaultRequest, encode_fault
 from vrg.hal.models import robot_model
 from vrg.hal.simulated_clock import SimulatedClock
 from vrg.types import Pose

@@ -11,8 +11,8 @@ from tests.hal.can.bench import Drives
 from vrg.commands.can import app
 from vrg.errors import ConfigError, RobotError
 from vrg.hal.can.link import Link
-from vrg.hal.can.odrive.endpoints import Endpoint, read_endpoints
 from vrg.hal.can.odrive.messages import AxisState
+from vrg.hal.can.workshop.odrive.listener import Endpoint, read_endpoints
 
 LINK = Link(interface="virtual", channel="configure")
 FILE = Path("examples/emulated_odrive_endpoints.json")

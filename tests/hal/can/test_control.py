@@ -8,8 +8,8 @@ from tests.hal.can.bench import PATIENCE, CanBench, Drives
 from vrg.commands import can_control
 from vrg.commands.can import app
 from vrg.errors import RobotError
-from vrg.hal.can.emulator.simulation import Simulation
 from vrg.hal.can.link import Link
+from vrg.hal.can.workshop.simulation import Simulation
 from vrg.testing.driver import arm
 
 LINK = Link(interface="virtual", channel="control")

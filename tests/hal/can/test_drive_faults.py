@@ -21,9 +21,9 @@ from tests.hal.can.handling import (
 )
 from vrg.bus.messages import MeasuredPose, PlayerStatus, RefereeState, SpeedLimit, Stage
 from vrg.errors import RobotError
-from vrg.hal.can.emulator.faults import FaultKind
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.odrive import codec, messages
+from vrg.hal.can.workshop.faults import FaultKind
 from vrg.types import STILL, Pose, Twist
 
 

@@ -6,9 +6,9 @@ import pytest
 
 from tests.hal.can.bench import PATIENCE
 from vrg.hal.can.bus import CanBus
-from vrg.hal.can.echoes import Echoes
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
+from vrg.hal.can.sending import Echoes
 
 ONE, OTHER = Frame(0x101, b"\1"), Frame(0x102, b"\1")
 

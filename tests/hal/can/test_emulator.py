@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrg.hal.can.emulator.drive import Cycle
-from vrg.hal.can.emulator.motor import Motor, MotorModel
+from vrg.hal.can.workshop.emulated import Cycle
+from vrg.hal.can.workshop.motor import Motor, MotorModel
 
 
 class TestMotor:

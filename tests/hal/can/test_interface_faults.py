@@ -20,11 +20,11 @@ from tests.hal.can.handling import (
 )
 from tests.vcan import INTERFACE
 from vrg.errors import ConfigError, RobotError
-from vrg.hal.can.emulator.faults import FaultKind
-from vrg.hal.can.emulator.simulation import Simulation
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.guard import COAST_TIMEOUT
 from vrg.hal.can.odrive import codec, messages
+from vrg.hal.can.workshop.faults import FaultKind
+from vrg.hal.can.workshop.simulation import Simulation
 from vrg.hal.driver import COMMAND_TIMEOUT
 
 
@@ -333,7 +333,7 @@ class TestTurningOn(Going):
         bench.advance(COAST_TIMEOUT + 0.1)
         assert f"node {node}: it turns at" in (bench.device.read().fault or "")
         bench.advance(1.0)
-        assert not bench.driver._train._watch.guard.off, "the order is repeated"
+        assert not bench.driver._train._machine.guard.off, "the order is repeated"
         bench.fault(node, FaultKind.END)
         bench.advance(1.0)
         bench.recover()
@@ -429,7 +429,7 @@ def test_a_process_that_does_not_run_does_nothing(bench: DeviceBench, drives: Dr
     bench.port.freeze()
     bench.wire.trouble = "the interface is down"
     bench.clock.sleep(0.5)
-    assert bench.driver._train._watch.guard.fault is None
+    assert bench.driver._train._machine.guard.fault is None
     bench.wire.trouble = None
     bench.port.thaw()
 

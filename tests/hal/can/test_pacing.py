@@ -8,10 +8,10 @@ import pytest
 
 from vrg.errors import RobotError
 from vrg.hal.can.bus import CanBus
-from vrg.hal.can.controller import frame_time
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
-from vrg.hal.can.pacing import ROOM, Pacer
+from vrg.hal.can.opening import frame_time
+from vrg.hal.can.sending import ROOM, Pacer
 
 FRAME_TIME = 0.6e-3
 """s of a frame at 250 kbit/s."""
@@ -94,7 +94,7 @@ BITTIMING = '[{"linkinfo": {"info_kind": "can", "info_data": {"state": "STOPPED"
 def test_a_frame_takes_as_long_as_the_bit_rate_says(
     link: Link, said: str | None, time_of_a_frame: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("vrg.hal.can.controller._run", lambda _: said)
+    monkeypatch.setattr("vrg.hal.can.opening._run", lambda _: said)
     assert frame_time(link) == pytest.approx(time_of_a_frame)
 
 

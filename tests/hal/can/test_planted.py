@@ -6,10 +6,8 @@ from collections.abc import Callable
 
 import pytest
 
-from vrg.hal.can.axis import State
-from vrg.hal.can.cia402.network import Function, NmtCommand, nmt
-from vrg.hal.can.cia402.objects import Object
-from vrg.hal.can.cia402.requests import download, upload
+from vrg.hal.can.axis import ProtocolOptions, State
+from vrg.hal.can.cia402.codec import Function, NmtCommand, Object, download, nmt, upload
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.moteus import codec as moteus
 from vrg.hal.can.moteus.axis import HOST, STOP, setpoint
@@ -18,11 +16,10 @@ from vrg.hal.can.moteus.registers import Register
 from vrg.hal.can.odrive import codec as odrive
 from vrg.hal.can.odrive import messages as m
 from vrg.hal.can.odrive.messages import AxisState, Command
-from vrg.hal.can.options import ProtocolOptions
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.vesc import codec as vesc
+from vrg.hal.can.vesc.axis import VescOptions
 from vrg.hal.can.vesc.codec import Packet
-from vrg.hal.can.vesc.options import VescOptions
 from vrg.testing.wire import ProtocolWire
 
 NODE = 5

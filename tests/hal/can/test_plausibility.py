@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vrg.hal.can.emulator.motor import Motor, MotorModel
 from vrg.hal.can.plausibility import PATIENCE, STALL_PATIENCE, Bounds, Plausibility
+from vrg.hal.can.workshop.motor import Motor, MotorModel
 
 BOUNDS = Bounds(speed=50.0, change=24.0)
 STEP = 0.01

@@ -3,9 +3,9 @@
 import pytest
 
 from vrg.errors import ConfigError
-from vrg.hal.can.cia402.options import Cia402Options
+from vrg.hal.can.cia402.units import Cia402Options
 from vrg.hal.can.protocols import PROTOCOLS, Protocol
-from vrg.hal.can.vesc.options import VescOptions
+from vrg.hal.can.vesc.axis import VescOptions
 from vrg.testing.protocol import ProtocolContract
 
 

@@ -9,8 +9,8 @@ from vrg.hal.can import bus as bus_module
 from vrg.hal.can.bus import CanBus
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
-from vrg.hal.can.survey import Survey, all_listeners
 from vrg.hal.can.troubles import NoFdError
+from vrg.hal.can.workshop.survey import Survey, all_listeners
 from vrg.hal.simulated_clock import SimulatedClock
 
 

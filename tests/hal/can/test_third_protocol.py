@@ -13,12 +13,12 @@ from tests.hal.can import toy
 from tests.hal.can.bench import CanBench, Drives, settings
 from vrg import registry
 from vrg.errors import RobotError
-from vrg.hal.can.emulator.faults import FaultKind
-from vrg.hal.can.emulator.simulation import Simulation
 from vrg.hal.can.link import Link
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.settings import CanSettings
-from vrg.hal.can.survey import Survey, all_listeners
+from vrg.hal.can.workshop.faults import FaultKind
+from vrg.hal.can.workshop.simulation import Simulation
+from vrg.hal.can.workshop.survey import Survey, all_listeners
 from vrg.hal.simulated_clock import SimulatedClock
 from vrg.testing.driver import AHEAD, DriverContract, arm, armed
 from vrg.testing.protocol import ProtocolContract

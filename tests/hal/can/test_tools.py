@@ -5,11 +5,11 @@ import pytest
 from tests.hal.can.bench import Drives
 from vrg.bus.stopping import Stop
 from vrg.commands.can_listening import Heard, listening
-from vrg.hal.can.cia402.network import Function
-from vrg.hal.can.emulator.simulation import Simulation
+from vrg.hal.can.cia402.codec import Function
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
-from vrg.hal.can.listener import Found
+from vrg.hal.can.workshop.listener import Found
+from vrg.hal.can.workshop.simulation import Simulation
 
 LINK = Link(interface="virtual", channel="tools")
 MUTE = 9

@@ -11,12 +11,11 @@ import struct
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from vrg.hal.can.axis import Axis, Send, State
-from vrg.hal.can.emulator.drive import Cycle, EmulatedDrive
+from vrg.hal.can.axis import Axis, ProtocolOptions, Send, State
 from vrg.hal.can.frame import Filter, Frame
-from vrg.hal.can.listener import Claim, Found, Listener
-from vrg.hal.can.options import ProtocolOptions
 from vrg.hal.can.protocols import Protocol
+from vrg.hal.can.workshop.emulated import Cycle, EmulatedDrive
+from vrg.hal.can.workshop.listener import Claim, Found, Listener
 from vrg.hal.clock import Clock
 
 PROTOCOL = Protocol(

@@ -14,8 +14,18 @@ from abc import ABC, abstractmethod
 from typing import ClassVar, Protocol
 
 from vrg.hal.can.frame import Filter, Frame
-from vrg.hal.can.options import ProtocolOptions
 from vrg.hal.clock import Clock
+from vrg.tables import Table
+
+
+class ProtocolOptions(Table):
+    """The options of a protocol that has none. Every field of a subclass has a default."""
+
+    @property
+    def missing(self) -> str | None:
+        """What must be said and has not been, in words; None where nothing is missing."""
+        return None
+
 
 _MOST_VOLTS = 1000.0
 """A supply of more V is none: the highest of a drive on CAN is well below."""
@@ -45,42 +55,34 @@ class Send(Protocol):
         """
 
 
-class Axis(ABC):
-    """One axis. `receive` is called by the bus' receive thread, and `start` and `command` by the robot's own.
-
-    Any thread may switch it off. They do not call it at the same time (see vrg.hal.can.watch).
+class Report:
+    """What one drive reports of its axis: plain data, which an `Axis` keeps up to date.
 
     Args:
         node: the drive's id on the bus.
-        send: sends a frame; raises RobotError where it cannot. Frames that switch the motor off are urgent.
-        clock: the time by which answers are waited for.
-        options: what a person has said of the drive, an `options_type`; None for its defaults.
 
     Attributes:
-        options_type: the options that the protocol has.
-        heard: monotonic time of the newest heartbeat, s. state: the state that it told.
-        on: by the drive's own word its motor is under control; None before the first word. told: monotonic time of the
-            newest word on that, s. What it was told to do changes neither.
+        encoder_advice: what to do if the drive sends no encoder messages, in words.
+        heard: monotonic time of the newest heartbeat, s. state: the state that it reported.
+        on: by the drive's own report its motor is under control; None before the first. told: monotonic time of the
+            newest report of that, s. What it was told to do changes neither.
         fault: errors that the drive has latched, in words; None while it has none.
         starved: the motor is off because no setpoint came in time.
-        expired: the drive itself has said, since the last `start`, that its watchdog has stopped the motor.
+        expired: the drive itself has reported, since the last `start`, that its watchdog has stopped the motor.
         unwatched: a person has said that this drive may be driven without a watchdog of its own.
         position, velocity: of the shaft, in turns and turn/s. measured: monotonic time of both, s.
         wrap: the number of turns after which `position` begins anew; 0 where it never does.
-        voltage: of the drive's supply, V; None before it was told. supplied: monotonic time of it, s.
-        refusal: why the drive has not started when it was last asked to, in words; None where it has said nothing.
+        voltage: of the drive's supply, V; None before it was reported. supplied: monotonic time of it, s.
+        refusal: why the drive has not started when it was last asked to, in words; None where it has reported nothing.
         odd: what makes no sense in the frames that were heard, in words: rubbish, a number that is not finite, another
             master; None where everything makes sense.
         serial, firmware: the serial number and the version in words; empty before they are known.
     """
 
-    options_type: ClassVar[type[ProtocolOptions]] = ProtocolOptions
+    encoder_advice: ClassVar[str] = "switch them on in the drive"
 
-    def __init__(self, node: int, send: Send, clock: Clock, options: ProtocolOptions | None = None) -> None:
+    def __init__(self, node: int) -> None:
         self.node = node
-        self.options = self.options_type() if options is None else options
-        self._send = send
-        self._clock = clock
         self.heard = NEVER
         self.state = State.SILENT
         self.on: bool | None = None
@@ -99,6 +101,44 @@ class Axis(ABC):
         self.odd: str | None = None
         self.serial = ""
         self.firmware = ""
+
+    @property
+    def identified(self) -> bool:
+        """Whether all is known that `problem` needs."""
+        return True
+
+    @property
+    def problem(self) -> str | None:
+        """Why this drive cannot be used, in words: its version, or a second drive of the same id; None where it can."""
+        return None
+
+    def forget_oddities(self) -> None:
+        """Judge anew what is heard from now on."""
+        self.odd = None
+
+
+class Axis(Report, ABC):
+    """One axis. `receive` is called by the bus' receive thread, and `start` and `command` by the robot's own.
+
+    Any thread may switch it off. They do not call it at the same time (see vrg.hal.can.train).
+
+    Args:
+        node: the drive's id on the bus.
+        send: sends a frame; raises RobotError where it cannot. Frames that switch the motor off are urgent.
+        clock: the time by which answers are waited for.
+        options: what a person has said of the drive, an `options_type`; None for its defaults.
+
+    Attributes:
+        options_type: the options that the protocol has.
+    """
+
+    options_type: ClassVar[type[ProtocolOptions]] = ProtocolOptions
+
+    def __init__(self, node: int, send: Send, clock: Clock, options: ProtocolOptions | None = None) -> None:
+        super().__init__(node)
+        self.options = self.options_type() if options is None else options
+        self._send = send
+        self._clock = clock
 
     @classmethod
     @abstractmethod
@@ -167,7 +207,7 @@ class Axis(ABC):
     def clear(self) -> None:
         """Forget latched errors; the motor stays off. Called only where a person has said so, or after `starved`."""
 
-    def poll(self, now: float) -> None:  # noqa: B027 - most drives send all that is needed by themselves
+    def poll(self, now: float) -> None:
         """Ask for what the drive does not send by itself. It is called twenty times a second, and waits for nothing.
 
         Args:
@@ -176,10 +216,6 @@ class Axis(ABC):
         Raises:
             RobotError: a question could not be sent.
         """
-
-    def forget_oddities(self) -> None:
-        """Judge anew what is heard from now on."""
-        self.odd = None
 
     def _says(self, on: bool, at: float) -> None:
         """Take in the drive's word on whether its motor is under control."""

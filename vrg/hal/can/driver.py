@@ -52,8 +52,9 @@ class CanDriver(Driver):
         axes = wiring.wheel_axes(calibration)
         unwatched = wiring.watchdog == "unsafe"
         link, protocol, own = settings.link(name), settings.protocol_of(name), settings.options_of(name)
+        medium, empty = context.medium or RealMedium(), wiring.supply[0]
         self._train = DriveTrain(
-            name, context.medium or RealMedium(), link, protocol, axes, model, options=own, unwatched=unwatched
+            name, medium, link, protocol, axes, model, options=own, unwatched=unwatched, empty=empty
         )
 
     def connect(self) -> None:

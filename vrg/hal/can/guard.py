@@ -5,9 +5,10 @@ watchdog: it tells of a commander that was late, not of a robot that is broken, 
 """
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 
-from vrg.hal.can.axis import Axis, State
+from vrg.hal.can.axis import Report, State
 
 HEARTBEAT_TIMEOUT = 0.5
 """s without a heartbeat after which a drive is taken for dead. It sends one every 0.1 s."""
@@ -17,8 +18,19 @@ OBEY_TIMEOUT = 0.5
 """s for which a drive may still say that it is on after it was told to be off."""
 REPEAT = 0.2
 """s from one order to be off to the next, until every drive has said that it is off."""
-PROOF_TIMEOUT = 1.0
-"""s without setpoints within which every drive's own watchdog must have stopped its motor, when it is proved."""
+PROOF_TIMEOUT = 0.33
+"""s from the last setpoint within which every drive must report that its own watchdog has stopped its motor, when that
+is proved. A motor that is off brakes within 0.12 s, so that a robot whose computer fails stands after 0.45 s."""
+PROOFS = 2
+"""Times that a watchdog is tried: on a busy computer the first setpoint may leave late, or a report may get lost."""
+DEAF = 3
+"""Times in a row that a drive may report an expired watchdog although it was told to start: orders may get lost."""
+LATE = 0.2
+"""s between setpoints from which on it is this computer that is too busy."""
+LOW_SUPPLY = 0.8
+"""The part of the voltage of an empty battery below which no battery of this kind can be."""
+LOW_PATIENCE = 1.0
+"""s for which a supply may be that low, as when many motors start at once."""
 COAST_TIMEOUT = 1.0
 """s after the order to be off in which a motor must have become slower."""
 COASTS = 0.9
@@ -36,7 +48,7 @@ class Guard:
     that was kept from running finds heartbeats that wait to be read, and a drive is not dead for that.
 
     Args:
-        axes: all axes of the robot.
+        axes: the reports of all axes of the robot. empty: the voltage of an empty battery, V; 0 where nobody knows.
 
     Attributes:
         fault: what has latched, in words; None where nothing has.
@@ -49,13 +61,14 @@ class Guard:
         lapsed: the words for the lack of setpoints that has disarmed the robot, until something else arms or disarms
             it; None if there was none.
         armed_at: when the player has armed it last.
-        ready: that has been seen, and the robot can now be armed as the player has asked.
+        ready: the robot is to be armed once more, as the player has asked: that has been seen, or is to be tried again.
         stray: the node of a drive that is on though it was told to be off, for longer than OBEY_TIMEOUT, or whose motor
             has not become slower within COAST_TIMEOUT, whatever the drive says; None if there is none.
     """
 
-    def __init__(self, axes: Sequence[Axis]) -> None:
+    def __init__(self, axes: Sequence[Report], empty: float = 0.0) -> None:
         self._axes = axes
+        self._empty = empty
         self.fault: str | None = None
         self.estop = False
         self.at_drive = False
@@ -71,7 +84,11 @@ class Guard:
         self._coasting: dict[int, tuple[float, float]] = {}
         self._since = -math.inf
         self.armed_at = -math.inf
-        self._on_at = math.inf
+        self._commanded = -math.inf
+        self._gap = 0.0
+        self._proofs = 0
+        self._deaf = Counter[int]()
+        self._low: dict[int, float] = {}
         self._obeyed: set[int] = set()
         self._proved: set[int] = set()
 
@@ -80,8 +97,10 @@ class Guard:
         self.fault = None
         self.stray = self.lapsed = None
         self.unproved = not all(axis.unwatched for axis in self._axes)
-        self.ready = False
+        self.ready, self._proofs = False, 0
         self._on_since.clear()
+        self._deaf.clear()
+        self._low.clear()
         self._since = now
         for axis in self._axes:
             axis.forget_oddities()
@@ -105,9 +124,14 @@ class Guard:
         self.wanted, self.ready, self.lapsed = True, False, None
         self._ordered = False
         self._coasting.clear()
-        self.armed_at, self._on_at = now, math.inf
+        self.armed_at = self._commanded = now
+        self._gap = 0.0
         self._obeyed.clear()
         self._proved.clear()
+
+    def command(self, now: float) -> None:
+        """A setpoint is sent to every motor."""
+        self._gap, self._commanded = max(self._gap, now - self._commanded), now
 
     def disarm(self) -> None:
         """The player disarms the robot."""
@@ -176,14 +200,18 @@ class Guard:
         problem = self._problem(heard_until)
         if problem is not None:
             self.latch(problem)
+        again = False
         if self.fault or self.estop or stopped:
             self.ready = False
         elif self.wanted and self.unproved:
-            self._prove(heard_until)
+            again = self._prove(heard_until)
         starved = self._starved(heard_until) if self.wanted else None
-        if self.wanted and (self.fault or self.estop or starved is not None):
+        if starved is not None:
+            self._count_deaf(starved)
+        if self.wanted and (again or self.fault or self.estop or starved is not None):
             lapsed = f"node {starved}: its watchdog has stopped its motor, as no setpoint came in time"
-            self.wanted, self.lapsed = False, None if self.fault or self.estop else lapsed
+            self.wanted, self.lapsed = False, None if again or self.fault or self.estop else lapsed
+            self.ready = again and not self.fault
             self.told_off(heard_until)
             return True
         self._find_stray(heard_until)
@@ -193,28 +221,41 @@ class Guard:
             return True
         return False
 
+    def _count_deaf(self, node: int) -> None:
+        """Count how often a drive whose watchdog has expired was told to start, and has not."""
+        self._deaf[node] = 0 if node in self._obeyed else self._deaf[node] + 1
+        if self._deaf[node] >= DEAF:
+            self.latch(
+                f"node {node}: it was told {DEAF} times to start, and goes on reporting that its watchdog has stopped "
+                "it: it does not hear this computer. Check the wires and the plug of this drive"
+            )
+
     def _starved(self, heard_until: float) -> int | None:
         """The node of a drive whose watchdog has met a commander that was late; None if there is none."""
         if self.ready or heard_until - self.armed_at <= GRACE:
             return None
         return next((axis.node for axis in self._axes if axis.starved and axis.node not in self._proved), None)
 
-    def _prove(self, heard_until: float) -> None:
-        """Judge whether every drive's own watchdog has stopped its motor."""
+    def _prove(self, heard_until: float) -> bool:
+        """Judge whether every drive's own watchdog has stopped its motor; True if that is to be tried once more."""
         watched = [axis for axis in self._axes if not axis.unwatched]
-        if self.withholding:
-            self._on_at = min(self._on_at, heard_until)
-        # What a drive says of an earlier time, when it was not on, is no proof.
-        self._proved |= {axis.node for axis in watched if axis.expired and axis.node in self._obeyed}
+        late = heard_until - self._commanded > PROOF_TIMEOUT
+        # What a drive reports of an earlier time, when it was not on, is no proof.
+        if not late:
+            self._proved |= {axis.node for axis in watched if axis.expired and axis.node in self._obeyed}
         if self._proved.issuperset(axis.node for axis in watched):
             self.unproved, self.wanted, self.ready = False, False, True
-        elif heard_until - self._on_at > PROOF_TIMEOUT:
+        elif late and self.withholding:
+            self._proofs += 1
+            if self._proofs < PROOFS:
+                return True
             node = next(axis.node for axis in watched if axis.node not in self._proved)
             self.latch(
                 f"node {node}: its own watchdog has not stopped it within {PROOF_TIMEOUT:g} s without setpoints: "
-                'switch the watchdog on in the drive, or write watchdog = "unsafe" in the wiring of this robot '
+                'set the watchdog in the drive to 0.2 s, or write watchdog = "unsafe" in the wiring of this robot '
                 "(`vrg can jog`: --unsafe)"
             )
+        return False
 
     @property
     def withholding(self) -> bool:
@@ -250,20 +291,46 @@ class Guard:
     def _problem(self, heard_until: float) -> str | None:
         forgiven = self._forgiven(heard_until)
         for axis in self._axes:
-            name = f"node {axis.node}"
-            if axis.odd:
-                return f"{name}: {axis.odd}"
-            excused = self._excused.get(axis.node, -math.inf)
-            if heard_until - max(axis.heard, self._since, excused) > HEARTBEAT_TIMEOUT:
-                return f"{name}: no heartbeat for {HEARTBEAT_TIMEOUT:g} s"
-            told = max(axis.told, self.armed_at, excused)
-            # One that has fallen silent altogether is left to the judgement above.
-            if self.wanted and heard_until - told > HEARTBEAT_TIMEOUT and axis.heard - told > HEARTBEAT_TIMEOUT / 2:
-                return f"{name}: it has not said for {HEARTBEAT_TIMEOUT:g} s whether its motor is on"
-            if axis.fault and not forgiven:
-                return f"{name}: {axis.fault}"
+            problem = self._silence(axis, heard_until) or (axis.fault if not forgiven else None)
+            problem = problem or self._lack(axis, heard_until)
             due = axis.node in self._obeyed or heard_until - self.armed_at > START_TIMEOUT
             if self.wanted and due and not axis.starved and axis.state in (State.IDLE, State.STARTING):
-                reason = f"says {axis.refusal}" if axis.refusal else "gives no reason"
-                return f"{name}: expected closed-loop control, but it is idle and {reason}"
+                problem = problem or f"expected closed-loop control, but it is idle{self._reason(axis)}"
+            if problem:
+                return f"node {axis.node}: {problem}"
         return None
+
+    def _silence(self, axis: Report, heard_until: float) -> str | None:
+        """What is wrong with a drive that has fallen silent, or makes no sense."""
+        if axis.odd:
+            return axis.odd
+        excused = self._excused.get(axis.node, -math.inf)
+        if heard_until - max(axis.heard, self._since, excused) > HEARTBEAT_TIMEOUT:
+            return f"no heartbeat for {HEARTBEAT_TIMEOUT:g} s"
+        told = max(axis.told, self.armed_at, excused)
+        # One that has fallen silent altogether is left to the judgement above.
+        if self.wanted and heard_until - told > HEARTBEAT_TIMEOUT and axis.heard - told > HEARTBEAT_TIMEOUT / 2:
+            return f"it has not said for {HEARTBEAT_TIMEOUT:g} s whether its motor is on"
+        return None
+
+    def _lack(self, axis: Report, heard_until: float) -> str | None:
+        """What is wrong with a drive that is alive: it sends no encoder messages, or its supply is too low."""
+        measured = max(axis.measured, self._since, self._excused.get(axis.node, -math.inf))
+        if heard_until - measured > HEARTBEAT_TIMEOUT and axis.heard - measured > HEARTBEAT_TIMEOUT / 2:
+            return f"no encoder message for {HEARTBEAT_TIMEOUT:g} s, though it is alive: {axis.encoder_advice}"
+        if axis.voltage is None or axis.voltage >= LOW_SUPPLY * self._empty:
+            self._low.pop(axis.node, None)
+        elif axis.supplied - self._low.setdefault(axis.node, axis.supplied) >= LOW_PATIENCE:
+            return (
+                f"its supply has {axis.voltage:.3g} V, where an empty battery has {self._empty:g} V: charge the "
+                "battery, or correct `supply` in the wiring of this robot"
+            )
+        return None
+
+    def _reason(self, axis: Report) -> str:
+        """Why a motor may be off that should be on, in words."""
+        if axis.refusal:
+            return f" and reports {axis.refusal}"
+        if self._gap > LATE:
+            return f": this computer is too busy, it sent no setpoint for {self._gap:.2g} s. Close other programs"
+        return " and gives no reason: does it hear this computer, and can it start (see `vrg can scan`)?"

@@ -5,15 +5,16 @@ suite vrg.testing.protocol says what a protocol must be able to do.
 """
 
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from vrg.errors import ConfigError
-from vrg.hal.can.axis import Axis
-from vrg.hal.can.emulator.drive import EmulatedDrive
-from vrg.hal.can.listener import Listener
 from vrg.registry import Registry, load_object
 
-C = TypeVar("C", Axis, EmulatedDrive, Listener)
+if TYPE_CHECKING:
+    from vrg.hal.can.axis import Axis
+    from vrg.hal.can.workshop.emulated import EmulatedDrive
+    from vrg.hal.can.workshop.listener import Listener
 
 
 @dataclass(frozen=True)
@@ -22,51 +23,61 @@ class Protocol:
 
     Args:
         name: as people write it in a match file; the name of the entry point as well.
-        axis: `module:Class` of one motor axis, an `Axis`.
-        drive: `module:Class` of the emulated drive, an `EmulatedDrive`.
-        listener: `module:Class` of what recognises its nodes on a bus, a `Listener`.
+        axis: `module:Class` of one motor axis, an `Axis`: all that a match with real drives needs.
+        drive: `module:Class` of the emulated drive, an `EmulatedDrive`; None where there is none.
+        listener: `module:Class` of what recognises its nodes on a bus, a `Listener`; None where there is none.
     """
 
     name: str
     axis: str
-    drive: str
-    listener: str
+    drive: str | None = None
+    listener: str | None = None
 
     @property
-    def axis_type(self) -> type[Axis]:
+    def axis_type(self) -> "type[Axis]":
         """The class of one motor axis.
 
         Raises:
             ConfigError: it cannot be imported, or it is no `Axis`.
         """
-        return self._load(self.axis, Axis)  # type: ignore[type-abstract]
+        found: type[Axis] = self._load(self.axis, "vrg.hal.can.axis", "Axis")
+        return found
 
     @property
-    def drive_type(self) -> type[EmulatedDrive]:
+    def drive_type(self) -> "type[EmulatedDrive]":
         """The class of the emulated drive.
 
         Raises:
-            ConfigError: it cannot be imported, or it is no `EmulatedDrive`.
+            ConfigError: there is none, it cannot be imported, or it is no `EmulatedDrive`.
         """
-        return self._load(self.drive, EmulatedDrive)  # type: ignore[type-abstract]
+        if self.drive is None:
+            raise ConfigError([f"protocol {self.name}: it has no emulated drive, so that only real ones can be driven"])
+        found: type[EmulatedDrive] = self._load(self.drive, "vrg.hal.can.workshop.emulated", "EmulatedDrive")
+        return found
 
     @property
-    def listener_type(self) -> type[Listener]:
+    def listener_type(self) -> "type[Listener]":
         """The class of what recognises its nodes.
 
         Raises:
-            ConfigError: it cannot be imported, or it is no `Listener`.
+            ConfigError: there is none, it cannot be imported, or it is no `Listener`.
         """
-        return self._load(self.listener, Listener)  # type: ignore[type-abstract]
+        if self.listener is None:
+            raise ConfigError(
+                [f"protocol {self.name}: it has no listener, so that its drives cannot be found or set on a bus"]
+            )
+        found: type[Listener] = self._load(self.listener, "vrg.hal.can.workshop.listener", "Listener")
+        return found
 
-    def _load(self, target: str, base: type[C]) -> type[C]:
+    def _load(self, target: str, module: str, base: str) -> Any:
+        """The class at `target`, a subclass of the class `base` of a module of VRG."""
         try:
             found: Any = load_object(target)
         # Another package may raise anything while it is imported, and that must not look like a fault of VRG.
         except Exception as error:
             raise ConfigError([f"protocol {self.name}: cannot import {target}: {error!r}"]) from error
-        if not (isinstance(found, type) and issubclass(found, base)):
-            wanted = f"expected a subclass of {base.__name__}, got {found!r}"
+        if not (isinstance(found, type) and issubclass(found, getattr(import_module(module), base))):
+            wanted = f"expected a subclass of {base}, got {found!r}"
             raise ConfigError([f"protocol {self.name}: {target}: {wanted}"])
         return found
 

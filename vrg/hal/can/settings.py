@@ -8,18 +8,17 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import AfterValidator, Field, ValidationError, ValidationInfo, field_validator, model_validator
 
 from vrg.errors import ConfigError
+from vrg.hal.can.axis import ProtocolOptions
 from vrg.hal.can.base import WheelAxis
 from vrg.hal.can.calibration import Calibration, load_calibration
-from vrg.hal.can.emulator.drive import DriveOptions
 from vrg.hal.can.link import SERIAL, AdapterValue, Link, known_interface
-from vrg.hal.can.options import ProtocolOptions
 from vrg.hal.can.protocols import PROTOCOLS, Protocol
 from vrg.hal.companions import Companion
 from vrg.hal.settings import BackendSettings
 from vrg.tables import Table, known_in, problems_of
 
 if TYPE_CHECKING:
-    from vrg.hal.can.emulator.simulation import Simulation
+    from vrg.hal.can.workshop.simulation import Simulation
 
 EMULATING = "emulating"
 """The first word of what `vrg can node` says once it is on the bus."""
@@ -210,6 +209,8 @@ class CanSettings(BackendSettings):
             if wiring is None:
                 found.append(f"expected a table [backends.can.robots.{name}] with its wiring, found none")
                 continue
+            if self.emulate and self.protocol_of(name).drive is None:
+                found.append(f"robots.{name}: {self.protocol_name(name)} has no emulated drive: leave `emulate` out")
             if missing := self.options_of(name).missing:
                 found.append(f"robots.{name}: {missing}")
             if wiring.calibration:
@@ -262,6 +263,8 @@ class CanSettings(BackendSettings):
         """Put emulated drives of these robots into a simulation; False where the drives are real."""
         if not self.emulate:
             return False
+        from vrg.hal.can.workshop.emulated import DriveOptions  # noqa: PLC0415 - real drives need no workshop
+
         for name in robots:
             link, kind, told = self.link(name), self.protocol_of(name).drive_type, self.options_of(name)
             drives = []

@@ -1,28 +1,43 @@
-"""The drive train of one robot: its axes on a bus, watched over, and what they say together.
+"""The drive train of one robot: its axes on a bus, as the machine of its states orders them, and what they report.
 
-Which thread may do what is told in vrg.hal.can.watch.
+This is the thin shell around vrg.hal.can.machine. Three threads meet here: the robot's own, which drives; the bus'
+receive thread, which hears; and the one on which the match's emergency stop arrives. One lock guards the machine and
+the axes, and it is here. A fourth thread recovers the robot, and holds the lock only as it begins and ends. Setpoints
+are sent by the robot's own thread alone; what the others may do is switch motors off.
 """
 
 import logging
 import math
-from collections.abc import Mapping, Sequence
+import threading
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from vrg.errors import RobotError
-from vrg.hal.can.base import DriveBase, Estimate, WheelAxis
+from vrg.hal.can.axis import Axis, ProtocolOptions
+from vrg.hal.can.base import DriveBase, WheelAxis
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
+from vrg.hal.can.machine import ASK_PERIOD, Act, Machine, MissingError, Order, Phase, Step
 from vrg.hal.can.medium import Medium
-from vrg.hal.can.meeting import meet
-from vrg.hal.can.options import ProtocolOptions
 from vrg.hal.can.protocols import Protocol
-from vrg.hal.can.recovering import Recovery
-from vrg.hal.can.survey import Survey, all_listeners
-from vrg.hal.can.watch import BLIND, Watch
 from vrg.hal.models import RobotModel
 from vrg.types import Pose
 
 log = logging.getLogger(__name__)
+
+_MEETING_PERIOD = 0.02
+"""s between looks at what has been heard while drives are met."""
+_KEPT = 2000
+"""Frames that are kept while drives are met, to tell who else speaks on the bus: those of two seconds at least."""
+_DO: dict[Act, Callable[[Axis, float, float], None]] = {
+    Act.IDLE: lambda axis, _velocity, _now: axis.idle(),
+    Act.STOP_NOW: lambda axis, _velocity, _now: axis.stop_now(),
+    Act.CLEAR: lambda axis, _velocity, _now: axis.clear(),
+    Act.START: lambda axis, _velocity, _now: axis.start(),
+    Act.COMMAND: lambda axis, velocity, _now: axis.command(velocity),
+    Act.POLL: lambda axis, _velocity, now: axis.poll(now),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +74,7 @@ class DriveTrain:
         protocol: what its drives speak. wheel_axes: how its motors drive its wheels. model: its description.
         options: what the protocol is told of its drives; None for the defaults.
         unwatched: a person has said that its drives may be driven without watchdogs of their own.
+        empty: the voltage of an empty battery, V; 0 where nobody knows.
 
     Attributes:
         clock: the time of its bus.
@@ -75,49 +91,97 @@ class DriveTrain:
         *,
         options: ProtocolOptions | None = None,
         unwatched: bool = False,
+        empty: float = 0.0,
     ) -> None:
         self.name = name
         self._options = options
         self._unwatched = unwatched
-        self._protocol = protocol
         self._axis_type = protocol.axis_type
         self._model = model
         self.clock = medium.clock
         self._bus = medium.bus(link, self._on_frame, self._on_trouble, self._on_quiet)
-        self._base = DriveBase(wheel_axes, model)
-        self._survey = Survey([])
-        self._watch = Watch(name, [], self.clock)
-        self._begin()
-        self._recovery = Recovery(self._watch, self._bus, self.clock, self._rebase)
+        self._lock = threading.RLock()
+        self._machine = Machine(name, protocol.name, DriveBase(wheel_axes, model), empty)
+        self._axes: dict[int, Axis] = {}
+        self._routes: dict[tuple[int, bool], tuple[Axis, ...]] = {}
+        self._heard: deque[Frame] = deque(maxlen=_KEPT)
 
     @property
     def connected(self) -> bool:
         """True if every drive has been met."""
-        return self._watch.connected
+        return self._machine.connected
 
     def connect(self) -> None:
-        """Open the bus and meet every drive. Idempotent; energises nothing. Waits as long as there is something new
-        to hear of the drives (see `meet`), and for their answers while they are set up.
+        """Open the bus, listen, meet every drive and set it up. Idempotent; energises nothing.
+
+        It waits as long as there is something new to hear of the drives, and for their answers while they are set up.
 
         Raises:
-            RobotError: no such interface, a drive that does not answer, speaks another protocol or shares its id.
+            RobotError: no such interface, a drive that does not answer, speaks another protocol or shares its id. The
+                bus is then closed.
         """
         if self.connected:
             return
-        with self._watch.lock:
-            self._begin()
-            self._base.restart()
-            self._survey = Survey(all_listeners(self._bus.send, self.clock))
+        with self._lock:
+            wired = self._machine.base.axes
+            self._axes = {
+                axis.node: self._axis_type(axis.node, self._bus.send, self.clock, self._options) for axis in wired
+            }
+            for axis in self._axes.values():
+                axis.unwatched = self._unwatched
+            self._routes.clear()
+            self._heard.clear()
+            self._machine.begin(list(self._axes.values()), self.clock.now())
         try:
-            meet(self._bus, self._protocol.name, self._watch, self._survey, self.clock)
+            self._meet()
         except RobotError as error:
+            self._give_up()
             raise RobotError(f"{self.name}: {error}") from None
-        for axis in self._watch.axes.values():
+        except BaseException:
+            self._give_up()
+            raise
+        for axis in self._axes.values():
             serial, firmware = axis.serial or "?", axis.firmware or "?"
             log.info("%s: node %d: serial %s, firmware %s", self.name, axis.node, serial, firmware)
-        with self._watch.lock:
-            self._watch.guard.begin(self.clock.now())
-            self._watch.connected = True
+        with self._lock:
+            self._machine.met(self.clock.now())
+
+    def _meet(self) -> None:
+        """Open the bus, and take the steps of the meeting."""
+        self._bus.listen_to(None)
+        self._bus.start()
+        while True:
+            with self._lock:
+                try:
+                    step = self._machine.meet(self.clock.now())
+                except MissingError as error:
+                    raise RobotError(self._who_is_there(error)) from None
+            if step is Step.SET_UP:
+                break
+            if step is Step.ASK:
+                for axis in self._axes.values():
+                    if not axis.identified:
+                        axis.identify(ASK_PERIOD)
+            self.clock.sleep(_MEETING_PERIOD)
+        for axis in self._axes.values():
+            axis.prepare()
+        self._bus.listen_to([wanted for axis in self._axes.values() for wanted in axis.filters])
+
+    def _give_up(self) -> None:
+        with self._lock:
+            self._machine.close()
+        self._bus.stop()
+
+    def _who_is_there(self, missing: MissingError) -> str:
+        """Which drives are missing, and who has been heard in their place."""
+        from vrg.hal.can.workshop.survey import who_speaks  # noqa: PLC0415 - a match that plays never comes here
+
+        trouble, patience = self._machine.guard.fault, self._machine.patience
+        return (
+            f"{f'{trouble}; ' if trouble else ''}expected {missing} on {self._bus.link} within {patience:g} s, got "
+            f"none; heard there: {who_speaks(self._heard, self.clock)}. Are the ids and the protocol right? If nobody "
+            "is heard: are the drives powered, is the bit rate theirs, and is the bus terminated at both ends?"
+        )
 
     def arm(self) -> None:
         """Ask every axis for closed-loop control; `state().armed` tells when all are there.
@@ -128,28 +192,11 @@ class DriveTrain:
         Raises:
             RobotError: not connected, a fault has latched, or the emergency stop is engaged.
         """
-        if not self.connected:
-            raise RobotError(f"{self.name}: expected a connected robot to arm: call connect() first")
-        with self._watch.lock:
-            watch, guard, now = self._watch, self._watch.guard, self.clock.now()
-            refusal = "it is being recovered" if self._recovery.under_way else guard.refusal(now)
-            if refusal:
-                raise RobotError(f"{self.name}: {refusal}")
-            if guard.wanted:
-                if not guard.armed:
-                    # A drive that takes long to start is not left without setpoints meanwhile.
-                    self.stand()
-                return
-            self._base.rebase()
-            guard.arm(now)
-            starved = [axis for axis in watch.axes.values() if axis.starved]
-            watch.each("clear errors", [axis.clear for axis in starved])
-            for axis in starved:
-                axis.starved = False
-            watch.each("arm", [axis.start for axis in watch.axes.values()])
-            watch.look()
-            if guard.fault:
-                raise RobotError(f"{self.name}: {guard.fault}")
+        with self._lock:
+            self._obey(self._machine.arm(self.clock.now()))
+            self._look()
+            if self._machine.guard.fault:
+                raise RobotError(f"{self.name}: {self._machine.guard.fault}")
 
     def drive(self, left: float, right: float) -> None:
         """Send setpoints for wheel speeds in rad/s.
@@ -157,9 +204,8 @@ class DriveTrain:
         Raises:
             RobotError: not armed, a fault, the emergency stop, or a bus that is full.
         """
-        with self._watch.lock:
-            self._watch.require_armed()
-            self._watch.command(self._base.setpoints(left, right))
+        with self._lock:
+            self._command(self._machine.base.setpoints(left, right))
 
     def spin(self, node: int, velocity: float) -> None:
         """Turn one motor alone, at `velocity` turn/s, while the others stand: for a robot that is jacked up.
@@ -167,73 +213,99 @@ class DriveTrain:
         Raises:
             RobotError: as for `drive`.
         """
-        with self._watch.lock:
-            self._watch.require_armed()
-            self._watch.command([(other, velocity if other == node else 0.0) for other in self._watch.axes])
+        with self._lock:
+            self._command([(other, velocity if other == node else 0.0) for other in self._axes])
+
+    def _command(self, setpoints: Sequence[tuple[int, float]]) -> None:
+        """Send setpoints. One that cannot go out is dropped, and switches the motors off."""
+        self._look()
+        if not self._obey(self._machine.drive(setpoints, self.clock.now())):
+            self._look()
+            raise RobotError(f"{self.name}: {self._machine.guard.fault}")
 
     def stand(self) -> None:
         """Send setpoints of zero, if it is armed and hears the bus. What keeps them from going out latches."""
-        with self._watch.lock:
-            watch = self._watch
-            if watch.connected and watch.guard.wanted and watch.deaf <= BLIND:
-                try:
-                    watch.command([(node, 0.0) for node in watch.axes])
-                except RobotError as error:
-                    log.warning("%s", error)
+        with self._lock:
+            if not self._obey(self._machine.stand(self.clock.now())):
+                self._look()
 
     def disarm(self) -> None:
         """Switch every motor off, until armed again. Idempotent."""
-        with self._watch.lock:
-            self._watch.guard.disarm()
-            if self.connected:
-                self._watch.idle()
+        with self._lock:
+            self._obey(self._machine.disarm(self.clock.now()))
 
     def engage(self) -> None:
         """The emergency stop of the match: switch every motor off by the shortest way that the protocol has."""
-        if self.connected:
-            with self._watch.lock:
-                self._watch.guard.engage()
-                self._watch.each("emergency stop", [axis.stop_now for axis in self._watch.axes.values()])
+        with self._lock:
+            self._obey(self._machine.engage())
 
     def release(self) -> None:
         """A person has released the emergency stop. The motors stay off."""
-        with self._watch.lock:
-            if self.connected and self._watch.guard.estop:
-                self._watch.guard.release(self.clock.now())
-                self._watch.clear()
+        with self._lock:
+            self._obey(self._machine.release(self.clock.now()))
 
     def recover(self) -> None:
-        """Clear what has latched, as a person has decided; see `Recovery.run`. It waits for answers of the drives."""
-        self._recovery.run()
+        """Open the bus anew, set the drives up, and clear their errors, as a person has decided; the motors stay off.
+
+        What is still wrong latches again within a second. The emergency stop stays. It waits for answers of the
+        drives, so it is called on a thread of its own. `close` ends it.
+        """
+        with self._lock:
+            orders = self._machine.recover(self.clock.now())
+            if orders is None:
+                return
+            self._obey(orders)
+        problem = self._open_anew()
+        with self._lock:
+            self._obey(self._machine.recovered(problem, self.clock.now()))
+
+    def _open_anew(self) -> str | None:
+        """Close and open the bus, and set the drives up; what kept that from being done, in words."""
+        # Outside the lock: the receive thread, which is waited for, may want it.
+        try:
+            self._bus.stop()
+            if trouble := self._bus.restart():
+                return trouble
+            with self._lock:
+                # Whoever closes the robot meanwhile finds the bus closed, and it stays so.
+                if self._machine.phase is not Phase.RECOVERING:
+                    return None
+                # A drive that was started again counts from zero: nothing it says from here on is compared with before.
+                self._machine.base.rebase()
+                self._bus.start()
+            for axis in self._axes.values():
+                axis.prepare()
+        except RobotError as error:
+            return str(error)
+        except Exception as error:
+            # A recovery runs beside the player: who waits for it must see that it failed.
+            log.exception("%s: it could not be recovered", self.name)
+            return f"it could not be recovered: {error!r}"
+        return None
 
     def close(self) -> None:
         """Switch the motors off and let go of the bus. Idempotent."""
-        self.disarm()
-        with self._watch.lock:
-            self._watch.connected = False
+        with self._lock:
+            self.disarm()
+            self._machine.close()
         self._bus.stop()
 
     def state(self) -> TrainState:
         """Return the reports of the drives. Once their watchdogs have been proved, this arms them if wanted."""
-        with self._watch.lock:
-            self._watch.look()
-            if self._watch.guard.ready:
-                log.info("%s: the watchdog of every drive has stopped its motor, as it must", self.name)
-                try:
-                    self.arm()
-                except RobotError as error:
-                    log.warning("%s", error)
-            now = self.clock.now()
-            guard, axes = self._watch.guard, self._watch.axes
+        with self._lock:
+            self._look()
+            self._obey(self._machine.arm_again(self.clock.now()))
+            now, base = self.clock.now(), self._machine.base
+            guard, axes = self._machine.guard, self._axes
             fault = guard.fault
             if fault is None and guard.at_drive:
                 fault = "the emergency stop was pressed at a drive: release it by `vrg estop --release`"
             told = [(axis.voltage, axis.supplied) for axis in axes.values() if axis.voltage is not None]
             return TrainState(
-                age=max(0.0, now - min(axis.measured for axis in axes.values())),
-                wheels=self._base.wheels({node: axis.velocity for node, axis in axes.items()}),
-                angles=self._base.angles,
-                odometry=self._base.pose,
+                age=max(0.0, now - min((axis.measured for axis in axes.values()), default=-math.inf)),
+                wheels=base.wheels({node: axis.velocity for node, axis in axes.items()}),
+                angles=base.angles,
+                odometry=base.pose,
                 armed=guard.armed,
                 fault=fault,
                 estop=guard.estop,
@@ -244,59 +316,67 @@ class DriveTrain:
     @property
     def wheel_axes(self) -> tuple[WheelAxis, ...]:
         """The wiring of motors to wheels, as far as is known."""
-        return self._base.axes
+        return self._machine.base.axes
 
     def rewire(self, axes: Mapping[int, tuple[int, float]]) -> None:
         """Give nodes another direction and ratio, as a calibration has found them; the odometry begins anew."""
-        with self._watch.lock:
-            changed = [replace(a, direction=axes[a.node][0], ratio=axes[a.node][1]) for a in self._base.axes]
-            self._base = DriveBase(changed, self._model)
-            self._watch.bind(self._base.bounds)
+        with self._lock:
+            changed = [replace(a, direction=axes[a.node][0], ratio=axes[a.node][1]) for a in self.wheel_axes]
+            self._machine.rebind(DriveBase(changed, self._model))
 
     def restart_odometry(self) -> None:
         """Let the odometry begin anew where the robot stands."""
-        with self._watch.lock:
-            self._base.restart()
+        with self._lock:
+            self._machine.base.restart()
 
-    def _begin(self) -> None:
-        """Begin with axes of which nothing has been heard."""
-        axes = [self._axis_type(axis.node, self._bus.send, self.clock, self._options) for axis in self._base.axes]
-        for axis in axes:
-            axis.unwatched = self._unwatched
-        self._watch.begin(axes, self._base.bounds)
+    def _obey(self, orders: Sequence[Order]) -> bool:
+        """Carry out orders, whatever becomes of the others, but no setpoint after one that could not be sent.
 
-    def _rebase(self) -> None:
-        """Take whatever the encoders say next as where the wheels are now."""
-        self._base.rebase()
+        Returns:
+            whether all were carried out; what could not be has latched.
+        """
+        done = True
+        for order in orders:
+            if order.act is Act.COMMAND and not done:
+                break
+            try:
+                _DO[order.act](self._axes[order.node], order.velocity, self.clock.now())
+            except RobotError as error:
+                self._machine.failed(order.act, str(error))
+                done = False
+        return done
+
+    def _look(self) -> None:
+        self._obey(self._machine.look(self.clock.now()))
 
     def _on_frame(self, frame: Frame) -> None:
-        watch = self._watch
-        with watch.lock:
-            watch.hear_until(frame.at)
-            if not watch.connected:
-                self._survey.hear(frame)
-            for node, axis in watch.axes.items():
-                measured = axis.measured
+        with self._lock:
+            axes: Sequence[Axis]
+            if self.connected:
+                key = (frame.id, frame.extended)
+                route = self._routes.get(key)
+                if route is None:
+                    wanting = [a for a in self._axes.values() if any(f.passes(frame) for f in a.filters)]
+                    route = self._routes[key] = tuple(wanting)
+                axes = route
+            else:
+                self._heard.append(frame)
+                axes = tuple(self._axes.values())
+            news = False
+            for axis in axes:
+                before = (axis.state, axis.on, axis.odd, axis.fault, axis.starved, axis.expired)
                 try:
                     axis.receive(frame)
                 except RobotError as error:  # an answer that could not be sent
-                    watch.guard.latch(str(error))
-                if axis.measured != measured:
-                    estimate = Estimate(axis.position, axis.velocity, axis.measured)
-                    watch.compare(node, self._base.update(node, estimate, axis.wrap))
-            if watch.connected:
-                watch.poll()
-                watch.look()
+                    self._machine.guard.latch(str(error))
+                news |= before != (axis.state, axis.on, axis.odd, axis.fault, axis.starved, axis.expired)
+            nodes = [axis.node for axis in axes]
+            self._obey(self._machine.hear(nodes, frame.at, self.clock.now(), news=news))
 
     def _on_trouble(self, words: str) -> None:
-        with self._watch.lock:
-            self._watch.guard.latch(words)
-            if self._watch.connected:
-                self._watch.look()
+        with self._lock:
+            self._obey(self._machine.trouble(words, self.clock.now()))
 
     def _on_quiet(self, heard_until: float) -> None:
-        with self._watch.lock:
-            self._watch.hear_until(heard_until)
-            if self._watch.connected:
-                self._watch.poll()
-                self._watch.look()
+        with self._lock:
+            self._obey(self._machine.hear((), heard_until, self.clock.now()))

@@ -7,10 +7,10 @@ from functools import partial
 
 from msgspec.structs import replace
 
-from vrg.hal.can.emulator.drive import EmulatedDrive
-from vrg.hal.can.emulator.faults import FaultKind, FaultRequest
-from vrg.hal.can.emulator.simulation import Simulation, Tamper
 from vrg.hal.can.frame import EXTENDED_MASK, STANDARD_MASK, Frame, fd_size
+from vrg.hal.can.workshop.emulated import EmulatedDrive
+from vrg.hal.can.workshop.faults import FaultKind, FaultRequest
+from vrg.hal.can.workshop.simulation import Simulation, Tamper
 from vrg.testing.can_faults.judge import STOP
 from vrg.testing.can_faults.robot import LINK
 

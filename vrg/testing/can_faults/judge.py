@@ -5,8 +5,8 @@ from collections import deque
 from collections.abc import Callable, Sequence
 
 from vrg.geometry import wrap
-from vrg.hal.can.emulator.drive import EmulatedDrive
 from vrg.hal.can.guard import COAST_TIMEOUT
+from vrg.hal.can.workshop.emulated import EmulatedDrive
 from vrg.hal.models import RobotModel
 from vrg.hal.readings import Readings
 from vrg.testing.can_faults.robot import RATIO

@@ -8,10 +8,10 @@ from functools import partial
 
 from vrg.bus.messages import Estop, EstopRelease, Recover
 from vrg.errors import RobotError
-from vrg.hal.can.emulator.drive import DriveOptions, EmulatedDrive
-from vrg.hal.can.emulator.simulation import Simulation
 from vrg.hal.can.link import Link
 from vrg.hal.can.protocols import PROTOCOLS
+from vrg.hal.can.workshop.emulated import DriveOptions, EmulatedDrive
+from vrg.hal.can.workshop.simulation import Simulation
 from vrg.testing.can_faults.faults import Faults
 from vrg.testing.can_faults.judge import STOP, TURNS, Judge, WrongError
 from vrg.testing.can_faults.robot import KEYS, LINK, NODES, OPTIONS, OTHER, Robot

@@ -9,8 +9,8 @@ from vrg.bus.messages import Message
 from vrg.bus.topics import Keys, Topic
 from vrg.errors import RobotError, StaleDataError
 from vrg.hal.can.driver import CanDriver
-from vrg.hal.can.emulator.simulation import Port, Simulation
 from vrg.hal.can.link import Link
+from vrg.hal.can.workshop.simulation import Port, Simulation
 from vrg.hal.device import Device
 from vrg.hal.driver import DriverContext
 from vrg.hal.models import robot_model

@@ -7,15 +7,28 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.hal.can.cia402.wire import NODE, Wire, download_request, upload_request
-from vrg.hal.can.cia402.dictionary import ENCODER_COUNTS
-from vrg.hal.can.cia402.drive import Cia402Drive
-from vrg.hal.can.cia402.network import SYNC, Function, Nmt, NmtCommand, nmt
-from vrg.hal.can.cia402.objects import COB_ID, INHIBIT, NOT_VALID, PROFILE_VELOCITY, TRANSMISSION, Object, mapping_entry
-from vrg.hal.can.cia402.pdos import CONTROL_PDO
-from vrg.hal.can.cia402.states import Control, DriveState, drive_state
-from vrg.hal.can.emulator.drive import BOOT
-from vrg.hal.can.emulator.faults import FaultKind
+from vrg.hal.can.cia402.codec import (
+    COB_ID,
+    CONTROL_PDO,
+    INHIBIT,
+    NOT_VALID,
+    PROFILE_VELOCITY,
+    TRANSMISSION,
+    Control,
+    DriveState,
+    Function,
+    Nmt,
+    NmtCommand,
+    Object,
+    drive_state,
+    mapping_entry,
+    nmt,
+)
+from vrg.hal.can.cia402.sdo import ENCODER_COUNTS
 from vrg.hal.can.frame import Frame
+from vrg.hal.can.workshop.cia402.drive import Cia402Drive
+from vrg.hal.can.workshop.emulated import BOOT
+from vrg.hal.can.workshop.faults import FaultKind
 
 
 class TestDrive:
@@ -78,18 +91,9 @@ class TestDrive:
         wire.advance(1.0)
         assert wire.drive.motor.velocity == pytest.approx(5.0, abs=0.3)
 
-    def test_synchronous_pdos_wait_for_their_sync(self) -> None:
-        wire = Wire().meet()
-        assert wire.write(Object.TPDO, TRANSMISSION, 2, 1) == 0
-        assert wire.write(Object.RPDO, TRANSMISSION, 1, 1) == 0
-        assert wire.write(Object.TPDO, TRANSMISSION, 250, 1) == 0x0609_0030
-        wire.drive.receive(nmt(NODE, NmtCommand.START), wire.now)
-        wire.drive.receive(CONTROL_PDO.frame(NODE, Control.SHUTDOWN), wire.now)
-        assert wire.drive.state is DriveState.SWITCH_ON_DISABLED
-        sync = Frame(SYNC)
-        sent = [len(wire.drive.receive(sync, wire.now)) for _ in range(6)]
-        assert wire.drive.state is DriveState.READY_TO_SWITCH_ON
-        assert sent == [0, 1, 0, 1, 0, 1]
+    @pytest.mark.parametrize("kind", [0, 1, 240, 252])
+    def test_pdos_that_wait_for_a_sync_or_a_remote_frame_are_refused(self, kind: int) -> None:
+        assert Wire().meet().write(Object.TPDO, TRANSMISSION, kind, 1) == 0x0609_0030
 
     def test_an_inhibit_time_holds_events_back_but_loses_none(self) -> None:
         wire = Wire().meet()

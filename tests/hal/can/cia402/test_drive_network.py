@@ -3,12 +3,10 @@
 import pytest
 
 from tests.hal.can.cia402.wire import NODE, Wire
-from vrg.hal.can.cia402.drive_errors import AbortOption, ErrorBehaviour
-from vrg.hal.can.cia402.network import Function, Nmt, NmtCommand
-from vrg.hal.can.cia402.objects import COB_ID, ERRORS_KEPT, NO_REMOTE, SAVE, Object
-from vrg.hal.can.cia402.states import DriveState
-from vrg.hal.can.emulator.faults import FaultKind
+from vrg.hal.can.cia402.codec import SAVE, DriveState, Function, Nmt, NmtCommand, Object
 from vrg.hal.can.frame import Frame
+from vrg.hal.can.workshop.cia402.errors import AbortOption, ErrorBehaviour
+from vrg.hal.can.workshop.faults import FaultKind
 
 MASTER = 100
 
@@ -23,22 +21,10 @@ def nmt(wire: Wire, command: NmtCommand) -> None:
 
 @pytest.mark.parametrize(
     "index",
-    [0x1003, 0x1005, 0x1010, 0x1014, 0x1016, 0x1029, 0x6007, 0x605B, 0x605D, 0x606B, 0x6077, 0x6080],
+    [0x1010, 0x1016, 0x1029, 0x6007],
 )
 def test_it_has_the_objects_of_the_standards(index: int) -> None:
     assert Wire().meet().ask(index).unsigned is not None
-
-
-def test_it_remembers_its_errors_newest_first_until_it_is_told_to_forget() -> None:
-    wire = Wire().meet()
-    for code in range(0x2310, 0x2310 + ERRORS_KEPT + 2):
-        wire.fault(FaultKind.ERROR, value=code)
-    assert wire.ask(Object.ERROR_HISTORY).unsigned == ERRORS_KEPT
-    assert wire.ask(Object.ERROR_HISTORY, 1).unsigned == 0x2310 + ERRORS_KEPT + 1
-    assert wire.ask(Object.ERROR_HISTORY, ERRORS_KEPT).unsigned == 0x2312
-    assert wire.write(Object.ERROR_HISTORY, 0, 3, 1) != 0
-    assert wire.write(Object.ERROR_HISTORY, 0, 0, 1) == 0
-    assert wire.ask(Object.ERROR_HISTORY).unsigned == 0
 
 
 def test_a_stopped_node_sends_no_emergency() -> None:
@@ -49,18 +35,6 @@ def test_a_stopped_node_sends_no_emergency() -> None:
     wire.advance(0.5)
     assert emergencies(wire) == []
     assert wire.drive.state in (DriveState.FAULT, DriveState.FAULT_REACTION_ACTIVE)
-
-
-@pytest.mark.parametrize("allowed", [True, False])
-def test_a_remote_frame_is_answered_by_a_pdo_that_allows_it(allowed: bool) -> None:
-    wire = Wire().meet()
-    cob_id = wire.ask(Object.TPDO, COB_ID).unsigned
-    assert cob_id is not None
-    wire.write(Object.TPDO, COB_ID, cob_id & ~NO_REMOTE if allowed else cob_id | NO_REMOTE, 4)
-    nmt(wire, NmtCommand.START)
-    wire.advance(0.1)
-    answers = wire.drive.receive(Frame(Function.TPDO1 | NODE, remote=True), wire.now)
-    assert [frame.id for frame in answers] == ([Function.TPDO1 | NODE] if allowed else [])
 
 
 def test_what_is_saved_is_there_after_a_start_and_nothing_else() -> None:
@@ -134,14 +108,3 @@ def test_the_set_up_lets_no_drive_go_on_without_a_network() -> None:
     wire.write(Object.ABORT_CONNECTION_OPTION, 0, AbortOption.NOTHING, 2)
     wire.axis.prepare()
     assert wire.ask(Object.ABORT_CONNECTION_OPTION).unsigned == AbortOption.FAULT
-
-
-def test_its_motor_has_a_speed_limit_and_tells_its_torque() -> None:
-    wire = Wire().running(8.0)
-    assert wire.ask(Object.VELOCITY_DEMAND).unsigned == wire.drive._units.velocity_of(8.0)
-    torque = wire.ask(Object.TORQUE).unsigned
-    assert torque is not None
-    assert 0 < torque < 1000
-    wire.write(Object.MOTOR_SPEED_LIMIT, 0, 60, 4)
-    wire.drive_on(8.0, 1.0)
-    assert wire.motor_speed == pytest.approx(1.0, rel=0.1)

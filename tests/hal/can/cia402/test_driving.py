@@ -7,12 +7,10 @@ import pytest
 
 from tests.hal.can.cia402.wire import NODE, Wire
 from vrg.hal.can.axis import State
+from vrg.hal.can.cia402.codec import CONTROL_PDO, STATUS_PDO, Control, DriveState, Function
 from vrg.hal.can.cia402.errors import RPDO_TIMEOUT
-from vrg.hal.can.cia402.network import Function
-from vrg.hal.can.cia402.pdos import CONTROL_PDO, STATUS_PDO
 from vrg.hal.can.cia402.set_up import DEADLINE
-from vrg.hal.can.cia402.states import Control, DriveState
-from vrg.hal.can.emulator.faults import FaultKind
+from vrg.hal.can.workshop.faults import FaultKind
 
 
 class TestDriving:

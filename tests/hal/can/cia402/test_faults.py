@@ -6,12 +6,9 @@ from hypothesis import strategies as st
 
 from tests.hal.can.cia402.wire import NODE, Wire, download_request, upload_request
 from vrg.hal.can.axis import State
-from vrg.hal.can.cia402.network import Function, Nmt, NmtCommand, nmt
-from vrg.hal.can.cia402.objects import Object
-from vrg.hal.can.cia402.pdos import CONTROL_PDO, SETPOINT_PDO
-from vrg.hal.can.cia402.states import Control
-from vrg.hal.can.emulator.faults import FaultKind
+from vrg.hal.can.cia402.codec import CONTROL_PDO, SETPOINT_PDO, Control, Function, Nmt, NmtCommand, Object, nmt
 from vrg.hal.can.frame import Frame
+from vrg.hal.can.workshop.faults import FaultKind
 
 
 class TestFaults:

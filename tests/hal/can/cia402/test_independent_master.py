@@ -10,9 +10,9 @@ from canopen.profiles.p402 import BaseNode402
 
 from tests.hal.can.live import PATIENCE, LiveDrives
 from tests.vcan import INTERFACE, VCAN
-from vrg.hal.can.cia402.dictionary import ENCODER_COUNTS, object_dictionary
+from vrg.hal.can.cia402.codec import DEVICE_TYPE, SERIAL, Object
 from vrg.hal.can.cia402.errors import RPDO_TIMEOUT
-from vrg.hal.can.cia402.objects import DEVICE_TYPE, SERIAL, Object
+from vrg.hal.can.cia402.sdo import ENCODER_COUNTS, object_dictionary
 
 pytestmark = pytest.mark.vcan
 

@@ -3,12 +3,11 @@
 import pytest
 
 from tests.hal.can.cia402.wire import NODE, Wire
-from vrg.hal.can.cia402.network import Function, NmtCommand, nmt
-from vrg.hal.can.cia402.objects import Object
-from vrg.hal.can.emulator.faults import FaultKind
+from vrg.hal.can.cia402.codec import Function, NmtCommand, Object, nmt
 from vrg.hal.can.frame import Frame
-from vrg.hal.can.listener import ANSWER_PATIENCE, Found
-from vrg.hal.can.survey import Survey, all_listeners
+from vrg.hal.can.workshop.faults import FaultKind
+from vrg.hal.can.workshop.listener import ANSWER_PATIENCE, Found
+from vrg.hal.can.workshop.survey import Survey, all_listeners
 from vrg.hal.simulated_clock import SimulatedClock
 from vrg.testing.wire import SERIAL
 

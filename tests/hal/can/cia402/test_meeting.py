@@ -10,14 +10,13 @@ from vrg.errors import RobotError
 from vrg.hal.can.axis import State
 from vrg.hal.can.cia402 import set_up
 from vrg.hal.can.cia402.axis import Cia402Axis
-from vrg.hal.can.cia402.drive import Cia402Drive
-from vrg.hal.can.cia402.network import NODES, Function, NmtCommand
-from vrg.hal.can.cia402.objects import EVENT_TIMER, Object
-from vrg.hal.can.cia402.options import Cia402Options
+from vrg.hal.can.cia402.codec import EVENT_TIMER, NODES, Function, NmtCommand, Object
 from vrg.hal.can.cia402.set_up import DEADLINE, master_of
-from vrg.hal.can.emulator.drive import DriveOptions
-from vrg.hal.can.emulator.faults import FaultKind
+from vrg.hal.can.cia402.units import Cia402Options
 from vrg.hal.can.frame import Frame
+from vrg.hal.can.workshop.cia402.drive import Cia402Drive
+from vrg.hal.can.workshop.emulated import DriveOptions
+from vrg.hal.can.workshop.faults import FaultKind
 from vrg.testing.wire import SERIAL, WireClock
 
 

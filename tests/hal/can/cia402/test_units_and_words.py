@@ -4,10 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vrg.hal.can.cia402.codec import DriveState, drive_state
 from vrg.hal.can.cia402.errors import describe_error, error_register
-from vrg.hal.can.cia402.options import UNIT_CODES, Cia402Options, VelocityUnit
-from vrg.hal.can.cia402.states import DriveState, drive_state
-from vrg.hal.can.cia402.units import INCREMENTS_PER_S, units
+from vrg.hal.can.cia402.units import INCREMENTS_PER_S, UNIT_CODES, Cia402Options, VelocityUnit, units
 
 i32 = st.integers(-(2**31), 2**31 - 1)
 

@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 from vrg.hal.can.axis import State
 from vrg.hal.can.cia402.axis import Cia402Axis
-from vrg.hal.can.cia402.drive import Cia402Drive
-from vrg.hal.can.cia402.network import Function
+from vrg.hal.can.cia402.codec import Function
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.protocols import PROTOCOLS
+from vrg.hal.can.workshop.cia402.drive import Cia402Drive
 from vrg.testing.wire import SERIAL, ProtocolWire
 
 NODE = 5

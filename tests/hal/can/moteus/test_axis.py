@@ -11,13 +11,13 @@ import pytest
 from msgspec.structs import replace
 
 from vrg.hal.can.axis import State
-from vrg.hal.can.emulator.drive import DriveOptions
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.moteus import codec
 from vrg.hal.can.moteus.axis import MoteusAxis
 from vrg.hal.can.moteus.codec import Kind, Resolution, Subframe
-from vrg.hal.can.moteus.drive import MoteusDrive
 from vrg.hal.can.moteus.registers import Register
+from vrg.hal.can.workshop.emulated import DriveOptions
+from vrg.hal.can.workshop.moteus.drive import MoteusDrive
 from vrg.hal.simulated_clock import SimulatedClock
 
 NODE = 4

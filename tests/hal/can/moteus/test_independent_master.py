@@ -7,12 +7,12 @@ from types import SimpleNamespace
 import moteus
 import pytest
 
-from vrg.hal.can.emulator.drive import DriveOptions
-from vrg.hal.can.emulator.faults import FaultKind, FaultRequest, encode_fault
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.moteus import codec
-from vrg.hal.can.moteus.drive import MoteusDrive
 from vrg.hal.can.moteus.registers import Mode
+from vrg.hal.can.workshop.emulated import DriveOptions
+from vrg.hal.can.workshop.faults import FaultKind, FaultRequest, encode_fault
+from vrg.hal.can.workshop.moteus.drive import MoteusDrive
 
 NODE = 5
 

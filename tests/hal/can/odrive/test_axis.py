@@ -8,13 +8,11 @@ from tests.hal.can.odrive.wire import CLOSED, IDLE, Wire
 from vrg.errors import RobotError
 from vrg.hal.can.axis import State
 from vrg.hal.can.frame import Frame
-from vrg.hal.can.listener import Claim
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.odrive.axis import OdriveAxis
-from vrg.hal.can.odrive.inputs import InputMode
-from vrg.hal.can.odrive.listener import OdriveListener
-from vrg.hal.can.odrive.messages import AxisError, AxisState, Command
-from vrg.hal.can.odrive.results import ProcedureResult
+from vrg.hal.can.odrive.messages import AxisError, AxisState, Command, InputMode, ProcedureResult
+from vrg.hal.can.workshop.listener import Claim
+from vrg.hal.can.workshop.odrive.listener import OdriveListener
 from vrg.hal.simulated_clock import SimulatedClock
 
 

@@ -3,12 +3,12 @@
 import pytest
 
 from vrg.hal.can.axis import State
-from vrg.hal.can.emulator.faults import FaultKind
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.protocols import PROTOCOLS
+from vrg.hal.can.vesc.axis import VescOptions
 from vrg.hal.can.vesc.codec import BROADCAST, HOST, Packet, frame_id, payload_frames, setpoint
-from vrg.hal.can.vesc.drive import MIN_ERPM
-from vrg.hal.can.vesc.options import VescOptions
+from vrg.hal.can.workshop.faults import FaultKind
+from vrg.hal.can.workshop.vesc.drive import MIN_ERPM
 from vrg.testing.wire import ProtocolWire
 
 NODE = 5

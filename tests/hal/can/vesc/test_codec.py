@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from vrg.hal.can.frame import Frame, FrameError
 from vrg.hal.can.vesc import codec
-from vrg.hal.can.vesc.codec import Assembler, Firmware, Packet, Status, Status5
-from vrg.hal.can.vesc.faults import describe_fault
+from vrg.hal.can.vesc.codec import Assembler, Firmware, Packet, Status, Status5, describe_fault
 
 i32 = st.integers(-(2**31), 2**31 - 1)
 

@@ -14,6 +14,6 @@ from vrg.hal.can.protocols import Protocol
 PROTOCOL = Protocol(
     "cia402",
     axis="vrg.hal.can.cia402.axis:Cia402Axis",
-    drive="vrg.hal.can.cia402.drive:Cia402Drive",
-    listener="vrg.hal.can.cia402.listener:CanopenListener",
+    drive="vrg.hal.can.workshop.cia402.drive:Cia402Drive",
+    listener="vrg.hal.can.workshop.cia402.listener:CanopenListener",
 )

@@ -12,31 +12,39 @@ the newest setpoint is older than the deadline: a player that freezes in the mid
 on without a watchdog.
 """
 
-from vrg.hal.can.axis import NEVER, Axis, Send, State
-from vrg.hal.can.cia402.errors import HEARTBEAT_LOST, RPDO_TIMEOUT, STO_CODES, describe_error
-from vrg.hal.can.cia402.interview import Interview
-from vrg.hal.can.cia402.network import (
+from vrg.hal.can.axis import NEVER, Axis, ProtocolOptions, Send, State
+from vrg.hal.can.cia402.codec import (
+    CONTROL_PDO,
     LSS,
     LSS_ORDERS,
+    MOTION_PDO,
     NMT_WORDS,
     NODE_MASK,
     NODES,
+    POWERED,
     SDO_DOWNLOADS,
+    SETPOINT_PDO,
+    STATUS_PDO,
+    SUPPLY_PDO,
+    Control,
+    DriveState,
     Function,
     Nmt,
     NmtCommand,
+    Object,
+    concerns,
+    download,
+    drive_state,
     nmt,
+    upload,
+    uploaded,
 )
-from vrg.hal.can.cia402.objects import Object
-from vrg.hal.can.cia402.options import Cia402Options
-from vrg.hal.can.cia402.pdos import CONTROL_PDO, MOTION_PDO, SETPOINT_PDO, STATUS_PDO, SUPPLY_PDO
-from vrg.hal.can.cia402.requests import concerns, download, upload, uploaded
+from vrg.hal.can.cia402.errors import HEARTBEAT_LOST, RPDO_TIMEOUT, STO_CODES, describe_error
+from vrg.hal.can.cia402.interview import Interview
 from vrg.hal.can.cia402.sdo import SdoClient
 from vrg.hal.can.cia402.set_up import DEADLINE, HEARTBEAT, SetUp
-from vrg.hal.can.cia402.states import POWERED, Control, DriveState, drive_state
-from vrg.hal.can.cia402.units import Units
+from vrg.hal.can.cia402.units import Cia402Options, Units
 from vrg.hal.can.frame import STANDARD_MASK, Filter, Frame, FrameError
-from vrg.hal.can.options import ProtocolOptions
 from vrg.hal.clock import Clock
 
 _NEXT = {

@@ -1,9 +1,8 @@
 """What a drive says of itself before it is set up: whether it can do what is wanted, and in which units it speaks."""
 
-from vrg.hal.can.cia402.objects import PROFILE, SERIAL, SUPPORTS_PROFILE_VELOCITY, Object
-from vrg.hal.can.cia402.options import Cia402Options
+from vrg.hal.can.cia402.codec import PROFILE, SERIAL, SUPPORTS_PROFILE_VELOCITY, Object
 from vrg.hal.can.cia402.sdo import NoAnswerError, SdoClient
-from vrg.hal.can.cia402.units import Units, units
+from vrg.hal.can.cia402.units import Cia402Options, Units, units
 from vrg.hal.clock import Clock
 
 _QUESTIONS = (

@@ -6,11 +6,24 @@ from contextlib import contextmanager, suppress
 import canopen
 
 from vrg.errors import RobotError
-from vrg.hal.can.cia402.network import NODE_MASK, NODES, Function, NmtCommand, nmt
-from vrg.hal.can.cia402.objects import EVENT_TIMER, PROFILE_VELOCITY, Object
-from vrg.hal.can.cia402.pdos import CONTROL_PDO, MOTION_PDO, SETPOINT_PDO, STATUS_PDO, SUPPLY_PDO, Pdo
+from vrg.hal.can.cia402.codec import (
+    CONTROL_PDO,
+    EVENT_TIMER,
+    MOTION_PDO,
+    NODE_MASK,
+    NODES,
+    PROFILE_VELOCITY,
+    SETPOINT_PDO,
+    STATUS_PDO,
+    SUPPLY_PDO,
+    Control,
+    Function,
+    NmtCommand,
+    Object,
+    Pdo,
+    nmt,
+)
 from vrg.hal.can.cia402.sdo import NoAnswerError, SdoClient
-from vrg.hal.can.cia402.states import Control
 from vrg.hal.can.frame import Frame
 from vrg.hal.clock import Clock
 from vrg.hal.driver import COMMAND_TIMEOUT

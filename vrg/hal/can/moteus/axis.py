@@ -6,11 +6,12 @@ A drive whose watchdog has expired holds its motor still in the mode "timeout" u
 
 import math
 
-from vrg.hal.can.axis import NEVER, Axis, Send, State
+from pydantic import Field
+
+from vrg.hal.can.axis import NEVER, Axis, ProtocolOptions, Send, State
 from vrg.hal.can.frame import EXTENDED_MASK, Filter, Frame, FrameError
 from vrg.hal.can.moteus import codec
 from vrg.hal.can.moteus.codec import Kind, Resolution, Subframe
-from vrg.hal.can.moteus.options import MoteusOptions
 from vrg.hal.can.moteus.registers import (
     LIMITS,
     MAP_VERSION,
@@ -22,9 +23,19 @@ from vrg.hal.can.moteus.registers import (
     describe_version,
     scale_of,
 )
-from vrg.hal.can.options import ProtocolOptions
 from vrg.hal.clock import Clock
 from vrg.hal.driver import COMMAND_TIMEOUT
+
+
+class MoteusOptions(ProtocolOptions):
+    """The options of a moteus controller.
+
+    Args:
+        max_torque: the highest torque of the motor, Nm, sent with each setpoint; None leaves it to the drive.
+    """
+
+    max_torque: float | None = Field(None, gt=0, le=1_000)
+
 
 HOST = 0
 """The id of who commands, as moteus' own tools have it."""

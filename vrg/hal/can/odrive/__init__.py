@@ -5,6 +5,6 @@ from vrg.hal.can.protocols import Protocol
 PROTOCOL = Protocol(
     "odrive",
     axis="vrg.hal.can.odrive.axis:OdriveAxis",
-    drive="vrg.hal.can.odrive.drive:OdriveDrive",
-    listener="vrg.hal.can.odrive.listener:OdriveListener",
+    drive="vrg.hal.can.workshop.odrive.drive:OdriveDrive",
+    listener="vrg.hal.can.workshop.odrive.listener:OdriveListener",
 )

@@ -1,14 +1,31 @@
 """One axis of an ODrive, by CANSimple."""
 
-from vrg.hal.can.axis import NEVER, Axis, Send, State
+from pydantic import Field, model_validator
+
+from vrg.hal.can.axis import NEVER, Axis, ProtocolOptions, Send, State
 from vrg.hal.can.frame import Filter, Frame, FrameError
 from vrg.hal.can.odrive import codec, messages
-from vrg.hal.can.odrive.inputs import InputMode
-from vrg.hal.can.odrive.messages import AxisError, Command
-from vrg.hal.can.odrive.options import OdriveOptions
-from vrg.hal.can.odrive.results import describe_result
-from vrg.hal.can.options import ProtocolOptions
+from vrg.hal.can.odrive.messages import AxisError, Command, InputMode, describe_result
 from vrg.hal.clock import Clock
+
+
+class OdriveOptions(ProtocolOptions):
+    """The options of an ODrive. Whoever says none leaves its own limits as they were saved in it.
+
+    Args:
+        velocity_limit: the highest speed of the motor, turn/s. current_limit: its highest current, A. Both are given,
+            or none: one message sets both, each time that the robot connects.
+    """
+
+    velocity_limit: float | None = Field(None, gt=0, le=10_000)
+    current_limit: float | None = Field(None, gt=0, le=1_000)
+
+    @model_validator(mode="after")
+    def _both(self) -> "OdriveOptions":
+        if (self.velocity_limit is None) != (self.current_limit is None):
+            raise ValueError("expected velocity_limit and current_limit, or neither: one message sets both")
+        return self
+
 
 _NODE_MASK = 0x7E0
 """The bits of an identifier that all commands of one node have in common."""
@@ -16,6 +33,8 @@ _TOLD = (messages.Error, messages.TxSdo, messages.Iq, messages.Temperature, mess
 """What a drive tells and this axis has no use for."""
 _SUPPLY_PERIOD = 1.5
 """s without the supply's voltage after which it is asked for."""
+_UNCOMMANDED = 0.1
+"""s without a setpoint from which on the watchdog may expire at any time."""
 _NMT_BYTES = 2
 """The size of a network command of CANopen, which has the identifier of the version of node 0."""
 _PATIENCE = 6
@@ -27,6 +46,7 @@ _REZERO = float(1 << 18)
 class OdriveAxis(Axis):
     """See `Axis`. All that can be wrong with the drive is in its heartbeat."""
 
+    encoder_advice = "set axis0.config.can.encoder_msg_rate_ms to 10 in the drive"
     options: OdriveOptions
     options_type = OdriveOptions
 
@@ -35,7 +55,7 @@ class OdriveAxis(Axis):
         self._version: messages.Version | None = None
         self._serials: set[int] = set()
         self._wanted = False
-        self._asked_supply = NEVER
+        self._asked_supply = self._commanded = NEVER
         self._asked = 0
 
     @classmethod
@@ -126,6 +146,7 @@ class OdriveAxis(Axis):
         """Send a setpoint in turn/s; before it, as long as the axis starts, the order to start, which may get lost."""
         if self._wanted and self.state is State.STARTING:
             self._order_start()
+        self._commanded = self._clock.now()
         self._send(codec.encode(self.node, messages.SetInputVel(velocity)))
 
     def _order_start(self) -> None:
@@ -152,7 +173,12 @@ class OdriveAxis(Axis):
         self._send(codec.request(self.node, Command.HEARTBEAT))
 
     def poll(self, now: float) -> None:
-        """Ask for the supply's voltage where the drive does not send it: its period is 0 by default."""
+        """Ask for what the drive does not send: the supply's voltage, whose period is 0 by default, and its state.
+
+        Its heartbeats are 0.1 s apart, which is too coarse to measure its watchdog by.
+        """
+        if self.state is State.CLOSED_LOOP and now - self._commanded > _UNCOMMANDED:
+            self._send(codec.request(self.node, Command.HEARTBEAT))
         if now - max(self.supplied, self._asked_supply) > _SUPPLY_PERIOD:
             self._asked_supply = now
             self._send(codec.request(self.node, Command.BUS_VOLTAGE_CURRENT))

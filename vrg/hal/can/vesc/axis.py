@@ -6,14 +6,34 @@ time-out and its kill switch must be asked for. The time-out is its watchdog.
 
 from contextlib import suppress
 
-from vrg.hal.can.axis import NEVER, Axis, Send, State
+from pydantic import Field
+
+from vrg.hal.can.axis import NEVER, Axis, ProtocolOptions, Send, State
 from vrg.hal.can.frame import Filter, Frame, FrameError
-from vrg.hal.can.options import ProtocolOptions
 from vrg.hal.can.vesc import codec
-from vrg.hal.can.vesc.codec import Comm, Packet
-from vrg.hal.can.vesc.faults import describe_fault
-from vrg.hal.can.vesc.options import VescOptions
+from vrg.hal.can.vesc.codec import Comm, Packet, describe_fault
 from vrg.hal.clock import Clock
+
+
+class VescOptions(ProtocolOptions):
+    """The options of a VESC, which counts electrical revolutions and does not tell how many make one of the shaft.
+
+    Args:
+        pole_pairs: pairs of magnetic poles of the motor, half the number of its magnets. It must be said.
+    """
+
+    pole_pairs: int | None = Field(None, ge=1, le=100)
+
+    @property
+    def missing(self) -> str | None:
+        """The pole pairs."""
+        if self.pole_pairs is not None:
+            return None
+        return (
+            "expected to know how many pole pairs its motor has, as a VESC counts electrical revolutions: write "
+            "pole_pairs into [backends.can.robots.<name>.options]; it is half the number of magnets"
+        )
+
 
 OLDEST = (5, 3)
 """The first firmware that tells of its time-out."""
@@ -28,6 +48,7 @@ _PATIENCE = 2
 class VescAxis(Axis):
     """See `Axis` and the module."""
 
+    encoder_advice = "switch its status message 5 on, at 50 Hz (VESC Tool, App Settings)"
     options: VescOptions
     options_type = VescOptions
 

@@ -308,3 +308,21 @@ def decode_values(payload: bytes) -> tuple[int, int | None]:
 
 def _int16(value: float) -> int:
     return max(-(2**15), min(2**15 - 1, round(value)))
+
+
+_FAULTS = (
+    "", "OVER_VOLTAGE", "UNDER_VOLTAGE", "DRV", "ABS_OVER_CURRENT", "OVER_TEMP_FET", "OVER_TEMP_MOTOR",
+    "GATE_DRIVER_OVER_VOLTAGE", "GATE_DRIVER_UNDER_VOLTAGE", "MCU_UNDER_VOLTAGE", "BOOTING_FROM_WATCHDOG_RESET",
+    "ENCODER_SPI", "ENCODER_SINCOS_BELOW_MIN_AMPLITUDE", "ENCODER_SINCOS_ABOVE_MAX_AMPLITUDE", "FLASH_CORRUPTION",
+    "HIGH_OFFSET_CURRENT_SENSOR_1", "HIGH_OFFSET_CURRENT_SENSOR_2", "HIGH_OFFSET_CURRENT_SENSOR_3",
+    "UNBALANCED_CURRENTS", "BRK", "RESOLVER_LOT", "RESOLVER_DOS", "RESOLVER_LOS", "FLASH_CORRUPTION_APP_CFG",
+    "FLASH_CORRUPTION_MC_CFG", "ENCODER_NO_MAGNET", "ENCODER_MAGNET_TOO_STRONG", "PHASE_FILTER", "ENCODER_FAULT",
+    "LV_OUTPUT_FAULT", "ENCODER_SLIP", "OVERSPEED", "UNDERSPEED", "ABS_OVERSPEED",
+)  # fmt: skip
+DRV = 3
+"""The fault of the motor driver chip."""
+
+
+def describe_fault(code: int) -> str:
+    """A fault as the VESC Tool writes it; empty where there is none."""
+    return _FAULTS[code] if 0 <= code < len(_FAULTS) else f"fault {code}"

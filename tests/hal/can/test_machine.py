@@ -1,0 +1,225 @@
+"""The states of a drive train, by events and orders: no axis, no bus, no clock and no thread."""
+
+from collections.abc import Sequence
+
+import pytest
+
+from vrg.errors import RobotError
+from vrg.hal.can.axis import Report, State
+from vrg.hal.can.base import DriveBase, WheelAxis
+from vrg.hal.can.guard import PROOF_TIMEOUT
+from vrg.hal.can.machine import (
+    ANSWERS_SETTLE,
+    BLIND,
+    HEAR_PATIENCE,
+    LISTEN,
+    OLD,
+    OLD_PATIENCE,
+    POLL_PERIOD,
+    TIMES,
+    Act,
+    Machine,
+    MissingError,
+    Order,
+    Phase,
+    Step,
+)
+from vrg.hal.driver import COMMAND_TIMEOUT
+from vrg.hal.models import robot_model
+
+NODES = (1, 2)
+AXES = [WheelAxis(1, left=True, ratio=50.0), WheelAxis(2, left=False, ratio=50.0)]
+
+
+class Bench:
+    """A machine, the reports of two drives, and what somebody who carries out its orders would tell of time."""
+
+    def __init__(self) -> None:
+        self.now = 100.0
+        self.reports = [Report(node) for node in NODES]
+        self.machine = Machine("r", "toy", DriveBase(AXES, robot_model("P2AT")))
+        self.machine.begin(self.reports, self.now)
+
+    def report(self, state: State, *, on: bool, age: float = 0.0) -> list[Order]:
+        """Both drives report, and the machine hears it."""
+        for report in self.reports:
+            report.state, report.on = state, on
+            report.heard = report.told = report.measured = self.now - age
+        return self.machine.hear(NODES, self.now - age, self.now)
+
+    def pass_time(self, seconds: float, state: State = State.IDLE, *, on: bool = False, age: float = 0.0) -> set[Act]:
+        """Let time pass while both drives report; what is ordered meanwhile, but for questions."""
+        end, acts = self.now + seconds, set[Act]()
+        while self.now < end:
+            self.now += 0.01
+            acts |= {order.act for order in self.report(state, on=on, age=age)}
+        return acts - {Act.POLL}
+
+    def met(self) -> "Bench":
+        """All drives are met."""
+        self.report(State.IDLE, on=False)
+        self.machine.met(self.now)
+        self.pass_time(0.1)
+        return self
+
+    def armed(self) -> "Bench":
+        """The robot is armed, and its drives were seen to have watchdogs."""
+        self.met().machine.guard.unproved = False
+        self.machine.arm(self.now)
+        self.pass_time(0.05, State.CLOSED_LOOP, on=True)
+        assert self.machine.guard.armed
+        return self
+
+
+@pytest.fixture
+def bench() -> Bench:
+    return Bench()
+
+
+def acts(orders: Sequence[Order]) -> list[Act]:
+    return [order.act for order in orders]
+
+
+class TestMeeting:
+    def test_it_listens_asks_settles_and_sets_up(self, bench: Bench) -> None:
+        machine, reports = bench.machine, bench.reports
+        assert machine.meet(bench.now) is Step.WAIT
+        bench.now += LISTEN
+        assert machine.meet(bench.now) is Step.ASK
+        assert machine.meet(bench.now + 0.1) is Step.WAIT
+        for report in reports:
+            report.heard = bench.now
+        assert machine.meet(bench.now) is Step.WAIT
+        assert machine.meet(bench.now + ANSWERS_SETTLE) is Step.SET_UP
+        assert machine.phase is Phase.MEETING
+
+    def test_one_that_says_nothing_is_named(self, bench: Bench) -> None:
+        bench.reports[0].heard = bench.now
+        for _ in range(2):
+            bench.now += max(LISTEN, HEAR_PATIENCE) - 0.01
+            bench.machine.meet(bench.now)
+        with pytest.raises(MissingError, match=r"^a heartbeat of toy node 2$"):
+            bench.machine.meet(bench.now + 0.02)
+
+    def test_drives_that_somebody_else_commands_are_asked_nothing(self, bench: Bench) -> None:
+        bench.reports[1].odd = "another program commands it too"
+        with pytest.raises(RobotError, match="node 2: another program"):
+            bench.machine.meet(bench.now + LISTEN)
+
+    def test_nothing_is_ordered_before_all_are_met(self, bench: Bench) -> None:
+        machine = bench.machine
+        assert bench.report(State.CLOSED_LOOP, on=True) == []
+        assert machine.disarm(bench.now) == machine.engage() == machine.release(bench.now) == []
+        assert machine.recover(bench.now) is None
+        with pytest.raises(RobotError, match="expected a connected robot"):
+            machine.arm(bench.now)
+
+
+class TestMotors:
+    def test_a_start_is_an_order_to_each_axis(self, bench: Bench) -> None:
+        machine = bench.met().machine
+        bench.reports[1].starved = True
+        assert machine.arm(bench.now) == [Order(Act.CLEAR, 2), Order(Act.START, 1), Order(Act.START, 2)]
+
+    def test_setpoints_are_sent_twice(self, bench: Bench) -> None:
+        orders = bench.armed().machine.drive([(1, 3.0), (2, 4.0)], bench.now)
+        assert orders == [Order(Act.COMMAND, 1, 3.0), Order(Act.COMMAND, 2, 4.0)] * TIMES
+
+    def test_nothing_drives_that_is_not_armed(self, bench: Bench) -> None:
+        with pytest.raises(RobotError, match="expected armed motors to drive, and they are off: arm the robot first"):
+            bench.met().machine.drive([(1, 3.0)], bench.now)
+
+    def test_nobody_drives_blind(self, bench: Bench) -> None:
+        machine = bench.armed().machine
+        with pytest.raises(RobotError, match=r"nothing has been heard of the bus for 0\.4 s"):
+            machine.drive([(1, 3.0)], bench.now + BLIND + 0.1)
+        assert machine.stand(bench.now + BLIND + 0.1) == []
+
+    def test_a_player_that_sends_nothing_is_late(self, bench: Bench) -> None:
+        machine = bench.armed().machine
+        machine.drive([(1, 0.0), (2, 0.0)], bench.now)
+        assert Act.IDLE in bench.pass_time(COMMAND_TIMEOUT + 0.05, State.CLOSED_LOOP, on=True)
+        with pytest.raises(RobotError, match=r"no setpoint came .*Arm again"):
+            machine.drive([(1, 1.0)], bench.now)
+
+    def test_the_emergency_stop_has_the_shortest_way(self, bench: Bench) -> None:
+        machine = bench.armed().machine
+        assert acts(machine.engage()) == [Act.STOP_NOW] * 2
+        bench.pass_time(0.3)
+        with pytest.raises(RobotError, match="the emergency stop is engaged"):
+            machine.drive([(1, 1.0)], bench.now)
+        assert acts(machine.release(bench.now)) == [Act.CLEAR] * 2
+
+    def test_an_order_that_cannot_be_sent_latches(self, bench: Bench) -> None:
+        machine = bench.armed().machine
+        machine.failed(Act.COMMAND, "the bus is full")
+        assert acts(machine.look(bench.now)) == [Act.IDLE] * 2
+        assert machine.guard.fault == "the bus is full"
+
+    def test_watchdogs_are_asked_for_more_often_while_they_are_proved(self, bench: Bench) -> None:
+        machine = bench.met().machine
+        machine.arm(bench.now)
+        bench.pass_time(0.05, State.CLOSED_LOOP, on=True)
+        assert machine.guard.withholding
+        polls = 0
+        for _ in range(10):
+            bench.now += POLL_PERIOD / 2 + 1e-6
+            polls += Act.POLL in acts(bench.report(State.CLOSED_LOOP, on=True))
+        assert polls == 10
+        assert machine.stand(bench.now) == [], "nothing feeds them"
+
+    def test_a_watchdog_that_was_not_proved_is_tried_again_once_the_motors_are_off(self, bench: Bench) -> None:
+        machine = bench.met().machine
+        machine.arm(bench.now)
+        assert Act.IDLE in bench.pass_time(PROOF_TIMEOUT + 0.1, State.CLOSED_LOOP, on=True)
+        assert machine.arm_again(bench.now) == []
+        bench.pass_time(0.05)
+        assert acts(machine.arm_again(bench.now)) == [Act.START] * 2
+        assert machine.guard.fault is None
+
+
+class TestWhatIsHeard:
+    def test_frames_that_are_always_old_are_a_fault_with_what_to_do(self, bench: Bench) -> None:
+        machine = bench.met().machine
+        bench.pass_time(OLD_PATIENCE / 2, age=OLD + 0.1)
+        bench.pass_time(0.05)
+        bench.pass_time(OLD_PATIENCE - 0.1, age=OLD + 0.1)
+        assert machine.guard.fault is None, "a process that was kept from running finds old frames for a moment"
+        bench.pass_time(0.3, age=OLD + 0.1)
+        assert machine.guard.fault == (
+            "what is heard of the bus is 0.3 s old: this computer is too busy, or its CAN adapter too slow. Close "
+            "other programs, or use another adapter (docs/hardware.md)"
+        )
+
+    def test_estimates_alone_are_judged_now_and_then(self, bench: Bench) -> None:
+        machine = bench.armed().machine
+        bench.reports[0].odd = "rubbish"
+        assert machine.hear([1], bench.now, bench.now, news=False) == []
+        assert Act.IDLE in acts(machine.hear([1], bench.now, bench.now + 0.02, news=False))
+
+
+class TestRecovery:
+    def test_it_clears_what_has_latched_and_leaves_the_motors_off(self, bench: Bench) -> None:
+        machine = bench.armed().machine
+        machine.trouble("the interface is down", bench.now)
+        assert acts(machine.recover(bench.now) or []) == [Act.IDLE] * 2
+        assert machine.recover(bench.now) is None, "once at a time"
+        with pytest.raises(RobotError, match="it is being recovered"):
+            machine.arm(bench.now)
+        assert set(acts(machine.recovered(None, bench.now))) == {Act.IDLE, Act.CLEAR}
+        assert machine.guard.fault is None
+        assert not machine.guard.wanted
+
+    def test_what_still_is_wrong_latches(self, bench: Bench) -> None:
+        machine = bench.met().machine
+        machine.recover(bench.now)
+        machine.recovered("the interface is gone", bench.now)
+        assert machine.guard.fault == "the interface is gone"
+        assert machine.phase is Phase.MET
+
+    def test_one_that_was_closed_meanwhile_stays_closed(self, bench: Bench) -> None:
+        machine = bench.met().machine
+        machine.recover(bench.now)
+        machine.close()
+        assert machine.recovered(None, bench.now) == []
+        assert machine.phase is Phase.CLOSED

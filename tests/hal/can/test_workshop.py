@@ -1,0 +1,54 @@
+"""The workshop is for people who look at a bus: a match with real drives never loads it."""
+
+import subprocess
+import sys
+
+import pytest
+
+from tests.hal.can.bench import NODES
+from vrg.testing.can_faults.robot import OPTIONS
+
+DRIVE = """
+import sys
+import vrg.hal.can.bus
+from vrg.hal.backends import BACKENDS
+from vrg.hal.clock import RealClock
+from vrg.hal.driver import DriverContext
+from vrg.hal.models import robot_model
+from vrg.hal.can.machine import Machine, Step
+from vrg.hal.can.protocols import PROTOCOLS
+
+class Medium:
+    clock = RealClock()
+
+    def bus(self, link, on_frame, on_trouble, on_quiet):
+        return Bus()
+
+class Bus:
+    link = "a bus whose drives answer nothing"
+    def start(self): pass
+    def stop(self): pass
+    def restart(self): pass
+    def listen_to(self, wanted): pass
+    def send(self, frame, *, urgent=False): pass
+
+wiring = {{"left": {left}, "right": {right}, "options": {options}}}
+table = {{"interface": "virtual", "channel": "x", "protocol": "{protocol}", "robots": {{"r": wiring}}}}
+context = DriverContext(name="r", model=robot_model("P2AT"), options=table, now=lambda: 0.0, medium=Medium())
+Machine.meet = lambda self, now: Step.SET_UP
+PROTOCOLS.get("{protocol}").axis_type.prepare = lambda self: None
+driver = BACKENDS.get("can")(context)
+driver.connect()
+driver.disarm()
+driver.close()
+print(*(name for name in sys.modules if "workshop" in name))
+"""
+
+
+@pytest.mark.parametrize("protocol", NODES)
+def test_a_process_that_opens_a_driver_has_none_of_it(protocol: str) -> None:
+    left, right = NODES[protocol]
+    code = DRIVE.format(protocol=protocol, left=left, right=right, options=OPTIONS.get(protocol, {}))
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == []

@@ -1,0 +1,426 @@
+"""The states of a robot's drive train: events in, orders out. It has no clock, no lock, no thread and no bus.
+
+    CLOSED -> MEETING -> MET <-> RECOVERING         a drive train, and whether its drives can be spoken to
+                         off -> proving -> on       its motors, while it has met its drives; see vrg.hal.can.guard
+
+Whoever owns it hands in what happens, with the monotonic time in s, and carries out the orders that it gets, in their
+order. What the drives report is in their `Report`s, which the machine reads. Setpoints follow from a call of the
+robot's own thread alone: if that freezes or dies, none is sent, and the drives' own watchdogs stop the motors.
+"""
+
+import enum
+import logging
+import math
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+from vrg.errors import RobotError
+from vrg.hal.can.axis import NEVER, Report, State
+from vrg.hal.can.base import DriveBase, Estimate
+from vrg.hal.can.guard import REPEAT, START_TIMEOUT, Guard
+from vrg.hal.can.plausibility import Plausibility
+from vrg.hal.driver import COMMAND_TIMEOUT
+
+log = logging.getLogger(__name__)
+
+TIMES = 2
+"""Times that a setpoint is sent. A player has one for a drive in 0.1 s, and a lost one leaves 0.1 s for the next."""
+POLL_PERIOD = 0.05
+"""s between questions to drives that do not send by themselves. While watchdogs are proved it is half of that."""
+LOOK_PERIOD = 0.01
+"""s between judgements, while no drive reports anything new but its encoder's estimates."""
+BLIND = 0.3
+"""s without news of the bus after which nobody drives: the receive thread has been kept from running."""
+OLD, OLD_PATIENCE = 0.2, 1.0
+"""The age in s from which on a frame is old as it is heard, and the s for which all frames may be old."""
+LISTEN = 0.4
+"""s for which a newcomer only listens. Who drives these drives already sends several setpoints in that time."""
+HEAR_PATIENCE = 3.0
+"""s in which nothing new has been heard of drives, after which one that has said nothing at all is given up."""
+ANSWER_PATIENCE = 10.0
+"""s in which nothing new has been heard, after which a drive that is heard but does not say who it is is given up."""
+ANSWERS_SETTLE = 0.2
+"""s more, for a second drive with the same id to answer too."""
+ASK_PERIOD = 0.5
+"""s from one question to a drive that has not answered to the next, and the most that is waited for an answer."""
+
+
+class Phase(enum.Enum):
+    """Whether the drives can be spoken to."""
+
+    CLOSED = "closed"
+    MEETING = "meeting its drives"
+    MET = "connected"
+    RECOVERING = "being recovered"
+
+
+class Act(enum.Enum):
+    """What an axis is ordered to do; the words are for the log."""
+
+    IDLE = "switch off"
+    STOP_NOW = "emergency stop"
+    CLEAR = "clear errors"
+    START = "arm"
+    COMMAND = "command"
+    POLL = "ask"
+
+
+class Order(NamedTuple):
+    """One order to the axis of a node; the velocity in turn/s is that of a COMMAND."""
+
+    act: Act
+    node: int
+    velocity: float = 0.0
+
+
+class Step(enum.Enum):
+    """What comes next in a meeting."""
+
+    WAIT = enum.auto()
+    ASK = enum.auto()
+    SET_UP = enum.auto()
+
+
+class MissingError(RobotError):
+    """A drive has not been heard, or has not answered who it is."""
+
+
+class Machine:
+    """See the module.
+
+    Args:
+        name: the robot's name, protocol: that of its drives, for messages. base: its wheels and its odometry.
+        empty: the voltage of an empty battery, V; 0 where nobody knows.
+
+    Attributes:
+        phase: whether the drives can be spoken to. guard: judges what they report. reports: what they report, by node.
+        heard_until: monotonic time up to which all that was on the bus has been heard, s: what waits unread is not
+            missing.
+    """
+
+    def __init__(self, name: str, protocol: str, base: DriveBase, empty: float = 0.0) -> None:
+        self.name = name
+        self.protocol = protocol
+        self.base = base
+        self._empty = empty
+        self._complained = ""
+        self._known_at: float | None = None
+        self.begin([], NEVER)
+        self.close()
+
+    def begin(self, reports: Sequence[Report], now: float) -> None:
+        """A meeting begins, with drives of which nothing has been heard."""
+        self.phase = Phase.MEETING
+        self.reports = {report.node: report for report in reports}
+        self.guard = Guard(reports, self._empty)
+        self.base.restart()
+        self.rebind(self.base)
+        self.heard_until = self._looked = self._polled = self._ordered = self._commanded = NEVER
+        self._old_since = math.inf
+        self._told: str | None = None
+        self._off_told = True
+        self._began = self._news_at = now
+        self._asked, self._known_at = NEVER, None
+        self._known = (0, 0)
+        self._measured = dict.fromkeys(self.reports, NEVER)
+
+    def rebind(self, base: DriveBase) -> None:
+        """Wheels and odometry are these from now on, as a calibration has found them."""
+        self.base = base
+        self._plausibility = {node: Plausibility(own) for node, own in base.bounds.items()}
+
+    @property
+    def connected(self) -> bool:
+        """True if every drive has been met."""
+        return self.phase in (Phase.MET, Phase.RECOVERING)
+
+    def deaf(self, now: float) -> float:
+        """s since the receive thread was last known to keep up with the bus."""
+        return now - self.heard_until
+
+    # How a robot meets its drives.
+
+    def meet(self, now: float) -> Step:
+        """The next step of a meeting: listen, ask every drive who it is, and set it up.
+
+        Nothing is sent to drives that somebody else commands: to be asked and set up would disturb who does.
+
+        Raises:
+            RobotError: a drive does not make sense, or cannot be used.
+            MissingError: a drive has not been heard, or has not answered; its words say which.
+        """
+        if now - self._began < LISTEN:
+            return Step.WAIT
+        reports = self.reports.values()
+        if self._asked == NEVER or self._known_at is not None:
+            self._require([(report.node, report.odd) for report in reports])
+        if self._known_at is None:
+            if not all(report.heard > 0 and report.identified for report in reports):
+                return self._ask(now)
+            self._known_at = now
+        if now - self._known_at < ANSWERS_SETTLE:
+            return Step.WAIT
+        self._require([(report.node, report.problem) for report in reports])
+        return Step.SET_UP
+
+    def _require(self, problems: list[tuple[int, str | None]]) -> None:
+        if words := [f"node {node}: {problem}" for node, problem in problems if problem]:
+            raise RobotError("; ".join(words))
+
+    def _ask(self, now: float) -> Step:
+        """Wait for what drives say of themselves, for as long as there is progress."""
+        reports = self.reports.values()
+        known = (sum(report.heard > 0 for report in reports), sum(report.identified for report in reports))
+        if known != self._known:
+            self._known, self._news_at = known, now
+        if now - max(self._news_at, self._began + LISTEN) >= self.patience:
+            raise MissingError(self._missing())
+        if now - self._asked <= ASK_PERIOD:
+            return Step.WAIT
+        self._asked = now
+        return Step.ASK
+
+    @property
+    def patience(self) -> float:
+        """How many s without anything new the drives are waited for."""
+        return ANSWER_PATIENCE if all(report.heard > 0 for report in self.reports.values()) else HEAR_PATIENCE
+
+    def _missing(self) -> str:
+        """What has not been heard, and of which drives."""
+        silent = [str(node) for node, report in self.reports.items() if report.heard < 0]
+        mute = [str(node) for node, report in self.reports.items() if report.heard >= 0 and not report.identified]
+        which = f"node{'s' if len(silent or mute) > 1 else ''} {', '.join(silent or mute)}"
+        return f"{'a heartbeat' if silent else 'an answer to who they are'} of {self.protocol} {which}"
+
+    def met(self, now: float) -> None:
+        """Every drive has been met and set up."""
+        self.guard.begin(now)
+        self.phase = Phase.MET
+
+    def close(self) -> None:
+        """The bus is closed from now on."""
+        self.phase = Phase.CLOSED
+
+    # What the player asks for.
+
+    def arm(self, now: float) -> list[Order]:
+        """Every axis is to be in closed loop. The first time, the watchdogs of the drives are proved before.
+
+        Raises:
+            RobotError: not connected, a fault has latched, or the emergency stop is engaged.
+        """
+        if not self.connected:
+            raise RobotError(f"{self.name}: expected a connected robot to arm: call connect() first")
+        refusal = "it is being recovered" if self.phase is Phase.RECOVERING else self.guard.refusal(now)
+        if refusal:
+            raise RobotError(f"{self.name}: {refusal}")
+        if self.guard.wanted:
+            # A drive that takes long to start is not left without setpoints meanwhile.
+            return [] if self.guard.armed else self.stand(now)
+        self.base.rebase()
+        self.guard.arm(now)
+        starved = [report for report in self.reports.values() if report.starved]
+        for report in starved:
+            report.starved = False
+        return [*(Order(Act.CLEAR, report.node) for report in starved), *self._all(Act.START)]
+
+    def drive(self, setpoints: Sequence[tuple[int, float]], now: float) -> list[Order]:
+        """Setpoints by node, turn/s, are to be sent.
+
+        Raises:
+            RobotError: the emergency stop, a fault, not armed, or nothing has been heard of the bus.
+        """
+        guard, deaf = self.guard, self.deaf(now)
+        if guard.estop:
+            raise RobotError(f"{self.name}: the emergency stop is engaged: release it, then arm again")
+        if guard.fault:
+            raise RobotError(f"{self.name}: {guard.fault}")
+        if guard.lapsed is not None:
+            raise RobotError(f"{self.name}: {guard.lapsed}: is this computer too busy? Arm again")
+        if not guard.wanted and not guard.proving:
+            raise RobotError(f"{self.name}: expected armed motors to drive, and they are off: arm the robot first")
+        if deaf > BLIND:
+            raise RobotError(f"{self.name}: nothing has been heard of the bus for {deaf:.1f} s")
+        return self._command(setpoints, now)
+
+    def stand(self, now: float) -> list[Order]:
+        """Setpoints of zero are to be sent, if the robot is armed and hears the bus."""
+        if not self.connected or not self.guard.wanted or self.deaf(now) > BLIND:
+            return []
+        return self._command([(node, 0.0) for node in self.reports], now)
+
+    def _command(self, setpoints: Sequence[tuple[int, float]], now: float) -> list[Order]:
+        if self.guard.withholding or self.guard.ready:
+            return []
+        if self.guard.proving:
+            # The motors are brought up at zero speed, and then left alone.
+            setpoints = [(node, 0.0) for node, _ in setpoints]
+        self._commanded = now
+        self.guard.command(now)
+        for node, velocity in setpoints:
+            self._plausibility[node].ask(velocity, now)
+        return [Order(Act.COMMAND, node, velocity) for node, velocity in [*setpoints] * TIMES]
+
+    def disarm(self, now: float) -> list[Order]:
+        """The motors are to be off until the robot is armed again."""
+        self.guard.disarm()
+        return self._idle(now) if self.connected else []
+
+    def engage(self) -> list[Order]:
+        """The emergency stop of the match was engaged."""
+        if not self.connected:
+            return []
+        self.guard.engage()
+        return self._all(Act.STOP_NOW)
+
+    def release(self, now: float) -> list[Order]:
+        """A person has released the emergency stop. The motors stay off."""
+        if not self.connected or not self.guard.estop:
+            return []
+        self.guard.release(now)
+        return self._all(Act.CLEAR)
+
+    def recover(self, now: float) -> list[Order] | None:
+        """A person wants what has latched to be cleared; None if that cannot be now."""
+        if self.phase is not Phase.MET:
+            return None
+        self.phase = Phase.RECOVERING
+        self.guard.disarm()
+        return self._idle(now)
+
+    def recovered(self, problem: str | None, now: float) -> list[Order]:
+        """The bus was opened anew and the drives were set up, or a problem has kept that from being done, in words."""
+        if self.phase is not Phase.RECOVERING:
+            return []  # it was closed meanwhile
+        self.phase = Phase.MET
+        # What a person needs to know from now on is this, and no longer what was wrong before.
+        self.guard.begin(now)
+        if problem:
+            self.guard.latch(problem)
+            return self.look(now)
+        log.info("%s: faults are cleared, the motors are off", self.name)
+        return [*self._idle(now), *([] if self.guard.estop else self._all(Act.CLEAR)), *self.look(now)]
+
+    # What is heard, and what follows from it.
+
+    def hear(self, nodes: Iterable[int], until: float, now: float, *, news: bool = True) -> list[Order]:
+        """All that was on the bus until then has been heard.
+
+        Args:
+            nodes: which drives have sent something since. until: a time that has passed, now: the time that it is, s.
+            news: they may have reported more than estimates of their encoders.
+        """
+        if until - self.heard_until > BLIND:
+            self.guard.catch_up(until)
+        self.heard_until = max(self.heard_until, until)
+        for node in nodes:
+            self._estimate(node)
+        if not self.connected:
+            return []
+        self._judge_age(now - until, now)
+        orders = self._poll(now)
+        if news or now - self._looked >= LOOK_PERIOD:
+            orders += self.look(now)
+        return orders
+
+    def _judge_age(self, age: float, now: float) -> None:
+        """Latch if all that is heard has been old for long."""
+        self._old_since = min(self._old_since, now) if age > OLD else math.inf
+        if now - self._old_since > OLD_PATIENCE:
+            self.guard.latch(
+                f"what is heard of the bus is {age:.2g} s old: this computer is too busy, or its CAN adapter too slow. "
+                "Close other programs, or use another adapter (docs/hardware.md)"
+            )
+
+    def _estimate(self, node: int) -> None:
+        """Compare what an encoder has reported, if it has, with what its motor was asked for."""
+        report, guard = self.reports[node], self.guard
+        if report.measured == self._measured[node]:
+            return
+        self._measured[node] = report.measured
+        estimate = Estimate(report.position, report.velocity, report.measured)
+        way = self.base.update(node, estimate, report.wrap)
+        if way is None and guard.armed:
+            guard.latch(f"node {node}: its position jumped: was the drive started again?")
+        # Without setpoints a motor stops, as it must.
+        fresh = report.measured - self._commanded <= COMMAND_TIMEOUT
+        driven = guard.wanted and report.state is State.CLOSED_LOOP and fresh
+        problem = self._plausibility[node].judge(report.velocity, way, report.measured, driven=driven)
+        if problem:
+            guard.latch(f"node {node}: {problem}")
+
+    def _poll(self, now: float) -> list[Order]:
+        """Ask the drives for what they do not send by themselves, if it is time."""
+        period = POLL_PERIOD / 2 if self.guard.withholding else POLL_PERIOD
+        if self.phase is Phase.RECOVERING or now - self._polled < period:
+            return []
+        self._polled = now
+        return self._all(Act.POLL)
+
+    def look(self, now: float) -> list[Order]:
+        """Judge; what is wrong, and that the drives have reported that they are off, is logged once."""
+        if not self.connected:
+            return []
+        self._looked = now
+        guard, off = self.guard, False
+        if self._is_late(now):
+            guard.lapse(f"its motors were switched off, as no setpoint came for {COMMAND_TIMEOUT:g} s")
+            off = True
+            guard.told_off(self.heard_until)
+        off |= guard.look(self.heard_until)
+        # Where the bus is not heard any more, the order is repeated all the same.
+        again = self.deaf(now) > REPEAT and now - self._ordered >= REPEAT and self.phase is not Phase.RECOVERING
+        off |= again and not guard.wanted and not guard.off
+        orders = self._idle(now) if off else []
+        if guard.fault != self._told:
+            self._told, self._off_told = guard.fault, False
+            if self._told:
+                log.error("%s: %s: its motors are told to be off until it is recovered", self.name, self._told)
+        if self._told and not self._off_told and guard.off:
+            self._off_told = True
+            log.warning("%s: every drive says that its motor is off", self.name)
+        return orders
+
+    def arm_again(self, now: float) -> list[Order]:
+        """Arm the robot as the player has asked, once the watchdogs are proved, or are to be tried once more."""
+        guard = self.guard
+        if not guard.ready or (guard.unproved and not guard.off):
+            return []
+        if not guard.unproved:
+            log.info("%s: the watchdog of every drive has stopped its motor, as it must", self.name)
+        try:
+            return self.arm(now)
+        except RobotError as error:
+            log.warning("%s", error)
+            return []
+
+    def _is_late(self, now: float) -> bool:
+        """True if the robot's own thread sends no setpoints to motors that may turn. The first one may take long.
+
+        Where the bus was not heard, the drives have judged this themselves, and what they say of it waits to be read.
+        """
+        guard = self.guard
+        since = self._commanded if self._commanded > guard.armed_at else guard.armed_at + START_TIMEOUT
+        return guard.wanted and not guard.proving and now - since > COMMAND_TIMEOUT and self.deaf(now) <= BLIND
+
+    def trouble(self, words: str, now: float) -> list[Order]:
+        """Something is wrong with the bus."""
+        self.guard.latch(words)
+        return self.look(now)
+
+    def failed(self, act: Act, words: str) -> None:
+        """An order could not be carried out."""
+        told = f"{act.value}: {words}"
+        if act not in (Act.COMMAND, Act.POLL) and told != self._complained:
+            self._complained = told  # a player that is stopped asks again at every tick
+            log.warning("%s: %s", self.name, told)
+        self.guard.latch(words)
+
+    def _idle(self, now: float) -> list[Order]:
+        """Switch every motor off. The match's emergency stop has a shorter way to do so than the others."""
+        self._ordered = now
+        self.guard.told_off(self.heard_until)
+        return self._all(Act.STOP_NOW if self.guard.estop and not self.guard.at_drive else Act.IDLE)
+
+    def _all(self, act: Act) -> list[Order]:
+        return [Order(act, node) for node in self.reports]

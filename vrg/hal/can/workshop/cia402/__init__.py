@@ -1,0 +1,1 @@
+"""The workshop of one protocol: its emulated drive, and its listener."""

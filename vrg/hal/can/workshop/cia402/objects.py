@@ -1,0 +1,171 @@
+"""The object dictionary of an emulated drive with its values, and the SDO server that gives them to masters."""
+
+import struct
+from collections.abc import Callable
+from typing import Any
+
+import can
+from canopen import objectdictionary
+from canopen.objectdictionary import ODVariable
+from canopen.sdo.exceptions import SdoAbortedError
+from canopen.sdo.server import SdoServer
+
+from vrg.hal.can.cia402.codec import Function
+from vrg.hal.can.cia402.sdo import object_dictionary
+from vrg.hal.can.frame import Frame
+
+NO_OBJECT, NO_SUB, WRITE_ONLY, READ_ONLY = 0x0602_0000, 0x0609_0011, 0x0601_0001, 0x0601_0002
+NOT_MAPPABLE, PDO_TOO_LONG, WRONG_LENGTH = 0x0604_0041, 0x0604_0042, 0x0607_0010
+BAD_VALUE, NOT_NOW, UNSUPPORTED, NOT_STORED = 0x0609_0030, 0x0800_0022, 0x0601_0000, 0x0800_0020
+"""SDO abort codes (CiA 301)."""
+
+
+class Objects:
+    """The drive's object dictionary with its values, as canopen's SDO server wants a node.
+
+    Args:
+        node: the drive's id.
+        measured: gives the values of objects that are measured, None for the others.
+        refused: gives the abort code of a write (index, sub-index, value) that is not allowed now, 0 for the others.
+        wrote: is told of every object that was written (index, sub-index, value).
+    """
+
+    def __init__(
+        self,
+        node: int,
+        measured: Callable[[int], int | None],
+        refused: Callable[[int, int, int], int],
+        wrote: Callable[[int, int, int], None],
+    ) -> None:
+        self.object_dictionary = object_dictionary(node)
+        self._measured = measured
+        self._refused = refused
+        self._wrote = wrote
+        self._values: dict[tuple[int, int], int | str] = {}
+        self._defaults: dict[tuple[int, int], Any] = {}
+
+    def __getitem__(self, key: tuple[int, int]) -> Any:
+        """The value of an object by index and sub-index."""
+        for value in (self._measured(key[0]), self._values.get(key)):
+            if value is not None:
+                return value
+        default = self._defaults.get(key)
+        if default is None:
+            default = self._defaults[key] = self.find(*key).default
+        return default
+
+    def setting(self, index: int, sub: int) -> int:
+        """A number that is kept; 0 where the drive has no such object."""
+        try:
+            found: int = self[index, sub]
+        except SdoAbortedError:
+            return 0
+        return found
+
+    def __setitem__(self, key: tuple[int, int], value: int | str) -> None:
+        self._values[key] = value
+
+    def remove(self, index: int) -> None:
+        """Be a drive that has no such object."""
+        del self.object_dictionary[index]
+        self._defaults.clear()
+
+    def stored(self) -> dict[tuple[int, int], int | str]:
+        """The values that a drive keeps when it is told to save: those that can be written."""
+        return {key: value for key, value in self._values.items() if self.find(*key).writable}
+
+    def restore(self, stored: dict[tuple[int, int], int | str]) -> None:
+        """Have saved values again."""
+        self._values.update(stored)
+
+    def find(self, index: int, sub: int) -> ODVariable:
+        """The description of an object.
+
+        Raises:
+            SdoAbortedError: there is no such object.
+        """
+        if index not in self.object_dictionary:
+            raise SdoAbortedError(NO_OBJECT)
+        found = self.object_dictionary[index]
+        if isinstance(found, ODVariable):
+            if sub:
+                raise SdoAbortedError(NO_SUB)
+            return found
+        if sub not in found:
+            raise SdoAbortedError(NO_SUB)
+        return found[sub]
+
+    def get_data(self, index: int, sub: int, check_readable: bool = False) -> bytes:
+        """The value of an object as bytes; the SDO server calls this.
+
+        Raises:
+            SdoAbortedError: there is no such object, or it cannot be read.
+        """
+        variable = self.find(index, sub)
+        if check_readable and not variable.readable:
+            raise SdoAbortedError(WRITE_ONLY)
+        return variable.encode_raw(self[index, sub])
+
+    def set_data(self, index: int, sub: int, data: bytes, check_writable: bool = False) -> None:
+        """Write an object; the SDO server calls this.
+
+        Raises:
+            SdoAbortedError: there is no such object, or it cannot be written so.
+        """
+        variable = self.find(index, sub)
+        if check_writable and not variable.writable:
+            raise SdoAbortedError(READ_ONLY)
+        if variable.data_type in objectdictionary.NUMBER_TYPES and 8 * len(data) != len(variable):
+            raise SdoAbortedError(WRONG_LENGTH)
+        value: Any = variable.decode_raw(bytes(data))
+        abort = self._refused(index, sub, value)
+        if abort:
+            raise SdoAbortedError(abort)
+        self[index, sub] = value
+        self._wrote(index, sub, value)
+
+
+class ObjectServer:
+    """Answers SDO requests by canopen's server.
+
+    Args:
+        node: the drive's id. objects: what is served.
+    """
+
+    def __init__(self, node: int, objects: Objects) -> None:
+        self._outbox = _Outbox()
+        self._server = _Server(node, objects, self._outbox)
+
+    def answer(self, frame: Frame) -> list[Frame]:
+        """The answers to a request of 8 bytes; none to one that makes no sense."""
+        try:
+            self._server.on_request(frame.id, bytearray(frame.data), 0.0)  # type: ignore[no-untyped-call]
+        except (struct.error, can.CanError):
+            self._outbox.take()
+        return self._outbox.take()
+
+
+class _Outbox:
+    """What the SDO server takes for a network: it collects the answers."""
+
+    def __init__(self) -> None:
+        self._frames: list[Frame] = []
+
+    def send_message(self, can_id: int, data: bytes) -> None:
+        """Keep one answer."""
+        self._frames.append(Frame(can_id, bytes(data)))
+
+    def take(self) -> list[Frame]:
+        """All answers since the last call."""
+        frames, self._frames = self._frames, []
+        return frames
+
+
+class _Server(SdoServer):
+    """canopen's server, which takes it for granted that no transfer goes on before one has begun."""
+
+    def __init__(self, node: int, objects: Objects, network: _Outbox) -> None:
+        super().__init__(Function.SDO_REQUEST | node, Function.SDO_ANSWER | node, objects)  # type: ignore[no-untyped-call]
+        self.network: Any = network
+        self._index = self._subindex = 0
+        self._buffer = bytearray()

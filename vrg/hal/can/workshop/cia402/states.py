@@ -1,0 +1,75 @@
+"""The state machine of an emulated drive, by CiA 402's table of commands."""
+
+from vrg.hal.can.cia402.codec import Control, DriveState
+
+_POWERED = frozenset({DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE, DriveState.FAULT_REACTION_ACTIVE})
+_VOLTAGE_ENABLED, _REMOTE, _TARGET_REACHED, _NO_QUICK_STOP = 1 << 4, 1 << 9, 1 << 10, 1 << 5
+"""The bits of the statusword that stand for no state."""
+
+
+class StateMachine:
+    """The state machine of one drive.
+
+    Attributes:
+        state: the state it is in. error: the error code of its fault; 0 = none. word: the newest controlword.
+    """
+
+    def __init__(self) -> None:
+        self.state = DriveState.SWITCH_ON_DISABLED
+        self.error = 0
+        self.word = 0
+
+    @property
+    def powered(self) -> bool:
+        """Whether the motor is under control."""
+        return self.state in _POWERED
+
+    def statusword(self, reached: bool) -> int:
+        """What the drive says of its state; `reached`: the motor turns as it is wanted."""
+        word = self.state.value[1] | _REMOTE | _VOLTAGE_ENABLED
+        if self.state is DriveState.SWITCH_ON_DISABLED:
+            word |= _NO_QUICK_STOP
+        if self.state is DriveState.OPERATION_ENABLED and reached:
+            word |= _TARGET_REACHED
+        return word
+
+    def fail(self, code: int, *, brakes: bool) -> None:
+        """A fault has come up; `brakes`: the motor is braked before it is switched off."""
+        if self.state is not DriveState.FAULT:
+            self.state = DriveState.FAULT_REACTION_ACTIVE if brakes else DriveState.FAULT
+        self.error = code
+
+    def stand(self) -> None:
+        """The motor, which was braked, has come to rest."""
+        quick = self.state is DriveState.QUICK_STOP_ACTIVE
+        self.state = DriveState.SWITCH_ON_DISABLED if quick else DriveState.FAULT
+
+    def control(self, word: int) -> bool:
+        """Take a controlword; whether it has reset a fault."""
+        rises, self.word = word & ~self.word & Control.FAULT_RESET, word
+        if self.state is DriveState.FAULT:
+            if rises:
+                self.state, self.error = DriveState.SWITCH_ON_DISABLED, 0
+            return bool(rises)
+        if self.state is not DriveState.FAULT_REACTION_ACTIVE and not word & Control.FAULT_RESET:
+            if not word & 0x02:
+                self.state = DriveState.SWITCH_ON_DISABLED
+            elif not word & 0x04:
+                self._quick_stop()
+            elif not word & 0x01:
+                if self.state is not DriveState.QUICK_STOP_ACTIVE:
+                    self.state = DriveState.READY_TO_SWITCH_ON
+            else:
+                self._switch_on(bool(word & 0x08))
+        return False
+
+    def _quick_stop(self) -> None:
+        if self.state is DriveState.OPERATION_ENABLED:
+            self.state = DriveState.QUICK_STOP_ACTIVE
+        elif self.state is not DriveState.QUICK_STOP_ACTIVE:
+            self.state = DriveState.SWITCH_ON_DISABLED
+
+    def _switch_on(self, enable: bool) -> None:
+        """Switch on, or enable operation, which a drive that is ready to switch on does in one go."""
+        if self.state not in (DriveState.SWITCH_ON_DISABLED, DriveState.QUICK_STOP_ACTIVE):
+            self.state = DriveState.OPERATION_ENABLED if enable else DriveState.SWITCHED_ON

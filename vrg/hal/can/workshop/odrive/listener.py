@@ -1,0 +1,245 @@
+"""ODrives on a bus: how they are recognised, and what they tell."""
+
+import json
+import struct
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from vrg.errors import ConfigError, RobotError
+from vrg.hal.can.axis import Send
+from vrg.hal.can.frame import Frame, FrameError
+from vrg.hal.can.odrive import codec, messages
+from vrg.hal.can.odrive.messages import Command
+from vrg.hal.can.workshop.listener import ANSWER_PATIENCE, Claim, Found, Listener
+from vrg.hal.clock import Clock
+
+_PACKINGS = {
+    "bool": "?", "uint8": "B", "int8": "b", "uint16": "H", "int16": "h", "uint32": "I", "int32": "i", "float": "f",
+}  # fmt: skip
+"""The types of endpoints that fit into one frame, as struct has them."""
+
+
+@dataclass(frozen=True)
+class Endpoint:
+    """One setting.
+
+    Args:
+        number: of the endpoint. kind: its type, one of those of the file.
+    """
+
+    number: int
+    kind: str
+
+    def raw(self, text: str) -> int:
+        """The value that somebody has typed, as the protocol has it.
+
+        Raises:
+            ValueError: it is none of this type.
+        """
+        packing = struct.Struct("<" + _PACKINGS[self.kind])
+        try:
+            data = packing.pack(_value_of(text, self.kind))
+        except struct.error as error:
+            raise ValueError(f"expected a value of type {self.kind}, got {text!r}: {error}") from None
+        return int.from_bytes(data, "little")
+
+    def words(self, raw: int) -> str:
+        """A value of the protocol, as people read it."""
+        packing = struct.Struct("<" + _PACKINGS[self.kind])
+        (value,) = packing.unpack(raw.to_bytes(4, "little")[: packing.size])
+        if isinstance(value, bool):
+            return str(value).lower()
+        return f"{value:.7g}" if isinstance(value, float) else str(value)
+
+
+@dataclass(frozen=True)
+class Endpoints:
+    """All endpoints of one firmware.
+
+    Args:
+        firmware: its version, such as 0.6.11.
+        by_name: the endpoints by their path, such as axis0.config.watchdog_timeout.
+    """
+
+    firmware: str
+    by_name: dict[str, Endpoint]
+
+    def find(self, name: str) -> Endpoint:
+        """The endpoint of this name.
+
+        Raises:
+            ValueError: there is none; says which are similar.
+        """
+        if name in self.by_name:
+            return self.by_name[name]
+        last = name.rpartition(".")[2]
+        similar = [known for known in self.by_name if last in known][:5]
+        guess = f", did you mean {' or '.join(similar)}?" if similar else ""
+        raise ValueError(f"expected the path of an endpoint, got {name!r}{guess}")
+
+
+def read_endpoints(path: Path) -> Endpoints:
+    """Read a file flat_endpoints.json.
+
+    Raises:
+        ConfigError: it cannot be read, or it is none.
+    """
+    try:
+        data: Any = json.loads(path.read_text(encoding="utf-8"))
+        listed = data["endpoints"]
+        found = {name: Endpoint(int(e["id"]), e["type"]) for name, e in listed.items() if e.get("type") in _PACKINGS}
+        return Endpoints(str(data["fw_version"]), found)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise ConfigError([f"{path}: expected a file flat_endpoints.json, as ODrive publishes it: {error!r}"]) from None
+
+
+def _value_of(text: str, kind: str) -> bool | int | float:
+    if kind == "bool":
+        if text.lower() not in ("true", "false"):
+            raise ValueError(f"expected true or false, got {text!r}")
+        return text.lower() == "true"
+    return float(text) if kind == "float" else int(text, 0)
+
+
+_HEARTBEAT_BYTES = 8
+_READ, _WRITE, _SAVE = 0, 1, 1
+"""The operations of an RxSdo, and the action of a Reboot that saves first."""
+_VALUES = (Command.VERSION, Command.ENCODER_ESTIMATES, Command.BUS_VOLTAGE_CURRENT)
+
+
+class OdriveListener(Listener):
+    """See `Listener`. A drive is recognised by its heartbeat, which some telegrams of CANopen look like.
+
+    Attributes:
+        endpoints: those of the drives' firmware; None as long as nobody has given them. Settings are named by them.
+    """
+
+    word = "odrive"
+    title = "ODrive"
+
+    def __init__(self, send: Send, clock: Clock) -> None:
+        super().__init__(send, clock)
+        self.endpoints: Endpoints | None = None
+        self._told: dict[tuple[int, int], int] = {}
+
+    def claim(self, frame: Frame) -> Claim:
+        """A heartbeat is likely one, and so is every frame of a node that has sent one."""
+        if frame.extended or frame.fd or frame.remote:
+            return Claim.NONE
+        if codec.node_of(frame.id) == codec.BROADCAST:
+            return Claim.LIKELY if _is_nameless(frame) else Claim.NONE
+        heartbeat = codec.command_of(frame.id) == Command.HEARTBEAT and len(frame.data) == _HEARTBEAT_BYTES
+        return Claim.LIKELY if heartbeat or codec.node_of(frame.id) in self.found else Claim.NONE
+
+    def hear(self, frame: Frame) -> None:
+        """Take in a frame."""
+        try:
+            message = codec.decode(frame)
+        except FrameError:
+            return
+        node = self._recognise(codec.node_of(frame.id), frame)
+        match message:
+            case messages.Heartbeat(error, state):
+                node.heard = frame.at
+                node.state, node.errors = messages.describe_state(state), messages.describe_errors(error)
+                node.on = state not in (messages.AxisState.IDLE, messages.AxisState.UNDEFINED)
+            case messages.Version():
+                node.firmware = message.firmware
+            case messages.Address(serial=serial):
+                node.serials = tuple(sorted({*node.serials, f"{serial:X}"}))
+                if node.node == codec.BROADCAST:
+                    node.state, node.heard = "has no id yet", frame.at
+            case messages.EncoderEstimates(position, velocity):
+                node.position, node.velocity = position, velocity
+            case messages.BusVoltageCurrent(voltage):
+                node.voltage = voltage
+            case messages.TxSdo(endpoint=endpoint, value=value):
+                self._told[node.node, endpoint] = value
+
+    def greet(self) -> None:
+        """Ask every drive for its serial number."""
+        self._send(codec.request(codec.BROADCAST, Command.ADDRESS))
+
+    def stop(self) -> None:
+        """Ask every axis to be idle: all at once, and each that is known by its id as well."""
+        for number in (codec.BROADCAST, *self.found):
+            self._send(codec.encode(number, messages.SetAxisState(messages.AxisState.IDLE)), urgent=True)
+
+    def clear(self, node: Found) -> None:
+        """Let an axis forget its errors."""
+        self._send(codec.encode(node.node, messages.ClearErrors()))
+
+    def rename(self, node: Found, serial: str, to: int) -> None:
+        """Give the drive of this serial number another id, which it keeps until it is switched off, unless it is saved.
+
+        Raises:
+            RobotError: it could not be sent.
+        """
+        self._send(codec.encode(codec.BROADCAST, messages.Address(to, int(serial, 16))))
+
+    def read(self, node: Found, setting: str) -> str:
+        """What a drive says of an endpoint, which is named by its path.
+
+        Raises:
+            RobotError: there is no answer. ValueError: there is no such endpoint, or its firmware has other numbers.
+        """
+        endpoint = self._endpoint(node, setting)
+        self._told.pop((node.node, endpoint.number), None)
+        self._send(codec.encode(node.node, messages.RxSdo(_READ, endpoint.number)))
+        if not self._clock.wait(lambda: (node.node, endpoint.number) in self._told, ANSWER_PATIENCE):
+            raise RobotError(f"odrive {node.node}: expected an answer to {setting}, got none")
+        return endpoint.words(self._told[node.node, endpoint.number])
+
+    def write(self, node: Found, setting: str, value: str) -> None:
+        """Change an endpoint.
+
+        Raises:
+            RobotError: it could not be sent. ValueError: as for `read`, or the value is none that it can have.
+        """
+        endpoint = self._endpoint(node, setting)
+        self._send(codec.encode(node.node, messages.RxSdo(_WRITE, endpoint.number, endpoint.raw(value))))
+
+    def save(self, node: Found) -> None:
+        """Let a drive keep all its settings; it starts again.
+
+        Raises:
+            RobotError: it could not be sent.
+        """
+        self._send(codec.encode(node.node, messages.Reboot(_SAVE)))
+
+    def _endpoint(self, node: Found, setting: str) -> Endpoint:
+        if self.endpoints is None:
+            raise ValueError(
+                "expected --endpoints with the file flat_endpoints.json of the drive's firmware: each firmware numbers "
+                "its settings anew, and a wrong number would change another one"
+            )
+        if node.firmware != self.endpoints.firmware:
+            raise ValueError(
+                f"odrive {node.node}: expected firmware {self.endpoints.firmware}, as in the file of the endpoints, "
+                f"got {node.firmware or 'no answer'}"
+            )
+        return self.endpoints.find(setting)
+
+    def ask(self, node: Found) -> None:
+        """Ask a drive for its values, and for its serial number once it has told a version.
+
+        Firmware 0.5, which tells none, would take the latter for an order to change its id.
+        """
+        if node.node == codec.BROADCAST:
+            return  # it answers nothing but who it is
+        for command in _VALUES:
+            self._send(codec.request(node.node, command))
+        if self._clock.wait(lambda: node.firmware, ANSWER_PATIENCE):
+            self._send(codec.request(node.node, Command.ADDRESS))
+
+
+def _is_nameless(frame: Frame) -> bool:
+    """Whether a drive without an id says its serial number."""
+    if codec.command_of(frame.id) != Command.ADDRESS:
+        return False
+    try:
+        message = codec.decode(frame)
+    except FrameError:
+        return False
+    return isinstance(message, messages.Address) and message.node == codec.BROADCAST

@@ -1,0 +1,143 @@
+"""Who speaks on a bus, by what is heard there: every protocol listens, and the one that is surest of a frame has it."""
+
+import logging
+from collections.abc import Callable, Iterable, Sequence
+
+from vrg.errors import ConfigError, RobotError
+from vrg.hal.can.axis import Send
+from vrg.hal.can.frame import Frame
+from vrg.hal.can.protocols import PROTOCOLS
+from vrg.hal.can.troubles import NoFdError
+from vrg.hal.can.workshop.listener import Claim, Found, Listener
+from vrg.hal.clock import Clock
+
+log = logging.getLogger(__name__)
+
+
+def all_listeners(send: Send, clock: Clock) -> list[Listener]:
+    """A listener of each protocol that there is; one that cannot be imported is left out, and the log says why."""
+    found = []
+    for name in PROTOCOLS.names():
+        try:
+            protocol = PROTOCOLS.get(name)
+            if protocol.listener is not None:
+                found.append(protocol.listener_type(send, clock))
+        except ConfigError as error:
+            log.warning("%s", error)
+    return found
+
+
+def who_speaks(frames: Iterable[Frame], clock: Clock) -> str:
+    """Who has sent these frames, in one line; asks nobody."""
+    survey = Survey(all_listeners(_be_silent, clock))
+    for frame in frames:
+        survey.hear(frame)
+    return str(survey)
+
+
+def _be_silent(frame: Frame, *, urgent: bool = False) -> None:
+    """Send nothing."""
+
+
+class Survey:
+    """Listens to a bus.
+
+    Args:
+        listeners: one for each protocol. Of several that are equally sure of a frame the first has it.
+    """
+
+    def __init__(self, listeners: Sequence[Listener]) -> None:
+        self._listeners = listeners
+
+    @property
+    def nodes(self) -> list[Found]:
+        """Everybody heard so far, by protocol and id."""
+        found = [node for listener in self._listeners for node in listener.found.values()]
+        return sorted(found, key=lambda node: (node.protocol, node.node))
+
+    def hear(self, frame: Frame) -> None:
+        """Take in one frame."""
+        listener = self._owner(frame)
+        if listener is None:
+            return
+        before = len(listener.found)
+        listener.hear(frame)
+        if len(listener.found) > before:
+            self._judge_anew()
+
+    def greet(self) -> None:
+        """Ask everybody on the bus who they are.
+
+        Raises:
+            RobotError: a question could not be sent; the other protocols have asked theirs.
+        """
+        _each(listener.greet for listener in self._listeners)
+
+    def ask(self, node: Found) -> None:
+        """Ask a node for all that is told of it; see `Listener.ask`.
+
+        Raises:
+            RobotError: a question could not be sent.
+        """
+        for listener in self._listeners:
+            if listener.found.get(node.node) is node:  # it may have turned out to be none
+                listener.ask(node)
+
+    def stop(self) -> None:
+        """Switch every motor on the bus off, whatever its protocol.
+
+        Raises:
+            RobotError: it could not be sent; the other protocols have sent theirs.
+        """
+        _each(listener.stop for listener in self._listeners)
+
+    def listener_of(self, node: Found) -> Listener:
+        """The protocol that a node speaks."""
+        return next(listener for listener in self._listeners if listener.found.get(node.node) is node)
+
+    def __str__(self) -> str:
+        """Who is there, in one line."""
+        words = []
+        for listener in self._listeners:
+            nodes = [str(node) for node in sorted(listener.found)]
+            if nodes:
+                words.append(f"{listener.title} node{'s' if len(nodes) > 1 else ''} {', '.join(nodes)}")
+        return " and ".join(words) or "nobody"
+
+    def _owner(self, frame: Frame) -> Listener | None:
+        """Whose frame this is, or None where nobody claims it."""
+        surest, claim = None, Claim.NONE
+        for listener in self._listeners:
+            mine = listener.claim(frame)
+            if mine > claim:
+                surest, claim = listener, mine
+        return surest
+
+    def _judge_anew(self) -> None:
+        """Drop nodes that were recognised by a frame which, as is known by now, is another protocol's.
+
+        The telegram of a CANopen node that has not sent a heartbeat yet may look like an ODrive's heartbeat.
+        """
+        for listener in self._listeners:
+            for node in list(listener.found.values()):
+                owner = self._owner(node.known_by)
+                if owner is not None and owner is not listener:
+                    listener.forget(node.node)
+
+
+def _each(actions: Iterable[Callable[[], None]]) -> None:
+    """Do everything, whatever becomes of the rest.
+
+    Raises:
+        RobotError: the first that went wrong. A bus without CAN FD has no drives that need it, so that is none.
+    """
+    wrong: list[RobotError] = []
+    for act in actions:
+        try:
+            act()
+        except NoFdError:
+            continue
+        except RobotError as error:
+            wrong.append(error)
+    if wrong:
+        raise wrong[0]

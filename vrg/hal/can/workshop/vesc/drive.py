@@ -1,0 +1,150 @@
+"""An emulated VESC; it has no bus and no clock.
+
+It obeys every setpoint of speed, current and brake, lets go of the motor when none has come for its time-out, tells its
+status by itself, and answers questions for its version, its fault and the flags of its time-out. A fault lets go of the
+motor and is forgotten half a second later, as a real one's.
+"""
+
+import enum
+import math
+from collections.abc import Sequence
+
+from vrg.hal.can.frame import Frame, FrameError
+from vrg.hal.can.vesc import codec
+from vrg.hal.can.vesc.axis import OLDEST, VescOptions
+from vrg.hal.can.vesc.codec import DRV, Comm, Firmware, Packet, Status, Status5
+from vrg.hal.can.workshop.emulated import Cycle, EmulatedDrive
+from vrg.hal.can.workshop.faults import FaultKind
+
+POLE_PAIRS = 7
+"""Pole pairs of the emulated motor, where nobody says another number."""
+MIN_ERPM = 900
+"""The slowest speed that it regulates: asked for less, it brakes (the firmware's `s_pid_min_erpm`, its default)."""
+_FAULT_STOP = 0.5
+"""s after which a fault is forgotten."""
+
+
+class _Control(enum.Enum):
+    """What the motor is asked for."""
+
+    NOTHING = enum.auto()
+    SPEED = enum.auto()
+    CURRENT = enum.auto()
+    BRAKE = enum.auto()
+
+
+_CONTROLS = {
+    Packet.SET_RPM: (_Control.SPEED, 1.0),
+    Packet.SET_CURRENT: (_Control.CURRENT, 1e-3),
+    Packet.SET_CURRENT_BRAKE: (_Control.BRAKE, 1e-3),
+    Packet.SET_CURRENT_HANDBRAKE: (_Control.BRAKE, 1e-3),
+}
+"""What each setpoint asks for, and the unit of its number."""
+
+
+class VescDrive(EmulatedDrive):
+    """See the module. Its kill switch stays pressed until the fault is ended."""
+
+    # Integers cannot be NaN.
+    supports = frozenset(FaultKind) - {FaultKind.NAN}
+
+    def _boot(self, now: float) -> None:
+        self._control, self._aim = _Control.NOTHING, 0.0
+        self._fault, self._fault_until = 0, now
+        self._timed_out = False
+        self._status = Cycle(self.options.encoder, now)
+
+    def _cycles(self) -> Sequence[Cycle]:
+        return (self._status,)
+
+    @property
+    def _pairs(self) -> int:
+        said = self.options.protocol
+        return (said.pole_pairs if isinstance(said, VescOptions) else None) or POLE_PAIRS
+
+    @property
+    def _energised(self) -> bool:
+        return self._control is not _Control.NOTHING
+
+    @property
+    def _killed(self) -> bool:
+        """Whether the kill switch is pressed."""
+        return self._has(FaultKind.ESTOP)
+
+    def _cyclic(self, now: float) -> list[Frame]:
+        if not self._status.due(now):
+            return []
+        position, velocity = self._estimates()
+        steps = round(position * self._pairs * codec.TACHO_STEPS)
+        # Where nothing drives it, the back-EMF of a motor that turns has the same duty cycle.
+        duty = velocity / self.motor.model.velocity_limit
+        return [
+            codec.status_frame(self.node, Status(round(velocity * 60 * self._pairs), self.motor.current, duty)),
+            codec.status_5_frame(self.node, Status5((steps + 2**31) % 2**32 - 2**31, self.options.voltage)),
+        ]
+
+    def _hear(self, frame: Frame, now: float) -> list[Frame]:
+        if not frame.extended or frame.remote or codec.node_of(frame) not in (self.node, codec.BROADCAST):
+            return []
+        packet = codec.packet_of(frame)
+        if packet in codec.SETPOINTS:
+            self._obey(Packet(packet), frame, now)
+        elif packet == Packet.PING and frame.data:
+            return [Frame(codec.frame_id(Packet.PONG, frame.data[0]), bytes([self.node, 0]), extended=True)]
+        elif packet == Packet.PROCESS_SHORT_BUFFER and len(frame.data) >= 3:
+            answer = self._interpret(frame.data[2:])
+            return codec.payload_frames(frame.data[0], self.node, answer) if answer else []
+        return []
+
+    def _obey(self, packet: Packet, frame: Frame, now: float) -> None:
+        """A setpoint has come. Those that are not emulated do nothing, and feed the time-out as a real one's do."""
+        try:
+            value = codec.value_of(frame)
+        except FrameError:
+            return
+        self._feed(now)
+        self._timed_out = False
+        if self._killed or now < self._fault_until:
+            return
+        self._control, unit = _CONTROLS.get(packet, (_Control.NOTHING, 0.0))
+        self._aim = value * unit
+        if self._control is _Control.CURRENT and not self._aim:
+            self._control = _Control.NOTHING
+
+    def _interpret(self, payload: bytes) -> bytes:
+        """The answer to a question; empty where there is none."""
+        if payload[0] == Comm.FW_VERSION:
+            return codec.firmware_payload(Firmware(OLDEST[0], OLDEST[1], "VRG", f"{self.options.serial:X}"))
+        if payload[0] == Comm.GET_VALUES_SELECTIVE and len(payload) >= 5:
+            bits = int.from_bytes(payload[1:5], "big")
+            if bits == codec.FAULT_BIT:
+                return codec.values_payload(bits, self._fault if self._now < self._fault_until else 0)
+            if bits == codec.FLAGS_BIT:
+                expired = self._timed_out or (self._watchdog > 0 and self._now - self._fed > self._watchdog)
+                return codec.values_payload(bits, expired * codec.TIMED_OUT | self._killed * codec.KILL_SWITCH)
+        return b""
+
+    def _move(self, dt: float) -> None:
+        match self._control:
+            case _Control.SPEED if abs(self._aim) >= MIN_ERPM:
+                self.motor.turn(dt, self._aim / 60 / self._pairs)
+            case _Control.CURRENT:
+                self.motor.pull(dt, self._aim * self.motor.model.torque_constant)
+            case _Control.SPEED:
+                self.motor.coast(dt)
+            case _:
+                self.motor.turn(dt, 0.0)
+
+    def _starve(self) -> list[Frame]:
+        self._control, self._timed_out = _Control.NOTHING, True
+        return []
+
+    def _press_estop(self) -> list[Frame]:
+        self._control = _Control.NOTHING
+        self._until[FaultKind.ESTOP] = math.inf
+        return []
+
+    def _latch(self, bits: int) -> list[Frame]:
+        self._control = _Control.NOTHING
+        self._fault, self._fault_until = bits & 0xFF or DRV, self._now + _FAULT_STOP
+        return []
