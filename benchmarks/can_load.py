@@ -13,10 +13,11 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 
 from can_peers import REMOTE, Heard, Listener
-from can_robots import PLAYER_RATE, SPEED, Drives, connected, keep_driving, paced, train
+from can_robots import AHEAD, PLAYER_RATE, Drives, connected, keep_driving, paced, train
 
 from vrg.hal.can.odrive.codec import command_of
 from vrg.hal.can.odrive.messages import Command
+from vrg.types import Twist
 
 BIT_RATE = 250_000
 """bit/s."""
@@ -72,12 +73,12 @@ def rows(seconds: float, tell: Callable[[str], None]) -> list[dict[str, object]]
             tell(f"bus load, setpoints at {rate:g} Hz for {seconds:g} s")
             with connected(one):
                 for _ in paced(rate, 0.5):
-                    keep_driving(one, SPEED, SPEED)
+                    keep_driving(one, AHEAD)
                 listener.take()
                 began = time.time()
                 for _ in paced(rate, seconds):
                     # Speeds that differ each time, as a player's do.
-                    keep_driving(one, SPEED + time.time() % 1.0, SPEED - time.time() % 1.0)
+                    keep_driving(one, Twist(AHEAD.v, 0.1 * (time.time() % 1.0)))
                 frames = [frame for frame in listener.take() if began <= frame.at < began + seconds]
             table.append(_row(f"2 axes, setpoints {rate:g} Hz", frames, seconds))
     return table

@@ -55,7 +55,7 @@ _NOTE = struct.Struct("<qid")
 
 def train(name: str, nodes: Sequence[int]) -> DriveTrain:
     """A drive train, the first half of its motors on the left."""
-    axes = [WheelAxis(node, left=i < len(nodes) / 2, ratio=RATIO) for i, node in enumerate(nodes)]
+    axes = [WheelAxis(node, axis=int(i >= len(nodes) / 2), ratio=RATIO) for i, node in enumerate(nodes)]
     return DriveTrain(name, RealMedium(), Link(channel=CHANNEL), PROTOCOL, axes, MODEL)
 
 
@@ -91,10 +91,10 @@ def arm(trains: Sequence[DriveTrain]) -> None:
         time.sleep(0.02)
 
 
-def keep_driving(one: DriveTrain, left: float, right: float) -> bool:
+def keep_driving(one: DriveTrain, twist: Twist) -> bool:
     """Drive as a player does, which arms again at its next turn where the robot refuses; return whether it drove."""
     try:
-        one.drive(left, right)
+        one.drive(twist)
     except RobotError:
         _ready(one)
         return False
@@ -262,7 +262,7 @@ def _command(count: int, motors: int, rate: float, seconds: float) -> None:
         for late in paced(rate, seconds or math.inf):
             began = time.monotonic()
             for one in trains:
-                refused += not keep_driving(one, SPEED, SPEED)
+                refused += not keep_driving(one, AHEAD)
             lates.append(late)
             tooks.append(time.monotonic() - began)
         cpu, wall = time.process_time() - cpu, time.monotonic() - wall

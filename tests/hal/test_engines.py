@@ -9,10 +9,10 @@ import pytest
 from msgspec.structs import astuple
 
 from tests.hal.engine_bench import carry, deepest_overlap, footprint, forward, run
+from tests.hal.omni import OMNI
 from vrg.errors import ConfigError, WorldError
 from vrg.geometry import along_arc
 from vrg.hal.models import MODELS, robot_model
-from vrg.hal.models.drivetrain import Drivetrain, Wheel
 from vrg.hal.sim.engines import ENGINES
 from vrg.hal.sim.engines.engine import Engine
 from vrg.hal.sim.map import load_map
@@ -397,24 +397,11 @@ class TestKinematicBodies:
 
 
 class TestOmniWheels:
-    MODEL = replace(
-        P2AT,
-        drivetrain=Drivetrain(
-            axes=("left", "back", "right"),
-            wheels=tuple(
-                Wheel(x=0.2 * math.cos(at), y=0.2 * math.sin(at), heading=at + math.pi / 2, axis=n, rollers=True)
-                for n, at in enumerate((math.pi / 3, math.pi, -math.pi / 3))
-            ),
-            wheel_radius=0.1,
-            wheel_width=0.05,
-        ),
-    )
-
     @pytest.mark.parametrize("twist", [Twist(0.0, 0.0, 0.5), Twist(0.3, 0.0, -0.4), Twist(0.0, 1.0), Twist(0.5, 0.0)])
     def test_it_moves_as_it_is_told_beside_a_robot_with_fewer_axes(self, make: Make, twist: Twist) -> None:
         engine = make()
         engine.add("b", P2AT, Pose(5.0, 5.0, 0.0))
-        engine.add("a", self.MODEL, Pose(0.0, 0.0, 0.4))
+        engine.add("a", OMNI, Pose(0.0, 0.0, 0.4))
         engine.command("a", twist)
         forward(engine, "b", 0.4)
         run(engine, 2.0)
@@ -433,7 +420,7 @@ class TestOmniWheels:
     def test_a_wall_beside_it_stops_it(self, make: Make) -> None:
         engine = make("marhes_lab")
         wall = max(box.y for box in engine.map.boxes)
-        engine.add("a", self.MODEL, Pose(-2.0, wall - 1.0, 0.0))
+        engine.add("a", OMNI, Pose(-2.0, wall - 1.0, 0.0))
         engine.command("a", Twist(0.0, 0.0, 0.5))
         run(engine, 4.0)
         assert abs(engine.state("a").twist.side) < 0.05

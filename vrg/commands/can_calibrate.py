@@ -40,7 +40,7 @@ def calibrate(
         raise ConfigError([f"{where}: expected a place to write the calibration to, this is none"])
     before = load_calibration(own, wiring.nodes) if wiring.calibration and own.exists() else None
     model = robot_model(next((p.model for p in file.players if p.name == player), "P2AT"))
-    axes = wiring.wheel_axes(before)
+    axes = wiring.wheel_axes(model.drivetrain.axes, before)
     unwatched = wiring.watchdog == "unsafe"
     link, spoken, own_options = settings.link(player), settings.protocol_of(player), settings.options_of(player)
     train = DriveTrain(

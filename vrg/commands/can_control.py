@@ -239,7 +239,7 @@ def jog(
     model = robot_model("P2AT")
     # A gear with which the top speed of this model is a little more than the motor is asked for: a runaway is noticed.
     ratio = _HEADROOM * abs(speed) * TURN * model.drivetrain.wheel_radius / model.v_max
-    axis = WheelAxis(id_, left=True, ratio=ratio)
+    axis = WheelAxis(id_, axis=0, ratio=ratio)
     told = options_of(spoken, option)
     train = DriveTrain(protocol, can_options.medium(), link, spoken, [axis], model, options=told, unwatched=unsafe)
     typer.echo(f"Turning {protocol} {id_} on {link} at {speed:g} turn/s for {seconds:g} s. Ctrl-C stops it.")
@@ -263,7 +263,7 @@ def jog(
             failure = error
         train.disarm()
         # Its own word that it is off is not enough.
-        train.clock.wait(lambda: abs(train.state().wheels[0]) * ratio / TURN < TURNS, COAST_TIMEOUT + _JOG_PERIOD)
+        train.clock.wait(lambda: abs(train.state().speeds[0]) * ratio / TURN < TURNS, COAST_TIMEOUT + _JOG_PERIOD)
         train.clock.sleep(_JOG_PERIOD)
         state = train.state()
     if state.fault:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vrg.geometry import compose
+from vrg.geometry import along_arc, compose
 from vrg.hal.can.base import TURN, DriveBase, Estimate, WheelAxis
 from vrg.hal.models import robot_model
 from vrg.types import Pose
@@ -18,29 +18,29 @@ speeds = st.floats(-6.0, 6.0)
 
 
 def base(*axes: WheelAxis) -> DriveBase:
-    return DriveBase(axes or (WheelAxis(0, True, 1, RATIO), WheelAxis(1, False, 1, RATIO)), MODEL)
+    return DriveBase(axes or (WheelAxis(0, 0, 1, RATIO), WheelAxis(1, 1, 1, RATIO)), MODEL)
 
 
 @given(speeds, speeds, st.sampled_from([1, -1]), st.sampled_from([1, -1]), st.floats(0.5, 200.0))
 def test_setpoints_and_wheels_are_inverse(left: float, right: float, a: int, b: int, ratio: float) -> None:
     four = base(
-        WheelAxis(0, True, a, ratio), WheelAxis(1, True, b, 2 * ratio),
-        WheelAxis(2, False, b, ratio), WheelAxis(3, False, a, ratio / 2),
+        WheelAxis(0, 0, a, ratio), WheelAxis(1, 0, b, 2 * ratio),
+        WheelAxis(2, 1, b, ratio), WheelAxis(3, 1, a, ratio / 2),
     )  # fmt: skip
-    back = four.wheels(dict(four.setpoints(left, right)))
+    back = four.speeds(dict(four.setpoints(MODEL.drivetrain.twist((left, right)))))
     assert back == (pytest.approx(left, abs=1e-9), pytest.approx(right, abs=1e-9))
 
 
 def test_direction_and_ratio_have_the_meaning_they_are_said_to_have() -> None:
-    two = base(WheelAxis(0, True, 1, RATIO), WheelAxis(1, False, -1, RATIO))
-    assert two.setpoints(TURN, TURN) == [(0, pytest.approx(50.0)), (1, pytest.approx(-50.0))]
+    two = base(WheelAxis(0, 0, 1, RATIO), WheelAxis(1, 1, -1, RATIO))
+    assert two.setpoints(MODEL.drivetrain.twist((TURN, TURN))) == [(0, pytest.approx(50.0)), (1, pytest.approx(-50.0))]
 
 
 class Run:
     """A robot whose encoders are read every 10 ms, through float32, with an offset and a wrap."""
 
     def __init__(self, offset: float = 0.0, wrap: float = 0.0, directions: tuple[int, int] = (1, 1)) -> None:
-        self.base = base(WheelAxis(0, True, directions[0], RATIO), WheelAxis(1, False, directions[1], RATIO))
+        self.base = base(WheelAxis(0, 0, directions[0], RATIO), WheelAxis(1, 1, directions[1], RATIO))
         self._directions = directions
         self._turns = [0.0, 0.0]
         self._speeds = [0.0, 0.0]
@@ -73,18 +73,15 @@ class Run:
 )
 def test_odometry_follows_the_wheels(legs: list[tuple[float, float, int]], offset: float, wrap: float) -> None:
     run = Run(offset, wrap, (1, -1))
-    x = y = theta = 0.0
+    there = Pose(0.0, 0.0, 0.0)
     for left, right, count in legs:
         run.steps(left, right, count)
         for _ in range(count):
-            moved = MODEL.twist(left, right)
-            x += moved.v * 0.01 * math.cos(theta + moved.w * 0.005)
-            y += moved.v * 0.01 * math.sin(theta + moved.w * 0.005)
-            theta += moved.w * 0.01
+            there = along_arc(there, MODEL.drivetrain.twist((left, right)), 0.01)
     pose = run.base.pose
     # float32 steps by 1/32 turn of a motor at 250 000 turns: half a millimetre at the wheel, whatever the way.
-    assert math.hypot(pose.x - x, pose.y - y) < 0.004 + 0.002 * math.hypot(x, y)
-    assert abs(math.remainder(pose.theta - theta, TURN)) < 0.004
+    assert math.hypot(pose.x - there.x, pose.y - there.y) < 0.004 + 0.002 * math.hypot(there.x, there.y)
+    assert abs(math.remainder(pose.theta - there.theta, TURN)) < 0.004
     assert run.base.angles[0] == pytest.approx(sum(left * n * 0.01 for left, _, n in legs), abs=0.01)
 
 

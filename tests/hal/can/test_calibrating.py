@@ -17,7 +17,7 @@ from vrg.hal.can.workshop.calibrating import Plan, _Runner, calibrate
 from vrg.hal.can.workshop.faults import FaultKind, FaultRequest, encode_fault
 from vrg.hal.models import robot_model
 from vrg.hal.simulated_clock import SimulatedClock
-from vrg.types import Pose
+from vrg.types import Pose, Twist
 
 LINK = Link(interface="virtual", channel="calibrating")
 P2AT = robot_model("P2AT")
@@ -56,7 +56,7 @@ def drives() -> Iterator[Drives]:
 
 @pytest.fixture
 def train(drives: Drives) -> Iterator[DriveTrain]:
-    axes = [WheelAxis(0, left=True, ratio=RATIO), WheelAxis(1, left=False, ratio=RATIO)]
+    axes = [WheelAxis(0, 0, ratio=RATIO), WheelAxis(1, 1, ratio=RATIO)]
     train = DriveTrain("r", Lab.simulation, LINK, PROTOCOLS.get("odrive"), axes, P2AT)
     train.connect()
     yield train
@@ -117,7 +117,7 @@ class Circling:
 
     name = "r"
     clock = SimulatedClock()
-    wheel_axes = (WheelAxis(0, left=True), WheelAxis(1, left=False))
+    wheel_axes = (WheelAxis(0, 0), WheelAxis(1, 1))
 
     def __init__(self) -> None:
         self.angle = 0.0
@@ -126,8 +126,8 @@ class Circling:
         pose = Pose(0.2 * math.sin(self.angle), 0.0, 0.0)
         return TrainState(0.0, (0.0, 0.0), (self.angle, self.angle), pose, True, None, False, None, math.inf)
 
-    def drive(self, left: float, right: float) -> None:
-        self.angle += left
+    def drive(self, twist: Twist) -> None:
+        self.angle += P2AT.drivetrain.speeds(twist)[0]
 
     def restart_odometry(self) -> None:
         pass
@@ -137,5 +137,5 @@ def test_a_run_that_does_not_get_there_is_given_up_by_the_turns_of_the_wheels() 
     robot = Circling()
     runner = _Runner(robot, P2AT)  # type: ignore[arg-type]
     with pytest.raises(RobotError, match="its wheels have turned farther than the way takes"):
-        runner.drive_until(1.0, 1.0, 0.3, 10.0, lambda state: state.odometry.x > 1.0)
+        runner.drive_until(Twist(0.3, 0.0), 4.0, lambda state: state.odometry.x > 1.0)
     assert 10.0 < robot.angle < 20.0

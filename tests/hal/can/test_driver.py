@@ -5,8 +5,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from msgspec.structs import astuple
 
 from tests.hal.can.bench import PATIENCE, Drives, Lab, settings
+from tests.hal.omni import OMNI
 from vrg.errors import ConfigError, StaleDataError
 from vrg.hal.can.driver import CanDriver
 from vrg.hal.can.link import Link
@@ -14,6 +16,7 @@ from vrg.hal.driver import DriverContext
 from vrg.hal.models import robot_model
 from vrg.hal.models.description import RobotModel
 from vrg.hal.sensors.encoders import EncodersSpec
+from vrg.types import Twist
 
 LINK = Link(interface="virtual", channel="driver")
 P2AT = robot_model("P2AT")
@@ -87,6 +90,34 @@ def test_a_calibration_gives_the_track(tmp_path: Path) -> None:
     options = settings("odrive", [0], [1], LINK, calibration="r.toml")
     robot = CanDriver(DriverContext(name="r", model=P2AT, options=options, base=tmp_path))
     assert robot.features.drivetrain.effective_track == pytest.approx(0.75)
+
+
+def omni(wired: dict[str, list[int]]) -> CanDriver:
+    options = settings("odrive", [0], [1], LINK)
+    wiring = options["robots"]["r"]
+    del wiring["left"], wiring["right"]
+    wiring["axes"] = wired
+    return CanDriver(DriverContext(name="r", model=OMNI, options=options, now=lambda: NOW, medium=Lab.simulation))
+
+
+def test_a_robot_on_omni_wheels_drives_sideways_by_the_motors_of_its_axes() -> None:
+    twist = Twist(0.1, 0.0, 0.2)
+    with Drives("odrive", [2], link=LINK), omni({"left": [0], "back": [2], "right": [1]}) as robot:
+        robot.arm()
+        until(lambda: robot.read().armed)
+        for _ in range(40):
+            robot.drive(twist)
+            Lab.simulation.clock.sleep(0.05)
+        odometry = robot.read().odometry
+        assert odometry is not None
+        assert astuple(odometry.value.twist) == pytest.approx(astuple(twist), abs=0.02)
+        assert odometry.value.pose.y == pytest.approx(2 * odometry.value.pose.x, rel=0.1)
+        assert odometry.value.pose.y > 0.2
+
+
+def test_motors_of_other_axes_than_the_models_are_refused_by_name() -> None:
+    with pytest.raises(ConfigError, match=r"motors of the axes left, back, right of this model, got left, rear"):
+        omni({"left": [0], "rear": [2]})
 
 
 def test_a_robot_without_wiring_cannot_be_made() -> None:

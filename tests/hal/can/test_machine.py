@@ -28,7 +28,7 @@ from vrg.hal.driver import COMMAND_TIMEOUT
 from vrg.hal.models import robot_model
 
 NODES = (1, 2)
-AXES = [WheelAxis(1, left=True, ratio=50.0), WheelAxis(2, left=False, ratio=50.0)]
+AXES = [WheelAxis(1, 0, ratio=50.0), WheelAxis(2, 1, ratio=50.0)]
 
 
 class Bench:

@@ -34,8 +34,8 @@ def test_a_good_table() -> None:
     settings = CanSettings.model_validate(table(emulate=True, bitrate=250_000))
     assert settings.link("sue") == Link(interface="socketcan", channel="can0", bitrate=250_000)
     assert settings.problems(["sue", "bob"], Path()) == []
-    assert settings.robots["bob"].wheel_axes(None) == [
-        WheelAxis(2, True), WheelAxis(3, True), WheelAxis(4, False), WheelAxis(5, False),
+    assert settings.robots["bob"].wheel_axes(("left", "right"), None) == [
+        WheelAxis(2, 0), WheelAxis(3, 0), WheelAxis(4, 1), WheelAxis(5, 1),
     ]  # fmt: skip
     (companion,) = settings.companions(["sue", "bob"])
     assert companion.arguments == (
@@ -63,9 +63,12 @@ def test_a_robot_may_be_on_a_bus_of_its_own() -> None:
     [
         ({"protocol": "morse"}, "expected one of cia402, moteus, odrive, vesc, got 'morse'"),
         ({"bitrate": 3}, "greater than or equal to 10000"),
+        ({"robots": {"sue": {**SUE, "axes": {"back": [2]}}}}, "either `left` and `right` or `axes`"),
+        ({"robots": {"sue": {"axes": {"back": [], "left": [1]}}}}, "a motor for each axis, got none for back"),
+        ({"robots": {"sue": {"axes": {"back": [1], "left": [1]}}}}, "an id of its own for every motor"),
         ({"robots": {"sue": {**SUE, "right": [0]}}}, "an id of its own for every motor"),
         ({"robots": {"sue": {**SUE, "right": [1, 2]}}}, "as many motors left as right, got 1 and 2"),
-        ({"robots": {"sue": {**SUE, "left": []}}}, "at least 1 item"),
+        ({"robots": {"sue": {**SUE, "left": []}}}, "as many motors left as right, got 0 and 1"),
         ({"robots": {"sue": {**SUE, "left": [0, 2, 3], "right": [1, 4, 5]}}}, "at most 2 items"),
         ({"robots": {"sue": {**SUE, "left": [63]}}}, "expected 0 to 62, got 63"),
         ({"robots": {"sue": SUE, "bob": SUE}}, "robots.bob: node 0 on can0 is sue's already"),
@@ -142,7 +145,10 @@ def test_a_calibration_stands_above_the_ratio(tmp_path: Path) -> None:
         track=0.6,
         axes={0: AxisCalibration(direction=-1, ratio=49.0), 1: AxisCalibration(direction=1, ratio=51.0)},
     )
-    assert settings.robots["sue"].wheel_axes(found) == [WheelAxis(0, True, -1, 49.0), WheelAxis(1, False, 1, 51.0)]
+    assert settings.robots["sue"].wheel_axes(("left", "right"), found) == [
+        WheelAxis(0, 0, -1, 49.0),
+        WheelAxis(1, 1, 1, 51.0),
+    ]
 
 
 @given(st.floats(1, 200), st.floats(0.5, 20), st.floats(0.9, 1.1))

@@ -1,4 +1,4 @@
-"""A drive base: two or four motor axes as a robot's left and right wheels, and odometry by their encoders."""
+"""A drive base: the motors of a robot as the axes of its drivetrain, and odometry by their encoders."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 from msgspec import Struct
 
-from vrg.geometry import wrap
+from vrg.geometry import along_arc, wrap
 from vrg.hal.can.plausibility import SLUGGISH, Bounds
 from vrg.hal.models import RobotModel
-from vrg.types import Pose
+from vrg.types import Pose, Twist
 
 TURN = math.tau
 """One turn in rad."""
@@ -21,16 +21,16 @@ _JUMP_SLACK = 0.25
 
 @dataclass(frozen=True, slots=True)
 class WheelAxis:
-    """How one motor drives one side.
+    """How one motor turns one axis of the drivetrain.
 
     Args:
-        node: the id of its drive. left: it is on the left side.
-        direction: 1 where a positive motor speed drives ahead, -1 where it drives back.
+        node: the id of its drive. axis: the number of the axis, which others may turn with it.
+        direction: 1 where a positive motor speed is one of the axis, which drives a left or right wheel ahead; else -1.
         ratio: turns of the motor for one turn of the wheel.
     """
 
     node: int
-    left: bool
+    axis: int
     direction: int = 1
     ratio: float = 1.0
 
@@ -47,13 +47,13 @@ class DriveBase:
     """See the module. It has no bus and no clock.
 
     Args:
-        axes: one or two on each side; a side without any stands, as where one motor is tried alone.
-        model: its wheel radius, effective track and top speed are used.
+        axes: how the motors are wired; an axis without any stands, as where one motor is tried alone.
+        model: its drivetrain and top speed are used.
 
     Attributes:
         bounds: what the motor of each node can do.
         pose: the pose by odometry, which is (0, 0, 0) where the robot was when `restart` was called.
-        angles: the angles that the left and the right wheels have turned since then, rad.
+        angles: the angles that the axes of the drivetrain have turned since then, rad.
     """
 
     def __init__(self, axes: Sequence[WheelAxis], model: RobotModel) -> None:
@@ -64,11 +64,12 @@ class DriveBase:
         self._last: dict[int, Estimate] = {}
         self._moved: dict[int, float] = {}
         self.pose = Pose(0.0, 0.0, 0.0)
-        self.angles = (0.0, 0.0)
+        self._by_axis = [[a for a in axes if a.axis == number] for number in range(len(model.drivetrain.axes))]
+        self.angles = (0.0,) * len(self._by_axis)
 
     def restart(self) -> None:
         """Begin anew at (0, 0, 0)."""
-        self.pose, self.angles = Pose(0.0, 0.0, 0.0), (0.0, 0.0)
+        self.pose, self.angles = Pose(0.0, 0.0, 0.0), (0.0,) * len(self._by_axis)
         self.rebase()
 
     def rebase(self) -> None:
@@ -76,19 +77,17 @@ class DriveBase:
         self._last.clear()
         self._moved.clear()
 
-    def setpoints(self, left: float, right: float) -> list[tuple[int, float]]:
-        """The motor speed of each node in turn/s, for wheel speeds in rad/s."""
-        return [(axis.node, (left if axis.left else right) / TURN * axis.direction * axis.ratio) for axis in self.axes]
+    def setpoints(self, twist: Twist) -> list[tuple[int, float]]:
+        """The motor speed of each node in turn/s, for a motion of the body."""
+        speeds = self._model.drivetrain.speeds(twist)
+        return [(axis.node, speeds[axis.axis] / TURN * axis.direction * axis.ratio) for axis in self.axes]
 
-    def wheels(self, velocities: Mapping[int, float]) -> tuple[float, float]:
-        """The speeds of the left and the right wheels in rad/s, for motor speeds by node in turn/s.
+    def speeds(self, velocities: Mapping[int, float]) -> tuple[float, ...]:
+        """The speeds of the drivetrain's axes in rad/s, for motor speeds by node in turn/s.
 
-        The speed of a side is the mean of its motors.
+        The speed of an axis is the mean of its motors.
         """
-        sides: tuple[list[float], list[float]] = ([], [])
-        for axis in self.axes:
-            sides[0 if axis.left else 1].append(velocities[axis.node] * TURN * axis.direction / axis.ratio)
-        return _mean(sides[0]), _mean(sides[1])
+        return self._means({a.node: velocities[a.node] * TURN * a.direction / a.ratio for a in self.axes})
 
     def update(self, node: int, estimate: Estimate, turns: float = 0.0) -> float | None:
         """Take in one encoder's estimate; the pose moves on once all have one more.
@@ -121,19 +120,16 @@ class DriveBase:
         return way
 
     def _advance(self) -> None:
-        left = _mean([self._moved[a.node] for a in self.axes if a.left])
-        right = _mean([self._moved[a.node] for a in self.axes if not a.left])
+        turned = self._means(self._moved)
         self._moved.clear()
-        self.angles = (self.angles[0] + left, self.angles[1] + right)
-        # Wheel angles in place of speeds give a way and a turn in place of velocities.
-        moved = self._model.drivetrain.twist((left, right))
-        way, turn = moved.v, moved.w
-        middle = self.pose.theta + turn / 2
-        self.pose = Pose(
-            self.pose.x + way * math.cos(middle),
-            self.pose.y + way * math.sin(middle),
-            wrap(self.pose.theta + turn),
-        )
+        self.angles = tuple(before + angle for before, angle in zip(self.angles, turned, strict=True))
+        # Angles in place of speeds give a way and a turn in place of velocities.
+        pose = along_arc(self.pose, self._model.drivetrain.twist(turned), 1.0)
+        self.pose = Pose(pose.x, pose.y, wrap(pose.theta))
+
+    def _means(self, of_nodes: Mapping[int, float]) -> tuple[float, ...]:
+        """The mean of each axis's motors; 0 for one without any."""
+        return tuple(sum(of_nodes[a.node] for a in own) / len(own) if own else 0.0 for own in self._by_axis)
 
 
 def _bounds(axis: WheelAxis, model: RobotModel) -> Bounds:
@@ -141,7 +137,3 @@ def _bounds(axis: WheelAxis, model: RobotModel) -> Bounds:
     per_metre = abs(axis.ratio) / model.drivetrain.wheel_radius / TURN
     change = SLUGGISH * min(model.a_max, model.brake)
     return Bounds(model.v_max * per_metre, change * per_metre)
-
-
-def _mean(values: Sequence[float]) -> float:
-    return sum(values) / len(values) if values else 0.0

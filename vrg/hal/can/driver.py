@@ -49,7 +49,7 @@ class CanDriver(Driver):
         super().__init__(name, model)
         self._now = context.now
         self._supply = wiring.supply
-        axes = wiring.wheel_axes(calibration)
+        axes = wiring.wheel_axes(model.drivetrain.axes, calibration)
         unwatched = wiring.watchdog == "unsafe"
         link, protocol, own = settings.link(name), settings.protocol_of(name), settings.options_of(name)
         medium, empty = context.medium or RealMedium(), wiring.supply[0]
@@ -79,7 +79,7 @@ class CanDriver(Driver):
         Raises:
             RobotError: not armed, a fault, the emergency stop, or a bus that is full.
         """
-        self._train.drive(*self.features.drivetrain.speeds(twist))
+        self._train.drive(twist)
 
     def read(self) -> Readings:
         """The newest readings, as the drives have told them.
@@ -131,7 +131,7 @@ class CanDriver(Driver):
         now, model = self._now(), self.features
         samples: list[Sample[SensorMessage]] = []
         if (odometry := model.sensor(OdometrySpec)) is not None:
-            moved = Odometry(pose=state.odometry, twist=model.drivetrain.twist(state.wheels))
+            moved = Odometry(pose=state.odometry, twist=model.drivetrain.twist(state.speeds))
             samples.append(Sample(now - state.age, state.age, moved, odometry.name))
         if (encoders := model.sensor(EncodersSpec)) is not None:
             left, right = (round(angle / TURN * encoders.ticks) for angle in state.angles)

@@ -38,6 +38,7 @@ class RobotWiring(Table):
 
     Args:
         left, right: node ids of the motors on each side, one or two.
+        axes: of a robot whose drivetrain has other axes than `left` and `right`: the node ids of each, by its name.
         ratio: turns of a motor for one turn of its wheel. reversed: node ids of the motors whose positive speed drives
             back. A calibration file stands above both.
         calibration: file written by `vrg can calibrate`, relative to the match file.
@@ -50,8 +51,9 @@ class RobotWiring(Table):
         options: what the protocol must be told of the drives; see `Axis.options_type` of the protocol.
     """
 
-    left: list[int] = Field(min_length=1, max_length=2)
-    right: list[int] = Field(min_length=1, max_length=2)
+    left: list[int] = Field(default_factory=list, max_length=2)
+    right: list[int] = Field(default_factory=list, max_length=2)
+    axes: dict[str, list[int]] = Field(default_factory=dict, validate_default=True)
     ratio: float = Field(1.0, gt=0, le=10_000)
     reversed: list[int] = Field(default_factory=list)
     calibration: str | None = None
@@ -70,22 +72,29 @@ class RobotWiring(Table):
         return value if value is None else known_in(value, PROTOCOLS)
 
     # One validator for each field, so that all mistakes are told at once; what is wrong itself is not in `info.data`.
-    @field_validator("right")
+    @field_validator("axes")
     @classmethod
-    def _sides(cls, right: list[int], info: ValidationInfo) -> list[int]:
-        left: list[int] = info.data.get("left", right)
+    def _wired(cls, axes: dict[str, list[int]], info: ValidationInfo) -> dict[str, list[int]]:
+        if not {"left", "right"} <= info.data.keys():
+            return axes
+        left, right = info.data["left"], info.data["right"]
+        if axes and (left or right):
+            raise ValueError("expected either `left` and `right` or `axes`, got both")
         if len(left) != len(right):
             raise ValueError(f"expected as many motors left as right, got {len(left)} and {len(right)}")
-        nodes = [*info.data.get("left", []), *right]
+        if empty := [name for name, nodes in (axes or {"left": left}).items() if not nodes]:
+            raise ValueError(f"expected a motor for each axis, got none for {', '.join(empty)}")
+        nodes = [*left, *right, *(node for own in axes.values() for node in own)]
         if len(set(nodes)) != len(nodes):
             raise ValueError(f"expected an id of its own for every motor, got {nodes}")
-        return right
+        return axes
 
     @field_validator("reversed")
     @classmethod
     def _reversed(cls, value: list[int], info: ValidationInfo) -> list[int]:
-        if "left" in info.data and "right" in info.data:
-            nodes = [*info.data["left"], *info.data["right"]]
+        if {"left", "right", "axes"} <= info.data.keys():
+            wired = [info.data["left"], info.data["right"], *info.data["axes"].values()]
+            nodes = [node for own in wired for node in own]
             if strangers := set(value) - set(nodes):
                 raise ValueError(f"expected ids of {nodes}, got {sorted(strangers)}")
         return value
@@ -100,17 +109,31 @@ class RobotWiring(Table):
     @property
     def nodes(self) -> list[int]:
         """The node ids of all motors."""
-        return [*self.left, *self.right]
+        return [node for nodes in self._by_axis.values() for node in nodes]
 
-    def wheel_axes(self, calibration: Calibration | None) -> list[WheelAxis]:
-        """How the motors drive the wheels, by the calibration where there is one."""
+    @property
+    def _by_axis(self) -> dict[str, list[int]]:
+        return self.axes or {"left": self.left, "right": self.right}
+
+    def wheel_axes(self, names: Sequence[str], calibration: Calibration | None) -> list[WheelAxis]:
+        """How the motors turn the axes of a drivetrain, by the calibration where there is one.
+
+        Args:
+            names: those of the axes.
+
+        Raises:
+            ConfigError: the wiring has other axes.
+        """
+        if sorted(self._by_axis) != sorted(names):
+            wired = ", ".join(self._by_axis)
+            raise ConfigError([f"expected the motors of the axes {', '.join(names)} of this model, got {wired}"])
         axes = []
-        for left, nodes in ((True, self.left), (False, self.right)):
+        for name, nodes in self._by_axis.items():
             for node in nodes:
-                own = calibration.axes[node] if calibration is not None else None
-                wired = (-1 if node in self.reversed else 1, self.ratio)
-                direction, ratio = wired if own is None else (own.direction, own.ratio)
-                axes.append(WheelAxis(node, left, direction, ratio))
+                direction, ratio = -1 if node in self.reversed else 1, self.ratio
+                if calibration is not None:
+                    direction, ratio = calibration.axes[node].direction, calibration.axes[node].ratio
+                axes.append(WheelAxis(node, names.index(name), direction, ratio))
         return axes
 
 

@@ -22,7 +22,7 @@ from vrg.hal.can.machine import ASK_PERIOD, Act, Machine, MissingError, Order, P
 from vrg.hal.can.medium import Medium
 from vrg.hal.can.protocols import Protocol
 from vrg.hal.models import RobotModel
-from vrg.types import Pose
+from vrg.types import Pose, Twist
 
 log = logging.getLogger(__name__)
 
@@ -46,8 +46,7 @@ class TrainState:
 
     Args:
         age: s since the oldest of the newest encoder estimates; infinite before the first.
-        wheels: speeds of the left and the right wheels, rad/s. angles: what both have turned since the odometry began,
-            rad.
+        speeds: those of the drivetrain's axes, rad/s. angles: what they have turned since the odometry began, rad.
         odometry: the pose since then.
         armed: every motor obeys. estop: the emergency stop has latched.
         fault: what has latched until a person clears it, in words; None where nothing has.
@@ -56,8 +55,8 @@ class TrainState:
     """
 
     age: float
-    wheels: tuple[float, float]
-    angles: tuple[float, float]
+    speeds: tuple[float, ...]
+    angles: tuple[float, ...]
     odometry: Pose
     armed: bool
     fault: str | None
@@ -198,14 +197,14 @@ class DriveTrain:
             if self._machine.guard.fault:
                 raise RobotError(f"{self.name}: {self._machine.guard.fault}")
 
-    def drive(self, left: float, right: float) -> None:
-        """Send setpoints for wheel speeds in rad/s.
+    def drive(self, twist: Twist) -> None:
+        """Send setpoints for a motion of the body.
 
         Raises:
             RobotError: not armed, a fault, the emergency stop, or a bus that is full.
         """
         with self._lock:
-            self._command(self._machine.base.setpoints(left, right))
+            self._command(self._machine.base.setpoints(twist))
 
     def spin(self, node: int, velocity: float) -> None:
         """Turn one motor alone, at `velocity` turn/s, while the others stand: for a robot that is jacked up.
@@ -303,7 +302,7 @@ class DriveTrain:
             told = [(axis.voltage, axis.supplied) for axis in axes.values() if axis.voltage is not None]
             return TrainState(
                 age=max(0.0, now - min((axis.measured for axis in axes.values()), default=-math.inf)),
-                wheels=base.wheels({node: axis.velocity for node, axis in axes.items()}),
+                speeds=base.speeds({node: axis.velocity for node, axis in axes.items()}),
                 angles=base.angles,
                 odometry=base.pose,
                 armed=guard.armed,

@@ -78,9 +78,9 @@ class Drivetrain:
     def effective_track(self) -> float:
         """The track in m of a unicycle that turns as this robot does: w = (v_right - v_left) / effective_track.
 
-        It is that of the first and the last axis, which are `left` and `right` where there are two.
+        Of other drivetrains it is how far its wheels would have to be apart for how far they turn.
         """
-        return (self.rates[-1][1] - self.rates[0][1]) * self.wheel_radius
+        return 2 * self.wheel_radius * sum(abs(turn) for _, turn, _ in self.rates) / len(self.rates)
 
     def with_track(self, effective_track: float) -> Self:
         """Return the same drivetrain with another effective track, such as a measured one."""

@@ -11,6 +11,7 @@ from vrg.hal.can.calibration import AxisCalibration, Calibration, corrected_rati
 from vrg.hal.can.plausibility import STANDS
 from vrg.hal.can.train import DriveTrain, TrainState
 from vrg.hal.models import RobotModel
+from vrg.types import Twist
 
 _PERIOD = 0.05
 """s between commands."""
@@ -97,8 +98,11 @@ class _Steps:
         found = {}
         for axis in self._train.wheel_axes:
             self._runner.spin(axis, slow * axis.ratio * axis.direction, 2.0)
-            side = "left" if axis.left else "right"
-            ahead = self._person.agrees(f"Motor {axis.node}, {side}: did its wheel turn as it does when driving ahead?")
+            drivetrain = self._model.drivetrain
+            v, _, across = drivetrain.rates[axis.axis]
+            way = "ahead" if v > 0 else "back" if v else "to the left" if across > 0 else "to the right"
+            where = f"Motor {axis.node}, {drivetrain.axes[axis.axis]}"
+            ahead = self._person.agrees(f"{where}: did its wheel turn as it does when driving {way}?")
             found[axis.node] = (axis.direction if ahead else -axis.direction, axis.ratio)
         self._train.rewire(found)
 
@@ -106,8 +110,8 @@ class _Steps:
         """Drive straight ahead and ask how far it went."""
         person, plan = self._person, self._plan
         person.ready(f"Put it on the ground with {plan.way + 0.5:g} m free ahead, and mark where it stands.")
-        wheels = plan.way / self._model.drivetrain.wheel_radius
-        last = self._runner.drive_until(1.0, 1.0, plan.speed, wheels, lambda s: abs(s.odometry.x) >= plan.way)
+        ahead = Twist(plan.speed, 0.0)
+        last = self._runner.drive_until(ahead, plan.way / plan.speed, lambda s: abs(s.odometry.x) >= plan.way)
         way = math.hypot(last.odometry.x, last.odometry.y)
         before = {axis.node: axis.ratio for axis in self._train.wheel_axes}
 
@@ -135,8 +139,8 @@ class _Steps:
             heading = state.odometry.theta
             return turned >= plan.turn
 
-        wheels = plan.turn * before / 2 / self._model.drivetrain.wheel_radius
-        enough(self._runner.drive_until(-1.0, 1.0, plan.speed, wheels, enough))
+        rate = plan.speed * 2 / before
+        enough(self._runner.drive_until(Twist(0.0, rate), plan.turn / rate, enough))
         degrees = math.degrees(turned)
 
         def outcome(measured: float) -> str:
@@ -179,39 +183,39 @@ class _Runner:
         self._train.restart_odometry()
         self._arm()
         end = self._clock.now() + seconds
-        limit = 2 * math.pi * _SHOWN * 2 / len(self._train.wheel_axes)  # the angle of a side is the mean of its motors
+        # The angle of an axis is the mean of its motors.
+        share = 1 / sum(other.axis == axis.axis for other in self._train.wheel_axes)
+        limit = 2 * math.pi * _SHOWN * share
         while self._clock.now() < end and max(map(abs, self._state().angles)) < limit:
             self._command(lambda: self._train.spin(axis.node, velocity))
             self._clock.sleep(_PERIOD)
         turned = max(map(abs, self._rest().angles))
-        asked = min(limit, 2 * math.pi * abs(velocity / axis.ratio) * seconds * 2 / len(self._train.wheel_axes))
+        asked = min(limit, 2 * math.pi * abs(velocity / axis.ratio) * seconds * share)
         if turned < STANDS * asked:
             raise RobotError(
                 f"{self._train.name}: motor {axis.node} was asked for {velocity:.3g} turn/s and has hardly turned its "
                 "wheel: is it blocked, or does its drive not turn so slowly? Try a higher --speed"
             )
 
-    def drive_until(
-        self, left: float, right: float, speed: float, wheels: float, done: Callable[[TrainState], bool]
-    ) -> TrainState:
-        """Drive with both sides at `speed` m/s, signed by `left` and `right`, until `done`; how it then rests.
+    def drive_until(self, twist: Twist, seconds: float, done: Callable[[TrainState], bool]) -> TrainState:
+        """Drive by a motion until `done`; how it then rests.
 
         Args:
-            wheels: how far the wheels should turn, rad. If they turn much farther, the run is given up.
+            seconds: how long it should take, s. If the wheels turn much farther than in this time, it is given up.
         """
         self._train.restart_odometry()
         self._arm()
-        rate = speed / self._model.drivetrain.wheel_radius
+        farthest = _ALLOWANCE * seconds * max(map(abs, self._model.drivetrain.speeds(twist))) + 1.0
         deadline = self._clock.now() + _LONGEST
         while not done(self._state()):
             if self._clock.now() > deadline:
                 raise RobotError(f"{self._train.name}: the odometry did not get there within {_LONGEST:g} s")
-            if max(map(abs, self._state().angles)) > _ALLOWANCE * wheels + 1.0:
+            if max(map(abs, self._state().angles)) > farthest:
                 raise RobotError(
                     f"{self._train.name}: its wheels have turned farther than the way takes, and its odometry is not "
                     "there: were the questions of direction answered as they should be?"
                 )
-            self._command(lambda: self._train.drive(left * rate, right * rate))
+            self._command(lambda: self._train.drive(twist))
             self._clock.sleep(_PERIOD)
         return self._rest()
 
