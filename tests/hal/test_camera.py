@@ -250,10 +250,10 @@ def test_a_player_reads_the_newest_picture_of_its_robot() -> None:
     bench = SimBench("planar")
     bench.driver.connect()
     bench.advance(1.0)
-    assert bench.driver.read().camera is None
+    assert bench.driver.read().latest(Camera) is None
     bench.player.mailbox.publish(KEYS.camera_request("r"), CameraRequest(lease=2.0))
     bench.advance(1.2)
-    sample = bench.driver.read().camera
+    sample = bench.driver.read().latest(Camera)
     assert sample is not None
     assert sample.value.image.shape == (240, 320, 3)
     assert 0.0 <= sample.age <= 0.6

@@ -13,7 +13,10 @@ from vrg.hal.can.link import Link
 from vrg.hal.driver import DriverContext
 from vrg.hal.models import robot_model
 from vrg.hal.models.description import RobotModel
-from vrg.hal.sensors.encoders import EncodersSpec
+from vrg.hal.sensors.battery import Battery
+from vrg.hal.sensors.encoders import Encoders, EncodersSpec
+from vrg.hal.sensors.odometry import Odometry
+from vrg.hal.sensors.touch import Touch
 
 LINK = Link(interface="virtual", channel="driver")
 P2AT = robot_model("P2AT")
@@ -38,9 +41,9 @@ def until(condition: Callable[[], object]) -> None:
 def test_the_battery_is_unknown_until_a_drive_has_told_its_voltage() -> None:
     Lab.simulation.clock.sleep(0.1)  # the drives tell it once a second, and have just told it
     with driver(supply=(20.0, 25.0)) as robot:
-        assert robot.read().battery is None
-        until(lambda: robot.read().battery)
-        sample = robot.read().battery
+        assert robot.read().latest(Battery) is None
+        until(lambda: robot.read().latest(Battery))
+        sample = robot.read().latest(Battery)
         assert sample is not None
         assert sample.value.charge == pytest.approx(0.8)
         assert sample.stamp == pytest.approx(NOW - sample.age)
@@ -49,32 +52,32 @@ def test_the_battery_is_unknown_until_a_drive_has_told_its_voltage() -> None:
 
 def test_every_sample_has_its_own_age() -> None:
     with driver() as robot:
-        until(lambda: robot.read().battery)
+        until(lambda: robot.read().latest(Battery))
         Lab.simulation.clock.sleep(0.3)
         readings = robot.read()
-        assert readings.battery is not None
-        assert readings.odometry is not None
-        assert readings.battery.age > 0.2 > readings.odometry.age
+        assert readings.latest(Battery) is not None
+        assert readings.latest(Odometry) is not None
+        assert readings.latest(Battery).age > 0.2 > readings.latest(Odometry).age
         assert readings.stamp == pytest.approx(NOW - readings.age)
 
 
 def test_bumpers_that_nobody_reads_are_unknown() -> None:
     with driver() as robot:
         assert robot.features.bumpers
-        assert robot.read().touch is None
+        assert robot.read().latest(Touch) is None
 
 
 def test_a_model_without_encoders_has_no_sample_of_them() -> None:
     bare = replace(P2AT, sensors=tuple(spec for spec in P2AT.sensors if not isinstance(spec, EncodersSpec)))
     with driver(bare) as robot:
-        assert robot.read().encoders is None
-        assert robot.read().odometry is not None
+        assert robot.read().latest(Encoders) is None
+        assert robot.read().latest(Odometry) is not None
 
 
 def test_one_that_was_closed_has_no_readings() -> None:
     robot = driver()
     robot.connect()
-    assert robot.read().odometry
+    assert robot.read().latest(Odometry)
     robot.close()
     with pytest.raises(StaleDataError, match="r: expected a connected robot"):
         robot.read()

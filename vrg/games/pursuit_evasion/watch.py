@@ -15,6 +15,9 @@ from vrg.bus.radio import Heard
 from vrg.games.pursuit_evasion.talk import Words, understood
 from vrg.geometry import wrap
 from vrg.hal.models import RobotModel
+from vrg.hal.sensors.ins import Ins
+from vrg.hal.sensors.laser import Laser
+from vrg.hal.sensors.odometry import Odometry
 from vrg.types import STILL, Pose, Twist, Vector
 
 SNAPSHOT_SCANS = 5
@@ -68,7 +71,7 @@ class Watch:
         self._note_pauses(view)
         self._hear(view.heard, view.time)
         self.fresh = []
-        laser = view.readings.laser
+        laser = view.readings.latest(Laser)
         if laser is not None and laser.stamp > self._stamp:
             self._stamp = laser.stamp
             scan = scan_of(laser.value, self._pose_at(view, laser.stamp), self._mount)
@@ -139,7 +142,7 @@ class Watch:
     @staticmethod
     def _pose_at(view: View, stamp: float) -> Pose:
         """The own pose at the time of a scan: the measured one, moved by what the wheels say of the time between."""
-        ins, odometry = view.readings.ins, view.readings.odometry
+        ins, odometry = view.readings.latest(Ins), view.readings.latest(Odometry)
         measured = view.time if ins is None else ins.stamp
         twist = STILL if odometry is None else odometry.value.twist
         return moved(view.pose, Twist(twist.v, twist.w), stamp - measured)
