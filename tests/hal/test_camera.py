@@ -17,6 +17,7 @@ from vrg.errors import MessageError
 from vrg.hal.models import RobotModel, robot_model
 from vrg.hal.sensors import png
 from vrg.hal.sensors.camera import Camera, CameraSpec
+from vrg.hal.sensors.laser import LaserSpec
 from vrg.hal.sim.config import RobotSetup, WorldConfig, fingerprint
 from vrg.hal.sim.demand import Demand
 from vrg.hal.sim.map import Map, load_map
@@ -290,8 +291,8 @@ def test_every_model_has_a_camera_that_looks_over_its_own_laser() -> None:
     for model in (P2AT, ATRV):
         camera = model.sensor(CameraSpec)
         assert camera is not None
-        assert model.laser is not None
-        assert camera.height > model.laser.height
+        assert model.sensor(LaserSpec) is not None
+        assert camera.height > model.sensor(LaserSpec).height
         assert (camera.columns, camera.rows, camera.rate) == (320, 240, 2.0)
 
 

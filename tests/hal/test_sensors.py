@@ -160,7 +160,7 @@ def test_a_simulation_that_cannot_be_imported_is_told() -> None:
         make("a", model=replace(P2AT, sensors=(Broken(count=1),)))
 
 
-MOUNT = P2AT.laser
+MOUNT = P2AT.sensor(LaserSpec)
 assert MOUNT is not None
 FRONT: LaserSpec = MOUNT
 

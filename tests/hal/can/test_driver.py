@@ -16,7 +16,7 @@ from vrg.hal.models.description import RobotModel
 from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.encoders import Encoders, EncodersSpec
 from vrg.hal.sensors.odometry import Odometry
-from vrg.hal.sensors.touch import Touch
+from vrg.hal.sensors.touch import Touch, TouchSpec
 
 LINK = Link(interface="virtual", channel="driver")
 P2AT = robot_model("P2AT")
@@ -63,7 +63,7 @@ def test_every_sample_has_its_own_age() -> None:
 
 def test_bumpers_that_nobody_reads_are_unknown() -> None:
     with driver() as robot:
-        assert robot.features.bumpers
+        assert robot.features.sensor(TouchSpec)
         assert robot.read().latest(Touch) is None
 
 

@@ -6,7 +6,7 @@ from typing import Annotated
 from msgspec import Meta
 
 from vrg.bus.messages import SensorMessage
-from vrg.hal.sensors.spec import SensorSpec
+from vrg.hal.sensors.spec import Recorded, SensorSpec
 
 
 class Encoders(SensorMessage, frozen=True, kw_only=True):
@@ -32,5 +32,6 @@ class EncodersSpec(SensorSpec):
 
     message = Encoders
     simulation = "vrg.hal.sim.sensors.encoders:EncodersSimulation"
+    recorded = Recorded.NONE
 
     ticks: Annotated[int, Meta(ge=1, le=10**9)]

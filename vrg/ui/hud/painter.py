@@ -5,11 +5,12 @@ from typing import Final
 import pygame
 
 from vrg.games.hud.helm import Wish
+from vrg.hal.sensors.depiction import Picture
 from vrg.ui import palette, shapes
 from vrg.ui.hud import words
 from vrg.ui.hud.dashboard import Dashboard, Level, Line, alert, heading, status
 from vrg.ui.hud.layout import SET, STOP, Layout, layout
-from vrg.ui.hud.quadrants import LocationPainter, PicturePainter, Quadrant, RingPainter, ScanPainter
+from vrg.ui.hud.quadrants import ConesPainter, LocationPainter, PicturePainter, Quadrant, RaysPainter
 from vrg.ui.palette import ink_on
 from vrg.ui.text import Face, Fonts
 from vrg.ui.view import View
@@ -22,6 +23,8 @@ COLOURS: Final = {
     Level.ALARM: palette.ALARM,
 }
 """The colour of what a level of urgency is written upon."""
+LINES: Final = 7
+"""The lines of the status that are always shown: those before the sensors."""
 INKS: Final = {
     Level.CALM: palette.TEXT,
     Level.GOOD: palette.TEXT,
@@ -37,8 +40,8 @@ class HudPainter:
     def __init__(self) -> None:
         self._fonts = Fonts()
         self._location = LocationPainter(self._fonts)
-        self._scan = ScanPainter(self._fonts)
-        self._ring = RingPainter(self._fonts)
+        self._scan = RaysPainter(self._fonts)
+        self._ring = ConesPainter(self._fonts)
         self._picture = PicturePainter(self._fonts)
         self._kept: dict[str, tuple[object, pygame.Surface]] = {}
 
@@ -48,7 +51,7 @@ class HudPainter:
         Returns:
             where everything is, and how the field's coordinates became pixels.
         """
-        places = layout(*surface.get_size(), camera=board.camera)
+        places = layout(*surface.get_size(), camera=board.seen.first(Picture) is not None)
         ui = places.ui
         surface.fill(palette.BACKGROUND)
         self._head(surface, places, board)
@@ -127,6 +130,8 @@ class HudPainter:
 
     def _status(self, surface: pygame.Surface, place: pygame.Rect, lines: list[Line], ui: float) -> None:
         size = max(12, round(14 * ui))
+        # Lines of sensors for which there is no room are left out; they are the last ones.
+        lines = lines[: max(LINES, place.height // size)]
         row = min(round(30 * ui), place.height // len(lines))
         label = round(100 * ui)
         for index, line in enumerate(lines):

@@ -16,6 +16,7 @@ import pybullet
 
 from vrg.hal.models import RobotModel
 from vrg.hal.sensors.camera import CameraSpec
+from vrg.hal.sensors.laser import LaserSpec
 from vrg.hal.sim.map import WALL_HEIGHT, Map
 from vrg.hal.sim.sensors.noise import Floats
 
@@ -190,7 +191,7 @@ def _parts(model: RobotModel) -> list[_Part]:
         for end in (1, -1)
         for side in (1, -1)
     ]
-    laser = model.laser
+    laser = model.sensor(LaserSpec)
     if laser is None or laser.height <= model.height:
         return [hull, deck, *wheels]
     half = (_LASER_SIDE / 2, _LASER_SIDE / 2, (laser.height + _LASER_TOP - model.height) / 2)
