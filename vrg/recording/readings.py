@@ -32,7 +32,8 @@ def records_of(
             return [] if where is None else [("", _scan(rays, at, where))]
         case Cones() as cones:
             drawn = [] if where is None else [("/cones", fg.SceneUpdate([], [cones_entity(name, cones, where, at)]))]
-            return [("", _rounded(reading)), *drawn]
+            fields = {name: _rounded(getattr(reading, name)) for name in reading.__struct_fields__}
+            return [("", structs.replace(reading, **fields)), *drawn]
         case Picture() as picture:
             return [("", fg.CompressedImage(at, name, picture.png, "png"))]
         case Fix() as fix:
@@ -59,14 +60,7 @@ def _place(fix: Fix, at: fg.Time) -> list[tuple[str, Struct]]:
 
 
 def _rounded(value: Any) -> Any:
-    """The same with its floats rounded to _DIGITS decimals."""
-    match value:
-        case float():
-            return round(value, _DIGITS)
-        case tuple():
-            return tuple(map(_rounded, value))
-        case Struct():
-            fields = {name: _rounded(getattr(value, name)) for name in value.__struct_fields__}
-            return structs.replace(value, **fields)
-        case _:
-            return value
+    """A number or a tuple of numbers with _DIGITS decimals."""
+    if isinstance(value, tuple):
+        return tuple(map(_rounded, value))
+    return round(value, _DIGITS) if isinstance(value, float) else value

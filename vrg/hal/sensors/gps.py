@@ -41,10 +41,9 @@ class Gps(SensorMessage, frozen=True, kw_only=True):
     @property
     def words(self) -> str:
         """The place in degrees, and the number of satellites."""
-        place = "no fix"
-        if self.latitude is not None and self.longitude is not None:
-            place = f"{math.degrees(self.latitude):.7f}°, {math.degrees(self.longitude):.7f}°"
-        return f"{place}, {self.satellites} satellites"
+        place = "no fix" if self.latitude is None else f"{math.degrees(self.latitude):.7f}°"
+        east = "" if self.longitude is None else f", {math.degrees(self.longitude):.7f}°"
+        return f"{place}{east}, {self.satellites} satellites"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -20,6 +20,7 @@ from vrg.ui.processes import Board, Row
 from vrg.ui.scene import Scene
 
 T = TypeVar("T", bound=Message)
+Robots = Mapping[str, RobotModel]
 
 SEEN: Final = 1.5
 """The match time in s for which a sighting is shown."""
@@ -104,20 +105,10 @@ class Hearing:
     """
 
     def __init__(
-        self,
-        mailbox: Mailbox,
-        keys: Keys,
-        traffic: Traffic,
-        builder: SceneBuilder,
-        *,
-        robots: Mapping[str, RobotModel],
-        official: bool,
+        self, mailbox: Mailbox, keys: Keys, traffic: Traffic, builder: SceneBuilder, robots: Robots, *, official: bool
     ) -> None:
-        self._sensors = [
-            (name, spec, keys.sensor(spec.message, name, spec.name))
-            for name, robot in robots.items()
-            for spec in robot.sensors
-        ]
+        sensors = [(name, spec) for name, robot in robots.items() for spec in robot.sensors]
+        self._sensors = [(name, spec, keys.sensor(spec.message, name, spec.name)) for name, spec in sensors]
         self._root = f"{keys.root}/"
         self._traffic = traffic
         self._builder = builder

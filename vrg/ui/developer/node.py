@@ -72,7 +72,7 @@ class DeveloperWindow(Node):
         self._run = run
         self._robots = dict(robots or {})
         builder = SceneBuilder(sizes={name: model.size for name, model in self._robots.items()}, obstacles=obstacles)
-        self._hearing = Hearing(mailbox, keys, traffic, builder, robots=self._robots, official=official)
+        self._hearing = Hearing(mailbox, keys, traffic, builder, self._robots, official=official)
         self._controls = Controls(mailbox, keys, by=name, official=official)
         self._explainer = Explainer(run)
         self._insight = Insight(official=official)

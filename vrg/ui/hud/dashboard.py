@@ -157,11 +157,6 @@ def _sensors(seen: Telemetry) -> list[Line]:
     """A line for each sensor that is drawn nowhere: what it has measured last, in words."""
     drawn = [seen.first(depiction) for depiction in DRAWN]
     rest = [s for s in seen.sensors if s not in drawn and s.spec.message not in ELSEWHERE]
-    kinds = [s.spec.kind for s in seen.sensors]
-    return [
-        Line(
-            (s.spec.kind if kinds.count(s.spec.kind) == 1 else f"{s.spec.kind} {s.spec.name}").upper(),
-            words.NO_READING if s.reading is None else s.reading.body.words,
-        )
-        for s in rest
-    ]
+    told = [words.NO_READING if s.reading is None else s.reading.body.words for s in rest]
+    labels = [s.spec.kind if s.spec.name == "main" else f"{s.spec.kind} {s.spec.name}" for s in rest]
+    return [Line(label.upper(), text) for label, text in zip(labels, told, strict=True)]

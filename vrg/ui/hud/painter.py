@@ -40,9 +40,9 @@ class HudPainter:
     def __init__(self) -> None:
         self._fonts = Fonts()
         self._location = LocationPainter(self._fonts)
-        self._scan = RaysPainter(self._fonts)
-        self._ring = ConesPainter(self._fonts)
-        self._picture = PicturePainter(self._fonts)
+        self._quadrants: dict[str, Quadrant] = {
+            "laser": RaysPainter(self._fonts), "sonar": ConesPainter(self._fonts), "camera": PicturePainter(self._fonts)
+        }  # fmt: skip
         self._kept: dict[str, tuple[object, pygame.Surface]] = {}
 
     def draw(self, surface: pygame.Surface, board: Dashboard) -> tuple[Layout, View]:
@@ -56,22 +56,15 @@ class HudPainter:
         surface.fill(palette.BACKGROUND)
         self._head(surface, places, board)
         view = self._location.draw(surface, places.location, board, ui)
-        shown: dict[str, tuple[pygame.Rect, Quadrant]] = {
-            "laser": (places.laser, self._scan),
-            "sonar": (places.sonar, self._ring),
-        }
-        if places.camera is not None:
-            shown["camera"] = (places.camera, self._picture)
-        for name, (area, painter) in shown.items():
-            self._keep(surface, name, area, painter, board, ui)
+        for name, area in (("laser", places.laser), ("sonar", places.sonar), ("camera", places.camera)):
+            if area is not None:
+                self._keep(surface, name, area, board, ui)
         self._panel(surface, places, board)
         return places, view
 
-    def _keep(
-        self, surface: pygame.Surface, name: str, area: pygame.Rect, painter: Quadrant, board: Dashboard, ui: float
-    ) -> None:
+    def _keep(self, surface: pygame.Surface, name: str, area: pygame.Rect, board: Dashboard, ui: float) -> None:
         """Draw a quadrant. Readings come less often than frames, so an unchanged one is only copied."""
-        place = area.clip(surface.get_rect())
+        place, painter = area.clip(surface.get_rect()), self._quadrants[name]
         key = (tuple(area), surface.get_size(), painter.shows(board))
         before = self._kept.get(name)
         if before is not None and before[0] == key:

@@ -67,19 +67,17 @@ def echoes(rays: Rays) -> "tuple[npt.NDArray[np.float64], npt.NDArray[np.float64
     return ranges[met], rays.bearings[met]
 
 
-def nearest_of_rays(rays: Rays) -> Vector | None:
-    """The distance (m) and the bearing (rad) of the nearest thing that beams met; None if they met nothing."""
-    return min(zip(*(part.tolist() for part in echoes(rays)), strict=True), default=None)
-
-
-def nearest_of_cones(cones: Cones) -> Vector | None:
-    """The distance (m) and the bearing (rad) of the cone with the nearest thing in it; None if there is nothing."""
-    heard = [(r, place.theta) for r, place in zip(cones.ranges, cones.places, strict=True) if r < cones.range_max]
+def nearest(found: Rays | Cones) -> Vector | None:
+    """The distance (m) and the bearing (rad) of the nearest thing that beams met or cones heard; None without any."""
+    if isinstance(found, Rays):
+        return min(zip(*(part.tolist() for part in echoes(found)), strict=True), default=None)
+    heard = [(r, place.theta) for r, place in zip(found.ranges, found.places, strict=True) if r < found.range_max]
     return min(heard, default=None)
 
 
-def told(nearest: Vector | None, reach: float) -> str:
+def told(found: Rays | Cones) -> str:
     """What is nearest, in words."""
-    if nearest is None:
-        return words.NOTHING_NEAR.format(reach=reach)
-    return words.NEAREST.format(distance=nearest[0], bearing=math.degrees(nearest[1]) + 0.0)
+    near = nearest(found)
+    if near is None:
+        return words.NOTHING_NEAR.format(reach=found.range_max)
+    return words.NEAREST.format(distance=near[0], bearing=math.degrees(near[1]) + 0.0)

@@ -15,7 +15,7 @@ from vrg.ui import palette, shapes
 from vrg.ui.field import FieldPainter
 from vrg.ui.hud import words
 from vrg.ui.hud.dashboard import Dashboard, place
-from vrg.ui.hud.polar import RINGS, Fan, echoes, fan, nearest_of_cones, nearest_of_rays, reach_for, told
+from vrg.ui.hud.polar import RINGS, Fan, echoes, fan, nearest, reach_for, told
 from vrg.ui.text import Fonts
 from vrg.ui.view import View
 from vrg.ui.widgets import blank, frame
@@ -51,9 +51,9 @@ class Quadrant(ABC):
         else:
             self.plot(surface, inner, found, board, ui)
 
-    @abstractmethod
     def told(self, found: Any, board: Dashboard) -> str:
         """What stands beside the title, about a depiction."""
+        return told(found)
 
     @abstractmethod
     def plot(self, surface: pygame.Surface, inner: pygame.Rect, found: Any, board: Dashboard, ui: float) -> None:
@@ -127,10 +127,6 @@ class RaysPainter(Quadrant):
         super().__init__(fonts)
         self._reach: float | None = None
 
-    def told(self, found: Rays, board: Dashboard) -> str:
-        """What is nearest."""
-        return told(nearest_of_rays(found), found.range_max)
-
     def plot(self, surface: pygame.Surface, inner: pygame.Rect, found: Rays, board: Dashboard, ui: float) -> None:
         """Draw the ground that the beams find free, what they met, and what of it is nearest."""
         ranges, bearings = echoes(found)
@@ -148,9 +144,9 @@ class RaysPainter(Quadrant):
         for r, b in zip(ranges, bearings, strict=True):
             x, y = plot.polar(float(r), float(b))
             surface.fill(palette.ECHO, (round(x) - size // 2, round(y) - size // 2, size, size))
-        nearest = nearest_of_rays(found)
-        if nearest is not None:
-            shapes.ring(surface, plot.polar(*nearest), 6 * ui, palette.CAUTION, 2 * ui)
+        near = nearest(found)
+        if near is not None:
+            shapes.ring(surface, plot.polar(*near), 6 * ui, palette.CAUTION, 2 * ui)
         _scale(surface, plot, ui, self._fonts)
         _robot(surface, plot, board, ui)
 
@@ -160,13 +156,9 @@ class ConesPainter(Quadrant):
 
     depiction, title, nothing = Cones, words.SONAR, words.NO_ECHO
 
-    def told(self, found: Cones, board: Dashboard) -> str:
-        """What is nearest."""
-        return told(nearest_of_cones(found), found.range_max)
-
     def plot(self, surface: pygame.Surface, inner: pygame.Rect, found: Cones, board: Dashboard, ui: float) -> None:
         """Draw each cone up to what it heard."""
-        nearest = nearest_of_cones(found)
+        near = nearest(found)
         inner.inflate_ip(round(-20 * ui), round(-20 * ui))
         place = (inner.left, inner.top, inner.width, inner.height)
         plot = fan(place, -math.pi, math.pi, reach_for(found.range_max, None))
@@ -174,8 +166,8 @@ class ConesPainter(Quadrant):
         for number, distance in enumerate(found.ranges):
             corners = [plot.at(*point) for point in found.outline(number, 7)]
             if distance < found.range_max:
-                near = nearest is not None and distance == nearest[0]
-                shapes.polygon(surface, corners, palette.CAUTION if near else palette.ECHO)
+                closest = near is not None and distance == near[0]
+                shapes.polygon(surface, corners, palette.CAUTION if closest else palette.ECHO)
             else:
                 shapes.outline(surface, corners, palette.LINE)
         _scale(surface, plot, ui, self._fonts)
