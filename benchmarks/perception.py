@@ -34,6 +34,7 @@ from vrg.config.loading import load_match, match_path
 from vrg.geometry import circumradius, wrap
 from vrg.hal.models import robot_model
 from vrg.hal.sensors.ins import InsSpec
+from vrg.hal.sensors.laser import LaserSpec
 from vrg.hal.sim.map import load_map
 from vrg.hal.sim.sensors.rays import Edges, Fan, among_robots, cast
 from vrg.launch import in_process
@@ -63,8 +64,8 @@ class Post:
         self._walls = Edges(load_map("courtyard").edges)
         self._discs = load_map("courtyard").discs
         self._model, self._intruder = robot_model("P2AT"), robot_model("ATRV-Jr")
-        assert self._model.laser is not None
-        self._laser, self._ins = self._model.laser, self._model.sensor(InsSpec) or InsSpec()
+        assert self._model.sensor(LaserSpec) is not None
+        self._laser, self._ins = self._model.sensor(LaserSpec), self._model.sensor(InsSpec) or InsSpec()
         self._fan = Fan.of(self._laser.beams, self._laser.fov)
         self._pose, self._rng, self._noisy = pose, rng, noisy
         self.empty: Snapshot = snapshot([self.scan(None) for _ in range(5)])

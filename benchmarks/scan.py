@@ -56,8 +56,8 @@ class Scene:
     def __init__(self, seed: int) -> None:
         self.map = load_map("courtyard")
         self.model = robot_model("P2AT")
-        assert self.model.laser is not None
-        self.mount: LaserSpec = self.model.laser
+        assert self.model.sensor(LaserSpec) is not None
+        self.mount: LaserSpec = self.model.sensor(LaserSpec)
         self.fan = Fan.of(self.mount.beams, self.mount.fov)
         self.poses = self._places(np.random.default_rng(seed))
         self.models = [self.model] * ROBOTS

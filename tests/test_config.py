@@ -18,6 +18,7 @@ from vrg.config.setup import NOISE, RULES, MatchSetup, radio_seed, read_setup, t
 from vrg.errors import ConfigError, LaunchError
 from vrg.hal.models import MODELS
 from vrg.hal.sensors.camera import CameraSpec
+from vrg.hal.sensors.laser import LaserSpec
 from vrg.hal.sim.map import load_map
 from vrg.launch.nodes import strategy_of
 from vrg.launch.run_folder import RunFolder
@@ -411,16 +412,16 @@ def with_sensors(tables: str, own: str = "") -> str:
 def test_sensors_are_set_for_all_robots_and_for_one(load: Load, tmp_path: Path) -> None:
     text = with_sensors(SENSORS, "[players.sensors.laser]\nnoise = 0.0\nrate = 5.0\n")
     setup = load(text.replace("x = 19.0", 'model = "ATRV-Jr"\nx = 19.0'))
-    first, second, other = setup.players[0].robot, setup.players[1].robot, setup.players[2].robot
-    assert first.laser is not None
-    assert second.laser is not None
-    assert (first.laser.noise, first.laser.drop_out, first.laser.rate) == (0.0, 0.1, 5.0)
-    assert (second.laser.noise, second.laser.drop_out, second.laser.rate) == (0.03, 0.1, 10.0)
+    first, second, other = (player.robot.sensor(LaserSpec) for player in setup.players[:3])
+    assert first is not None
+    assert second is not None
+    assert (first.noise, first.drop_out, first.rate) == (0.0, 0.1, 5.0)
+    assert (second.noise, second.drop_out, second.rate) == (0.03, 0.1, 10.0)
     assert "sonar" not in setup.players[2].sensors, "an ATRV-Jr has no sonar"
-    assert other.laser is not None
-    assert other.laser.noise == 0.03
+    assert other is not None
+    assert other.noise == 0.03
     assert [robot.description for robot in setup.world.robots] == [player.robot for player in setup.players]
-    assert strategy_of(setup, "player1").robot == first
+    assert strategy_of(setup, "player1").robot == setup.players[0].robot
     write_setup(setup, tmp_path / "setup.json")
     assert read_setup(tmp_path / "setup.json") == setup
 

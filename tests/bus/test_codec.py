@@ -101,7 +101,7 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
     ),
     Ins: st.builds(Ins, pose=poses),
     Odometry: st.builds(Odometry, pose=poses, twist=twists),
-    Encoders: st.builds(Encoders, left=st.integers(-(2**60), 2**60), right=st.just(0)),
+    Encoders: st.builds(Encoders, counts=tuples(st.integers(-(2**60), 2**60), max_size=4)),
     Touch: st.builds(Touch, pressed=tuples(st.booleans(), max_size=8)),
     Sonar: st.builds(Sonar, range_max=st.just(5.0), ranges=tuples(st.floats(0, 5), max_size=16)),
     Gps: st.builds(

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 from vrg.hal.models import robot_model
 from vrg.hal.models.drivetrain import Drivetrain, Wheel
-from vrg.hal.sensors.encoders import EncodersSpec
 
 AXES = ("left", "back", "right")
 _P2AT = robot_model("P2AT")
@@ -21,5 +20,4 @@ OMNI = replace(
         wheel_radius=0.1,
         wheel_width=0.05,
     ),
-    sensors=tuple(spec for spec in _P2AT.sensors if not isinstance(spec, EncodersSpec)),
 )

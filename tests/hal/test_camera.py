@@ -17,6 +17,7 @@ from vrg.errors import MessageError
 from vrg.hal.models import RobotModel, robot_model
 from vrg.hal.sensors import png
 from vrg.hal.sensors.camera import Camera, CameraSpec
+from vrg.hal.sensors.laser import LaserSpec
 from vrg.hal.sim.config import RobotSetup, WorldConfig, fingerprint
 from vrg.hal.sim.demand import Demand
 from vrg.hal.sim.map import Map, load_map
@@ -250,10 +251,10 @@ def test_a_player_reads_the_newest_picture_of_its_robot() -> None:
     bench = SimBench("planar")
     bench.driver.connect()
     bench.advance(1.0)
-    assert bench.driver.read().camera is None
+    assert bench.driver.read().latest(Camera) is None
     bench.player.mailbox.publish(KEYS.camera_request("r"), CameraRequest(lease=2.0))
     bench.advance(1.2)
-    sample = bench.driver.read().camera
+    sample = bench.driver.read().latest(Camera)
     assert sample is not None
     assert sample.value.image.shape == (240, 320, 3)
     assert 0.0 <= sample.age <= 0.6
@@ -290,8 +291,8 @@ def test_every_model_has_a_camera_that_looks_over_its_own_laser() -> None:
     for model in (P2AT, ATRV):
         camera = model.sensor(CameraSpec)
         assert camera is not None
-        assert model.laser is not None
-        assert camera.height > model.laser.height
+        assert model.sensor(LaserSpec) is not None
+        assert camera.height > model.sensor(LaserSpec).height
         assert (camera.columns, camera.rows, camera.rate) == (320, 240, 2.0)
 
 

@@ -15,9 +15,11 @@ from vrg.bus.topics import Keys, Topic
 from vrg.errors import RobotError, StaleDataError
 from vrg.hal.device import Device
 from vrg.hal.gate import REFEREE_TIMEOUT
+from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.ins import Ins
 from vrg.hal.sensors.laser import Laser
 from vrg.hal.sensors.spec import Sample
+from vrg.hal.sensors.touch import Touch
 from vrg.types import Pose, Twist
 
 KEYS = Keys("m")
@@ -298,7 +300,7 @@ class TestPhysicalRobots:
         """Where the robot is when its odometry says so."""
         assert isinstance(bench.driver, PhysicalFake)
         bench.driver.at(pose, bench.time - age, age)
-        ins = bench.device.read().ins
+        ins = bench.device.read().latest(Ins)
         assert ins is not None
         return ins.value.pose
 
@@ -358,15 +360,15 @@ class TestPhysicalRobots:
         bench.device.start()
         bench.tick()
         bench.driver.samples.append(Sample(bench.time, 0.0, Ins(pose=Pose(1.0, 1.0, 0.0))))
-        assert bench.device.read().ins is not None
+        assert bench.device.read().latest(Ins) is not None
         assert bench.published() == []
 
     def test_a_robot_that_measures_its_pose_itself_is_believed(self, physical: Bench) -> None:
         physical.tick()
         physical.driver.samples.append(Sample(physical.time, 0.0, Ins(pose=Pose(1.0, 1.0, 0.0))))
         readings = physical.device.read()
-        assert readings.ins is not None
-        assert readings.ins.value.pose == Pose(1.0, 1.0, 0.0)
+        assert readings.latest(Ins) is not None
+        assert readings.latest(Ins).value.pose == Pose(1.0, 1.0, 0.0)
         assert [pose.pose for _, pose in physical.published()] == [Pose(1.0, 1.0, 0.0)]
 
     def test_what_it_lacks_the_world_synthesises_and_the_rest_is_unknown(self, physical: Bench) -> None:
@@ -375,8 +377,8 @@ class TestPhysicalRobots:
         physical.tick(0.2)
         self.at(physical, Pose(0.0, 0.0, 0.0))
         readings = physical.device.read()
-        assert readings.laser is not None
-        assert readings.laser.value == scan
-        assert readings.laser.age == pytest.approx(0.2)
-        assert readings.touch is None
-        assert readings.battery is None
+        assert readings.latest(Laser) is not None
+        assert readings.latest(Laser).value == scan
+        assert readings.latest(Laser).age == pytest.approx(0.2)
+        assert readings.latest(Touch) is None
+        assert readings.latest(Battery) is None

@@ -8,6 +8,7 @@ from msgspec.structs import astuple
 
 from vrg.errors import ConfigError
 from vrg.hal.models import MODELS, RobotModel, robot_model
+from vrg.hal.sensors.laser import LaserSpec
 from vrg.types import Twist
 
 
@@ -18,8 +19,8 @@ def test_a_model_is_physically_sound(model: RobotModel) -> None:
     assert all(2 * abs(wheel.y) + drivetrain.wheel_width <= model.width for wheel in drivetrain.wheels)
     assert drivetrain.effective_track > 2 * drivetrain.wheels[0].y, "a skidding body turns less than its wheels say"
     assert model.brake >= 7.0
-    assert model.laser is not None
-    assert abs(model.laser.x) < model.length / 2, "the laser is on the body, which the scan looks out of"
+    assert model.sensor(LaserSpec) is not None
+    assert abs(model.sensor(LaserSpec).x) < model.length / 2, "the laser is on the body, which the scan looks out of"
     assert "stimated" in model.source
 
 
@@ -35,7 +36,7 @@ def test_wheels_and_velocity_are_inverses(model: RobotModel) -> None:
 
 def test_both_carry_an_lms200() -> None:
     for model in map(MODELS.get, MODELS.names()):
-        laser = model.laser
+        laser = model.sensor(LaserSpec)
         assert laser is not None
         assert (laser.beams, laser.fov, laser.range_max, laser.resolution) == (181, math.pi, 8.0, 0.01)
 
@@ -58,6 +59,5 @@ def test_a_limit_keeps_the_curve() -> None:
 
 def test_a_model_names_what_it_has_and_knows_what_it_has_not() -> None:
     model = robot_model("P2AT")
-    assert model.laser is not None
-    assert replace(model, sensors=()).laser is None
-    assert replace(model, sensors=()).bumpers == 0
+    assert model.sensor(LaserSpec) is not None
+    assert replace(model, sensors=()).sensor(LaserSpec) is None

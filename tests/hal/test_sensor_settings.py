@@ -43,7 +43,7 @@ def test_every_number_of_every_model_is_within_its_own_bounds(name: str) -> None
 
 def test_settings_change_the_sensors_of_their_kind_and_nothing_else() -> None:
     changed = with_settings(P2AT, {"laser": {"noise": 0.03, "beams": 19}, "touch": {}})
-    assert changed.laser == replace(P2AT.laser, noise=0.03, beams=19)  # type: ignore[type-var]
+    assert changed.sensor(LaserSpec) == replace(P2AT.sensor(LaserSpec), noise=0.03, beams=19)  # type: ignore[type-var]
     assert replace(changed, sensors=P2AT.sensors) == P2AT
     assert [spec for spec in changed.sensors if spec.kind != "laser"] == [
         spec for spec in P2AT.sensors if spec.kind != "laser"
@@ -60,8 +60,8 @@ def test_a_whole_number_may_be_given_for_a_number_and_becomes_one() -> None:
 
 
 def test_settings_hold_for_all_sensors_of_their_kind() -> None:
-    assert P2AT.laser is not None
-    two = replace(P2AT, sensors=(P2AT.laser, replace(P2AT.laser, name="rear")))
+    assert P2AT.sensor(LaserSpec) is not None
+    two = replace(P2AT, sensors=(P2AT.sensor(LaserSpec), replace(P2AT.sensor(LaserSpec), name="rear")))
     assert [s.rate for s in with_settings(two, {"laser": {"rate": 5.0}}).sensors] == [5.0, 5.0]
 
 
@@ -113,7 +113,7 @@ def test_any_number_is_either_refused_or_used(value: float, field: str) -> None:
         with pytest.raises(ConfigError):
             with_settings(P2AT, settings)
     else:
-        assert getattr(with_settings(P2AT, settings).laser, field) == value
+        assert getattr(with_settings(P2AT, settings).sensor(LaserSpec), field) == value
 
 
 def test_the_settings_of_a_player_hold_before_those_of_the_match() -> None:
@@ -204,8 +204,8 @@ def test_a_restarted_world_and_a_robot_that_comes_back_keep_the_settings() -> No
     config = world(laser={"beams": 5})
     first, second = World(config), World(config)
     second.restore(first.snapshot())
-    assert second.model("a").laser == first.model("a").laser
-    assert second.model("a").laser != P2AT.laser
+    assert second.model("a").sensor(LaserSpec) == first.model("a").sensor(LaserSpec)
+    assert second.model("a").sensor(LaserSpec) != P2AT.sensor(LaserSpec)
     assert second.config.description("a", "P2AT") == second.model("a")
     assert second.config.description("a", "ATRV-Jr") == robot_model("ATRV-Jr")
     assert second.config.description("new", "P2AT") == P2AT

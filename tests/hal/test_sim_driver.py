@@ -6,6 +6,7 @@ import pytest
 
 from tests.hal.world_bench import SimBench
 from vrg.errors import RobotError
+from vrg.hal.sensors.laser import Laser
 from vrg.testing.driver import AHEAD, DriverContract, armed
 
 
@@ -19,7 +20,7 @@ class TestPlanar(DriverContract):
     def test_a_scan_arrives_with_angles_and_age(self, bench: SimBench) -> None:
         bench.driver.connect()
         bench.advance(0.5)
-        scan = bench.driver.read().laser
+        scan = bench.driver.read().latest(Laser)
         assert scan is not None
         assert scan.value.ranges.shape == scan.value.angles.shape == (181,)
         assert scan.value.angles[90] == pytest.approx(0.0)

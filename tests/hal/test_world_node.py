@@ -33,7 +33,7 @@ from vrg.hal.models import MODELS, robot_model
 from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.encoders import Encoders
 from vrg.hal.sensors.ins import Ins
-from vrg.hal.sensors.laser import Laser
+from vrg.hal.sensors.laser import Laser, LaserSpec
 from vrg.hal.sensors.odometry import Odometry
 from vrg.hal.sensors.touch import Touch
 from vrg.hal.sim.config import check_setup
@@ -654,14 +654,14 @@ class TestPhysicalRobots:
         assert isinstance(seen, Laser)
         assert isinstance(sees, Laser)
         model = P2AT
-        assert model.laser is not None
-        assert seen.ranges[90] == pytest.approx(2.0 - model.length / 2 - model.laser.x, abs=0.001)
+        assert model.sensor(LaserSpec) is not None
+        assert seen.ranges[90] == pytest.approx(2.0 - model.length / 2 - model.sensor(LaserSpec).x, abs=0.001)
         assert sees.ranges.min() == sees.range_max, "a is behind it"
         world.say(KEYS.world_request, WorldRequest(kind=RequestKind.PLACE, places={"a": Pose(4.0, 0.0, 0.0)}))
         world.tick(10)
         sees = world.heard[LASER_G]
         assert isinstance(sees, Laser)
-        assert sees.ranges[90] == pytest.approx(2.0 - model.length / 2 - model.laser.x, abs=0.001)
+        assert sees.ranges[90] == pytest.approx(2.0 - model.length / 2 - model.sensor(LaserSpec).x, abs=0.001)
 
     def test_nobodys_noise_depends_on_it(self) -> None:
         def readings(*robots: tuple[str, float, float, float]) -> dict[str, list[object]]:

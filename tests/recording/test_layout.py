@@ -6,7 +6,7 @@ from tests.recording.recordings import messages_of, record
 from tests.ui import synthetic
 from vrg.recording.layout import foxglove_layout
 
-NAMES = {name: ["front"] for name in synthetic.NAMES}
+NAMES = {name: ["laser/front"] for name in synthetic.NAMES}
 
 
 def leaves(tree):

@@ -30,7 +30,7 @@ from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.camera import Camera
 from vrg.hal.sensors.gps import Gps
 from vrg.hal.sensors.ins import Ins
-from vrg.hal.sensors.laser import Laser
+from vrg.hal.sensors.laser import Laser, LaserSpec
 from vrg.hal.sensors.odometry import Odometry
 from vrg.hal.sensors.sonar import Sonar, SonarSpec
 from vrg.hal.sensors.touch import Touch
@@ -210,12 +210,13 @@ def test_physical_robots_have_a_rim_in_the_scene(file):
     assert {name for name in synthetic.NAMES if entities[name]["lines"]} == {"bruce", "nemo"}
 
 
+MODELS = {"nemo": P2AT, "dory": P2AT}
 SCAN = Laser(angle_min=-0.5, angle_step=0.5, range_max=8.0, data=np.array([1.0004, 2.0, 8.0], dtype="<f4").tobytes())
 
 
-def recorded_readings(path, said, **options):
-    """What a recorder that is asked for sensors writes of what is said at one instant, as (schema, topic, JSON)."""
-    recorder = Recorder("recorder", Mailbox(), KEYS, path, **options)
+def recorded_readings(path, said, models=MODELS):
+    """What a recorder writes of readings at one instant, as (schema, topic, JSON)."""
+    recorder = Recorder("recorder", Mailbox(), KEYS, path, models=models)
     body = m.Body(name="nemo", pose=Pose(1.0, 2.0, np.pi / 2), twist=STILL, physical=False)
     match = synthetic.Match(KEYS)
     match.say(recorder.mailbox, KEYS.poses, m.Poses(bodies=(body,)), 0.0, 0)
@@ -236,21 +237,25 @@ def recorded_readings(path, said, **options):
 def test_lasers_are_recorded_where_they_are_on_the_robot(tmp_path):
     [(schema, topic, data)] = recorded_readings(
         tmp_path / "match.mcap",
-        [(KEYS.sensor(Laser, robot, P2AT.laser.name), SCAN) for robot in ("dory", "nemo")],
-        sensors=[Laser],
-        models={"nemo": P2AT},
+        [(KEYS.sensor(Laser, robot, P2AT.sensor(LaserSpec).name), SCAN) for robot in ("dory", "nemo")],
     )
     assert (schema, topic) == ("foxglove.LaserScan", "/robot/nemo/laser/front")
     assert data["ranges"] == [1.0, 2.0, 8.0], "in whole mm"
     assert (data["start_angle"], data["end_angle"]) == (-0.5, 0.5)
-    assert P2AT.laser.x > 0.0
-    assert data["pose"]["position"]["y"] == pytest.approx(2.0 + P2AT.laser.x)
+    assert P2AT.sensor(LaserSpec).x > 0.0
+    assert data["pose"]["position"]["y"] == pytest.approx(2.0 + P2AT.sensor(LaserSpec).x)
 
 
 def test_a_second_laser_of_a_robot_has_a_topic_of_its_own(tmp_path):
-    said = [(KEYS.sensor(Laser, "nemo", name), SCAN) for name in ("main", "rear")]
-    found = recorded_readings(tmp_path / "match.mcap", said, sensors=[Laser])
-    assert {topic for _, topic, _ in found} == {"/robot/nemo/laser/main", "/robot/nemo/laser/rear"}
+    two = replace(P2AT, sensors=(P2AT.sensor(LaserSpec), replace(P2AT.sensor(LaserSpec), name="rear")))
+    said = [(KEYS.sensor(Laser, "nemo", name), SCAN) for name in ("front", "rear")]
+    found = recorded_readings(tmp_path / "match.mcap", said, {"nemo": two})
+    assert {topic for _, topic, _ in found} == {"/robot/nemo/laser/front", "/robot/nemo/laser/rear"}
+
+
+def test_a_scan_is_recorded_as_it_is_where_nobody_knows_the_laser(tmp_path):
+    [(schema, topic, _)] = recorded_readings(tmp_path / "match.mcap", [(KEYS.sensor(Laser, "nemo", "rear"), SCAN)])
+    assert (schema, topic) == ("vrg.Laser", "/robot/nemo/laser/rear")
 
 
 RING = next(spec for spec in P2AT.sensors if isinstance(spec, SonarSpec))
@@ -264,7 +269,7 @@ def echoes(**heard: float) -> Sonar:
 
 def test_a_sonar_is_recorded_as_ranges_and_as_cones_that_end_where_it_heard_something(tmp_path):
     said = [(KEYS.sensor(Sonar, "nemo", "rings"), echoes(t3=1.25 + 1e-15))]
-    [ranges, cones] = recorded_readings(tmp_path / "match.mcap", said, sensors=[Sonar], models={"nemo": P2AT})
+    [ranges, cones] = recorded_readings(tmp_path / "match.mcap", said)
     assert ranges[:2] == ("vrg.Sonar", "/robot/nemo/sonar/rings")
     assert (ranges[2]["ranges"][3], ranges[2]["ranges"][4], ranges[2]["range_max"]) == (1.25, 5.0, 5.0)
     assert cones[:2] == ("foxglove.SceneUpdate", "/robot/nemo/sonar/rings/cones")
@@ -283,15 +288,15 @@ def test_a_sonar_is_recorded_as_ranges_and_as_cones_that_end_where_it_heard_some
 
 def test_where_a_sonar_hears_nothing_its_cones_go(tmp_path):
     said = [(KEYS.sensor(Sonar, "nemo", "rings"), echoes())]
-    [_, (_, _, cones)] = recorded_readings(tmp_path / "match.mcap", said, sensors=[Sonar], models={"nemo": P2AT})
+    [_, (_, _, cones)] = recorded_readings(tmp_path / "match.mcap", said)
     [entity] = cones["entities"]
     assert (entity["id"], entity["triangles"]) == ("nemo/rings", [])
 
 
-@pytest.mark.parametrize("models", [{}, {"nemo": replace(P2AT, sensors=(replace(RING, places=RING.places[:3]),))}])
-def test_the_ranges_of_an_unknown_sonar_are_recorded_without_cones(tmp_path, models):
+def test_the_ranges_of_another_ring_than_that_of_the_model_are_recorded_without_cones(tmp_path):
+    other = {"nemo": replace(P2AT, sensors=(replace(RING, places=RING.places[:3]),))}
     said = [(KEYS.sensor(Sonar, "nemo", "rings"), echoes(t3=1.25))]
-    [(_, topic, _)] = recorded_readings(tmp_path / "match.mcap", said, sensors=[Sonar], models=models)
+    [(_, topic, _)] = recorded_readings(tmp_path / "match.mcap", said, other)
     assert topic == "/robot/nemo/sonar/rings"
 
 
@@ -300,7 +305,7 @@ def test_a_place_on_the_earth_is_recorded_in_degrees_for_the_map_and_without_a_f
         (KEYS.sensor(Gps, "nemo", "main"), Gps(latitude=np.pi / 4, longitude=-np.pi / 2, satellites=7)),
         (KEYS.sensor(Gps, "dory", "main"), Gps(latitude=None, longitude=None, satellites=2)),
     ]
-    [(schema, topic, data)] = recorded_readings(tmp_path / "match.mcap", said, sensors=[Gps])
+    [(schema, topic, data)] = recorded_readings(tmp_path / "match.mcap", said)
     assert (schema, topic) == ("foxglove.LocationFix", "/robot/nemo/gps/main")
     assert (data["latitude"], data["longitude"]) == (45.0, -90.0)
     assert data["timestamp"] == {"sec": 0, "nsec": 0}
@@ -309,25 +314,13 @@ def test_a_place_on_the_earth_is_recorded_in_degrees_for_the_map_and_without_a_f
 def test_a_picture_is_recorded_as_a_file_that_viewers_open(tmp_path):
     data = png.encode(np.full((4, 6, 3), 200, dtype=np.uint8))
     said = [(KEYS.sensor(Camera, "nemo", "main"), Camera(fov=1.0, data=data))]
-    [(schema, topic, record)] = recorded_readings(tmp_path / "match.mcap", said, sensors=[Camera])
+    [(schema, topic, record)] = recorded_readings(tmp_path / "match.mcap", said)
     assert (schema, topic) == ("foxglove.CompressedImage", "/robot/nemo/camera/main")
     assert (record["format"], base64.b64decode(record["data"])) == ("png", data)
 
 
-def test_an_own_pose_and_an_odometry_are_recorded_in_micrometres(tmp_path):
-    said = [
-        (KEYS.sensor(Ins, "nemo", "main"), Ins(pose=Pose(1.23456789, 2.0, np.pi))),
-        (KEYS.sensor(Odometry, "nemo", "main"), Odometry(pose=Pose(0.1234567, 0.0, 0.0), twist=Twist(0.7654321, 0.0))),
-    ]
-    [ins, odometry] = recorded_readings(tmp_path / "match.mcap", said, sensors=[Ins, Odometry])
-    assert ins[:2] == ("foxglove.PoseInFrame", "/robot/nemo/ins/main")
-    assert ins[2]["pose"]["position"]["x"] == 1.234568
-    assert odometry[2]["pose"]["x"] == 0.123457
-    assert odometry[2]["twist"]["v"] == 0.765432
-
-
 def test_bumpers_are_written_when_they_change(tmp_path):
-    recorder = Recorder("recorder", Mailbox(), KEYS, tmp_path / "match.mcap", sensors=[Touch])
+    recorder = Recorder("recorder", Mailbox(), KEYS, tmp_path / "match.mcap", models=MODELS)
     match = synthetic.Match(KEYS)
     for number, pressed in enumerate([False, False, True, True, False]):
         reading = Touch(pressed=(pressed, False))
@@ -341,20 +334,23 @@ def test_bumpers_are_written_when_they_change(tmp_path):
     assert [at for topic, at in found if "dory" in topic] == [0]
 
 
-def test_any_other_sensor_is_recorded_as_it_said_it(tmp_path):
-    path = tmp_path / "match.mcap"
+def test_what_the_poses_tell_too_is_not_recorded(tmp_path):
     said = [
+        (KEYS.sensor(Ins, "nemo", "main"), Ins(pose=Pose(1.0, 2.0, 0.0))),
+        (KEYS.sensor(Odometry, "nemo", "main"), Odometry(pose=Pose(0.1, 0.0, 0.0), twist=Twist(0.7, 0.0))),
         (KEYS.sensor(Battery, "nemo", "main"), Battery(charge=0.5)),
-        (KEYS.sensor(Touch, "dory", "pose"), Touch(pressed=(True, False))),
     ]
-    assert recorded_readings(path, said, sensors=[Battery, Touch]) == [
-        ("vrg.Battery", "/robot/nemo/battery/main", {"charge": 0.5}),
-        ("vrg.Touch", "/robot/dory/touch/pose", {"pressed": [True, False]}),
-    ]
-    assert list(read_tracks(path)) == ["nemo"], "a sensor that is called pose is no pose"
+    assert recorded_readings(tmp_path / "match.mcap", said) == []
 
 
-def test_sensors_are_not_even_heard_unless_they_are_wanted():
+def test_a_sensor_that_is_called_pose_is_no_pose(tmp_path):
+    path = tmp_path / "match.mcap"
+    said = [(KEYS.sensor(Touch, "dory", "pose"), Touch(pressed=(True, False)))]
+    assert recorded_readings(path, said) == [("vrg.Touch", "/robot/dory/touch/pose", {"pressed": [True, False]})]
+    assert list(read_tracks(path)) == ["nemo"]
+
+
+def test_without_models_no_sensor_is_heard():
     recorder = Recorder("recorder", Mailbox(), KEYS, io.BytesIO())
     assert not any(issubclass(inlet.topic.type, m.SensorMessage) for inlet in recorder.mailbox.inlets)
 

@@ -16,7 +16,7 @@ from vrg.regions import Circle, Polygon, Rectangle, Sector
 from vrg.types import Pose
 from vrg.ui import ground, palette, text
 from vrg.ui.banner import banners
-from vrg.ui.draw import BannerPainter, Painter, render_png, save_png
+from vrg.ui.draw import BannerPainter, Painter, save_png
 from vrg.ui.palette import ink_on
 from vrg.ui.scene import Flash, Scene
 from vrg.ui.text import Face, Fonts
@@ -65,7 +65,9 @@ def test_roles_differ_also_without_colour():
 
 def test_a_picture_can_be_written_without_a_display(scene_at, tmp_path):
     scene = scene_at(5.0)
-    view = render_png(scene, tmp_path / "match.png", (900, 600))
+    surface = pygame.Surface((900, 600))
+    view = Painter().draw(surface, scene)
+    save_png(surface, tmp_path / "match.png")
     picture = pygame.image.load(str(tmp_path / "match.png"))
     assert picture.get_size() == (900, 600)
     assert close_to(colours_near(picture, where(scene, view, "anchor")), VERMILLION) > 60

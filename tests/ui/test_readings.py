@@ -8,14 +8,16 @@ import pytest
 from rich.console import Console
 
 from vrg.bus.codec import Received
+from vrg.bus.messages import SensorMessage
 from vrg.hal.sensors import png
 from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.camera import Camera
+from vrg.hal.sensors.encoders import Encoders
 from vrg.hal.sensors.gps import Gps
 from vrg.hal.sensors.laser import Laser
 from vrg.hal.sensors.sonar import Sonar
 from vrg.hal.sensors.touch import Touch
-from vrg.ui.readings import Watched, sensor_table, words_of
+from vrg.ui.readings import Watched, sensor_table
 
 
 def scan(*ranges: float) -> Laser:
@@ -37,11 +39,13 @@ def scan(*ranges: float) -> Laser:
         (Gps(latitude=None, longitude=None, satellites=3), "no fix, 3 satellites"),
         (Camera(fov=1.0, data=png.encode(np.zeros((24, 32, 3), dtype=np.uint8))), "32 x 24 pixels, 0.1 KB"),
         (Battery(charge=0.98765), "charge 0.988"),
-        (Touch(pressed=(True, False)), "pressed (yes no)"),
+        (Touch(pressed=(False, True, False, True)), "pressed at +90°, -90°"),
+        (Touch(pressed=(False, False)), "none of 2 pressed"),
+        (Encoders(counts=(3, -4)), "counts (3 -4)"),
     ],
 )  # fmt: skip
-def test_a_reading_is_told_in_one_line(message: object, words: str) -> None:
-    assert words_of(message) == words  # type: ignore[arg-type]
+def test_a_reading_is_told_in_one_line(message: SensorMessage, words: str) -> None:
+    assert message.words == words
 
 
 def test_the_rate_is_that_of_match_time_and_begins_anew_with_the_world() -> None:

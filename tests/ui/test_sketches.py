@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import matplotlib.image
 import numpy as np
+import pygame
 import pytest
 
 from tests.ui import synthetic
@@ -15,7 +16,7 @@ from vrg.recording.reader import Thought
 from vrg.recording.records import CallRecord
 from vrg.ui import plot, view
 from vrg.ui.builder import SceneBuilder
-from vrg.ui.draw import render_png
+from vrg.ui.draw import Painter, save_png
 from vrg.ui.scene import SceneStroke
 from vrg.ui.thoughts import Thoughts
 
@@ -42,8 +43,11 @@ def test_a_stroke_is_drawn_where_it_is(scene_at, tmp_path):
     scene = scene_at(1.0)
     x_min, y_min, x_max, y_max = view.extent(scene)
     at = ((x_min + x_max) / 2 + 1.3, (y_min + y_max) / 2)
-    render_png(scene, tmp_path / "plain.png")
-    where = render_png(replace(scene, strokes=(SceneStroke("shark", (at,)),)), tmp_path / "dot.png")
+    stroke = SceneStroke("shark", (at,))
+    for name, strokes in (("plain", ()), ("dot", (stroke,))):
+        surface = pygame.Surface((1280, 800))
+        where = Painter().draw(surface, replace(scene, strokes=strokes))
+        save_png(surface, tmp_path / f"{name}.png")
     plain, dot = (matplotlib.image.imread(tmp_path / f"{name}.png")[..., :3] for name in ("plain", "dot"))
     rows, columns = np.nonzero(np.abs(plain - dot).max(axis=2) > 0.05)
     x, y = where.point(*at)

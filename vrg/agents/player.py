@@ -25,6 +25,8 @@ from vrg.errors import RobotError, StaleDataError
 from vrg.hal.device import Device
 from vrg.hal.gate import REFEREE_TIMEOUT
 from vrg.hal.readings import Readings
+from vrg.hal.sensors.battery import Battery
+from vrg.hal.sensors.ins import Ins
 from vrg.navigation.motion import VelocityEstimator
 from vrg.regions import Region
 from vrg.shared import shared
@@ -221,7 +223,7 @@ class Player(Node):
     def _seen(self, tick: Tick, referee: Received[RefereeState], readings: Readings) -> View | None:
         state = self._team.seen(referee.body, referee.stamp)
         me = _statuses(state).get(self.name)
-        ins = readings.ins
+        ins = readings.latest(Ins)
         if me is None or ins is None or ins.age > SENSOR_TIMEOUT:
             age = "never came" if ins is None else f"is {ins.age:.1f} s old"
             self._fault = f"{self.name}: its own pose {age}"
@@ -268,7 +270,7 @@ class Player(Node):
             return None
         self._latched = readings.latched
         self._pressed = readings.latched and readings.estop and not self._device.estop
-        battery = readings.battery
+        battery = readings.latest(Battery)
         self._battery = None if battery is None else battery.value.charge
         if readings.age > SENSOR_TIMEOUT:
             self._fault = readings.fault or f"the newest reading of {self.name} is {readings.age:.1f} s old"

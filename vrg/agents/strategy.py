@@ -11,6 +11,7 @@ from vrg.bus.radio import Heard
 from vrg.errors import StrategyError
 from vrg.hal.models import RobotModel
 from vrg.hal.readings import Readings
+from vrg.hal.sensors.odometry import Odometry
 from vrg.regions import Region
 from vrg.types import STILL, Pose, Twist, Vector
 
@@ -76,7 +77,7 @@ class View:
     @property
     def speed(self) -> float | None:
         """The forward speed of this player according to its wheels, m/s; None if its robot does not measure it."""
-        odometry = self.readings.odometry
+        odometry = self.readings.latest(Odometry)
         return None if odometry is None else odometry.value.twist.v
 
     def others(self) -> list[PlayerStatus]:

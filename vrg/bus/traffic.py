@@ -148,7 +148,10 @@ class Traffic:
 
     def newest(self, topic: Topic[T]) -> list[Received[T]]:
         """The newest message on each key of a topic, in the order of the keys. A bad one is left out, and counted."""
-        found = [(key, c) for key, c in sorted(self._channels.items()) if key_matches(topic.key, key)]
+        if "*" in topic.key:
+            found = [(key, c) for key, c in sorted(self._channels.items()) if key_matches(topic.key, key)]
+        else:
+            found = [(topic.key, self._channels[topic.key])] if topic.key in self._channels else []
         messages = (self._decoded(topic, key, channel) for key, channel in found)
         return [message for message in messages if message is not None]
 

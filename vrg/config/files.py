@@ -44,7 +44,8 @@ class PlayerEntry(Table):
         localisation: how a physical robot is located: `odometry` if it measures its pose itself; `feed` if another
             program publishes it, for example a motion-capture system.
         sensors: the numbers of its robot's own sensors, in place of those of the match; see `MatchFile`.
-        camera: True lets the world take pictures of the robot's camera, for `readings.camera`. They cost much time.
+        camera: True lets the world take pictures of the robot's camera, for `readings.latest(Camera)`. They cost much
+            time.
         machine: the machine on which its process runs: `here`, where the match is launched, or one of `machines`.
     """
 

@@ -6,7 +6,7 @@ from typing import Any
 from vrg.config.setup import RULES, MatchSetup, PlayerSetup
 from vrg.coordinator.rulebook import Contestant, RuleBook
 from vrg.games import GAMES
-from vrg.hal.sensors.laser import LaserSpec
+from vrg.hal.sensors.spec import Sweep
 from vrg.hal.sim.config import place_problems
 from vrg.types import Pose
 
@@ -21,7 +21,7 @@ def rulebook_of(setup: MatchSetup) -> RuleBook[Any]:
     settings = game.load_settings().model_validate(setup.rules)
     contestants = [
         Contestant(
-            name=p.name, role=p.role, start=p.pose, size=p.robot.size, v_max=p.robot.v_max, lasers=_lasers(setup, p)
+            name=p.name, role=p.role, start=p.pose, size=p.robot.size, v_max=p.robot.v_max, sweeps=_sweeps(setup, p)
         )
         for p in setup.players
     ]
@@ -33,10 +33,10 @@ def rulebook_of(setup: MatchSetup) -> RuleBook[Any]:
     return book
 
 
-def _lasers(setup: MatchSetup, player: PlayerSetup) -> tuple[LaserSpec, ...]:
-    """The laser range finders of a player's robot; those of a virtual one may be left out of the match."""
-    simulated = setup.lasers or player.physical
-    return tuple(spec for spec in player.robot.sensors if isinstance(spec, LaserSpec) and simulated)
+def _sweeps(setup: MatchSetup, player: PlayerSetup) -> tuple[Sweep, ...]:
+    """What the range finders of a player's robot sweep; those of a virtual one may be left out of the match."""
+    measure = setup.lasers or player.physical
+    return tuple(spec.sweep for spec in player.robot.sensors if spec.sweep is not None and measure)
 
 
 def _no_room(setup: MatchSetup) -> Callable[[str, Pose], str | None]:

@@ -14,7 +14,7 @@ from msgspec import Struct, structs
 from vrg.bus.messages import Auction, FieldObject, OfficialAction, PlayerStatus, Sighting, Stage, Zone
 from vrg.errors import ConfigError
 from vrg.geometry import circumradius
-from vrg.hal.sensors.laser import LaserSpec
+from vrg.hal.sensors.spec import Sweep
 from vrg.regions import Region
 from vrg.types import Pose
 
@@ -90,7 +90,7 @@ class Contestant:
         role: its role at the start of the match, in the game's own word.
         start: its pose in the match file.
         size: the (length, width) of its body, m.
-        v_max: the top speed of its robot model, m/s. lasers: its laser range finders that measure in this match.
+        v_max: the top speed of its robot model, m/s. sweeps: what its range finders sweep in this match.
     """
 
     name: str
@@ -98,7 +98,7 @@ class Contestant:
     start: Pose
     size: tuple[float, float]
     v_max: float
-    lasers: tuple[LaserSpec, ...] = ()
+    sweeps: tuple[Sweep, ...] = ()
 
 
 @dataclass(frozen=True)

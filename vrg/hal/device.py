@@ -22,6 +22,7 @@ from vrg.hal.location import Location, Place
 from vrg.hal.models import RobotModel
 from vrg.hal.readings import Readings, samples_of
 from vrg.hal.sensors.ins import Ins
+from vrg.hal.sensors.odometry import Odometry
 from vrg.hal.sensors.spec import Sample
 from vrg.types import STILL, Pose, Twist
 
@@ -139,9 +140,9 @@ class Device:
         if self._location is None:
             return readings
         samples = [*readings.samples, *samples_of(self._synthesised, self._mailbox.now)]
-        own = readings.ins
+        own, odometry = readings.latest(Ins), readings.latest(Odometry)
         if own is None:
-            place = self._location.locate(readings.odometry)
+            place = self._location.locate(odometry)
             own = Sample(place.stamp, place.age, Ins(pose=place.pose))
             samples.append(own)
             age = max(readings.age, own.age)
@@ -149,7 +150,7 @@ class Device:
             place = self._location.measured(own)
             age = readings.age
         self._place = place
-        self._twist = STILL if readings.odometry is None else readings.odometry.value.twist
+        self._twist = STILL if odometry is None else odometry.value.twist
         return Readings(
             stamp=self._mailbox.now - age,
             age=age,

@@ -7,16 +7,7 @@ from msgspec import Struct
 
 from vrg.bus.mailbox import Inlet
 from vrg.bus.messages import SensorMessage
-from vrg.hal.sensors.battery import Battery
-from vrg.hal.sensors.camera import Camera
-from vrg.hal.sensors.encoders import Encoders
-from vrg.hal.sensors.gps import Gps
-from vrg.hal.sensors.ins import Ins
-from vrg.hal.sensors.laser import Laser
-from vrg.hal.sensors.odometry import Odometry
-from vrg.hal.sensors.sonar import Sonar
 from vrg.hal.sensors.spec import Sample
-from vrg.hal.sensors.touch import Touch
 
 S = TypeVar("S", bound=SensorMessage)
 
@@ -71,52 +62,3 @@ class Readings(Struct, frozen=True, gc=False):
             if isinstance(sample.value, kind) and name in (None, sample.name):
                 return sample  # type: ignore[return-value]
         return None
-
-    @property
-    def laser(self) -> Sample[Laser] | None:
-        """The newest scan of the first laser."""
-        return self.latest(Laser)
-
-    @property
-    def ins(self) -> Sample[Ins] | None:
-        """Where the robot is on the map according to its own measurement."""
-        return self.latest(Ins)
-
-    @property
-    def odometry(self) -> Sample[Odometry] | None:
-        """How far the robot has come according to its wheels, and how fast it moves."""
-        return self.latest(Odometry)
-
-    @property
-    def encoders(self) -> Sample[Encoders] | None:
-        """The counts of the wheels' encoders."""
-        return self.latest(Encoders)
-
-    @property
-    def touch(self) -> Sample[Touch] | None:
-        """Which bumpers are pressed."""
-        return self.latest(Touch)
-
-    @property
-    def sonar(self) -> Sample[Sonar] | None:
-        """The newest ranges of the first ring of ultrasonic range finders."""
-        return self.latest(Sonar)
-
-    @property
-    def gps(self) -> Sample[Gps] | None:
-        """The newest position of the first GPS receiver."""
-        return self.latest(Gps)
-
-    @property
-    def camera(self) -> Sample[Camera] | None:
-        """The newest picture of the first camera.
-
-        It has a sample only where pictures are asked for: by `camera = true` at the player in the match file, or by a
-        program that looks.
-        """
-        return self.latest(Camera)
-
-    @property
-    def battery(self) -> Sample[Battery] | None:
-        """How much charge is left."""
-        return self.latest(Battery)

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from vrg.config.setup import MatchSetup
 from vrg.hal.backends import BACKENDS
-from vrg.hal.sensors.laser import LaserSpec
+from vrg.hal.sensors.depiction import Rays
 from vrg.launch.code_files import imported
 from vrg.launch.run_folder import RunFolder
 from vrg.modules import module_in
@@ -113,8 +113,8 @@ def keep_layout(setup: MatchSetup, folder: RunFolder) -> None:
     Raises:
         OSError: it cannot be written.
     """
-    lasers = {
-        player.name: [spec.name for spec in player.robot.sensors if isinstance(spec, LaserSpec)]
+    scans = {
+        player.name: [f"{spec.kind}/{spec.name}" for spec in player.robot.sensors if spec.depiction is Rays]
         for player in setup.players
     }
     bounds = [(player.pose.x, player.pose.y, player.pose.x, player.pose.y) for player in setup.players]
@@ -122,7 +122,7 @@ def keep_layout(setup: MatchSetup, folder: RunFolder) -> None:
     x_min, y_min, x_max, y_max = surrounding(bounds)
     middle = ((x_min + x_max) / 2, (y_min + y_max) / 2)
     width = max(x_max - x_min, y_max - y_min, LEAST_SHOWN)
-    folder.layout.write_text(json.dumps(foxglove_layout(lasers, middle, width), indent=2) + "\n", encoding="utf-8")
+    folder.layout.write_text(json.dumps(foxglove_layout(scans, middle, width), indent=2) + "\n", encoding="utf-8")
 
 
 def _left_out(folder: RunFolder, at: str, names: list[str]) -> list[str]:

@@ -17,7 +17,6 @@ from vrg.launch.run_folder import RunFolder
 if TYPE_CHECKING:
     from vrg.agents.player import Player
     from vrg.agents.strategy import Strategy
-    from vrg.bus.messages import SensorMessage
     from vrg.coordinator.coordinator import Coordinator
     from vrg.coordinator.journal import Journal
     from vrg.hal.can.medium import Medium
@@ -169,11 +168,7 @@ def player_node(
 
 
 def recorder_node(setup: MatchSetup, folder: RunFolder) -> "Recorder":
-    """Make the recorder, which records a match for Foxglove.
-
-    Sonars, GPS receivers and bumpers add a fifth to a recording with lasers. Odometry, encoders and INS would each add
-    a tenth or more, for what the poses tell too, so they are left out. A camera is recorded while somebody asks for it.
-    """
+    """Make the recorder, which records a match for Foxglove."""
     from vrg.recording.recorder import Recorder
 
     return Recorder(
@@ -183,7 +178,6 @@ def recorder_node(setup: MatchSetup, folder: RunFolder) -> "Recorder":
         folder.recording,
         models={player.name: player.robot for player in setup.players},
         obstacles=setup.obstacles,
-        sensors=_recorded(),
     )
 
 
@@ -207,19 +201,7 @@ def live_node(setup: MatchSetup, address: str) -> "LiveRecorder":
         lambda: LiveServer(setup.name, host.strip("[]"), int(port)),
         models={player.name: player.robot for player in setup.players},
         obstacles=setup.obstacles,
-        sensors=_recorded(),
     )
-
-
-def _recorded() -> "list[type[SensorMessage]]":
-    """The messages of the sensors that are recorded."""
-    from vrg.hal.sensors.camera import Camera
-    from vrg.hal.sensors.gps import Gps
-    from vrg.hal.sensors.laser import Laser
-    from vrg.hal.sensors.sonar import Sonar
-    from vrg.hal.sensors.touch import Touch
-
-    return [Laser, Sonar, Gps, Touch, Camera]
 
 
 def spectator_node(setup: MatchSetup, name: str, run: Path | None, *, official: bool = True) -> "Spectator":

@@ -17,15 +17,15 @@ _PLAIN: Final = re.compile(r"[\w/.-]+", re.ASCII)
 """A topic that a path to a value of a message may hold without quotation marks."""
 
 
-def foxglove_layout(lasers: Mapping[str, Sequence[str]], middle: Vector, width: float) -> dict[str, Any]:
+def foxglove_layout(scans: Mapping[str, Sequence[str]], middle: Vector, width: float) -> dict[str, Any]:
     """The layout for a match: the scene, the referee's calls, the speeds and the batteries.
 
     Args:
-        lasers: the names of the lasers of each robot, by the robot's name.
+        scans: the sensors of each robot that are drawn as scans, such as `laser/front`, by the robot's name.
         middle: where the camera looks, m. width: how much of the field it shows, m.
     """
     shown = ["/map", "/field", "/scene"]
-    scans = [f"/robot/{robot}/laser/{name}" for robot, names in lasers.items() for name in names]
+    hidden = [f"/robot/{robot}/{sensor}" for robot, sensors in scans.items() for sensor in sensors]
     panels: dict[str, dict[str, Any]] = {
         "3D!match": {
             "cameraState": {
@@ -38,7 +38,7 @@ def foxglove_layout(lasers: Mapping[str, Sequence[str]], middle: Vector, width: 
             "topics": {
                 **{topic: {"visible": True} for topic in shown},
                 # All scans at once hide the robots: a viewer switches on those that it wants to see.
-                **{topic: {"visible": False, "pointSize": 3} for topic in scans},
+                **{topic: {"visible": False, "pointSize": 3} for topic in hidden},
             },
         },
         "RosOut!calls": {"topicToRender": "/referee/calls", "minLogLevel": 1, "searchTerms": []},
@@ -46,8 +46,8 @@ def foxglove_layout(lasers: Mapping[str, Sequence[str]], middle: Vector, width: 
             "paths": [{"value": "/referee/state.stage", "label": "stage", "timestampMethod": "receiveTime"}],
             "isSynced": True,
         },
-        "Plot!speed": _plot("Speed, m/s", lasers, "twist", "v"),
-        "Plot!battery": _plot("Battery, 0 to 1", lasers, "battery", "charge"),
+        "Plot!speed": _plot("Speed, m/s", scans, "twist", "v"),
+        "Plot!battery": _plot("Battery, 0 to 1", scans, "battery", "charge"),
     }  # fmt: skip
     return {
         "configById": panels,

@@ -9,8 +9,7 @@ Topics:
   limits.
 - `/robot/<robot>/rest`: whether it is at rest, and since which tick of the world, when that changes.
 - `/robot/<robot>/battery`: the charge of its battery, when it changes by a thousandth.
-- `/robot/<robot>/<kind>/<sensor>`: the readings of its sensors, where the recorder is asked for them. Bumpers are
-  written when they change, a GPS receiver when it has a fix. The cones of a sonar are drawn in `.../cones`.
+- `/robot/<robot>/<kind>/<sensor>`: the readings of its sensors, as their specs want it: see `vrg.recording.readings`.
 - `/player/<player>/report`: what a player says of itself, when it changes.
 - `/player/<player>/sightings`: the unknown robots that it has told the referee it has seen.
 - `/player/<player>/sketch`: what it wants to be shown about what it thinks, at most once in SKETCH_EVERY.
@@ -23,7 +22,7 @@ Times are match time in ns.
 
 import logging
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import BinaryIO, ClassVar, Final
 
@@ -38,7 +37,7 @@ from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys, name_in
 from vrg.games import UNKNOWN, game_of
 from vrg.hal.models.description import RobotModel
-from vrg.hal.sensors.touch import Touch
+from vrg.hal.sensors.spec import Recorded
 from vrg.recording import foxglove as fg
 from vrg.recording.mcap_file import McapFile
 from vrg.recording.readings import records_of
@@ -78,10 +77,9 @@ class Recorder(Node):
         output: the file to make at the first tick; where one of that name exists, a number is added, so that a
             restarted recorder never overwrites the first part. Or an open binary file, which is not closed; or what
             opens another thing to write to.
-        models: of the robots, by name; a robot without one is drawn 0.5 m long.
+        models: of the robots, by name; a robot without one is drawn 0.5 m long. Of their sensors those are recorded
+            whose specs want it. With scans a recording is two to three times as large.
         obstacles: the ground that the map's walls and obstacles cover, m.
-        sensors: the messages of the kinds of sensors that are recorded too, such as `Laser`, of every robot. With scans
-            a recording is two to three times as large.
         period: s between ticks.
 
     Attributes:
@@ -100,7 +98,6 @@ class Recorder(Node):
         *,
         models: Mapping[str, RobotModel] | None = None,
         obstacles: Sequence[Region] = (),
-        sensors: Collection[type[m.SensorMessage]] = (),
         period: float = 0.1,
     ) -> None:
         super().__init__(name, mailbox, period)
@@ -120,7 +117,9 @@ class Recorder(Node):
         self._sketches = mailbox.subscribe(keys.sketch())
         self._estops = mailbox.subscribe(keys.estop)
         self._releases = mailbox.subscribe(keys.estop_release)
-        self._sensors = [mailbox.subscribe(keys.sensor(kind)) for kind in sensors]
+        specs = [spec for model in self._models.values() for spec in model.sensors]
+        wanted = dict.fromkeys(spec.message for spec in specs if spec.recorded is not Recorded.NONE)
+        self._sensors = [mailbox.subscribe(keys.sensor(message)) for message in wanted]
         self._file: Sink | None = None
         self._flushed = 0.0
         self._pending = False
@@ -128,7 +127,8 @@ class Recorder(Node):
         self._waiting: dict[str, Received[m.Sketch]] = {}
         """The newest sketch of each player that is still to be written."""
         self._sketched: dict[str, tuple[m.Sketch | None, float]] = {}
-        self._touched: dict[str, Touch] = {}
+        self._readings: dict[str, m.SensorMessage] = {}
+        """The newest reading of each sensor of which only changes are written, by topic."""
         self._charge: dict[str, float] = {}
         self._rest: dict[str, float | None] = {}
         self._moved: dict[str, float] = {}
@@ -341,14 +341,14 @@ class Recorder(Node):
 
     def _write_reading(self, received: Received[m.SensorMessage]) -> None:
         _, _, _, coded, _, kind, sensor = received.key.split("/")
-        robot = name_of(coded)
-        topic, reading = f"/robot/{robot}/{kind}/{sensor}", received.body
-        if isinstance(reading, Touch):
-            if self._touched.get(topic) == reading:
+        robot, reading = name_of(coded), received.body
+        topic, model = f"/robot/{robot}/{kind}/{sensor}", self._models.get(robot)
+        spec = None if model is None else model.spec(kind, name_of(sensor))
+        if spec is not None and spec.recorded is Recorded.CHANGES:
+            if self._readings.get(topic) == reading:
                 return
-            self._touched[topic] = reading
-        at = fg.time_of(received.stamp)
+            self._readings[topic] = reading
         # A viewer draws a reading where the sensor was; before the first pose nobody knows where that is.
-        where, model = self._where.get(robot), self._models.get(robot)
-        for end, record in records_of(reading, at, robot, sensor, where, model):
+        where, at = self._where.get(robot), fg.time_of(received.stamp)
+        for end, record in records_of(reading, spec, at, f"{robot}/{sensor}", where):
             self._write(topic + end, record, received)

@@ -3,14 +3,12 @@
 A robot has the colour of its role. A physical robot's box has a white rim, as in the spectator's window.
 """
 
-import math
 from typing import Final
 
 from vrg.bus.messages import Zone
 from vrg.colours import GREEN, GREY, Rgb
 from vrg.hal.models.description import RobotModel
-from vrg.hal.sensors.laser import LaserSpec
-from vrg.hal.sensors.sonar import Sonar, SonarSpec
+from vrg.hal.sensors.depiction import Cones
 from vrg.recording import foxglove as fg
 from vrg.regions import Region
 from vrg.types import Pose, Vector
@@ -78,44 +76,19 @@ def obstacle_entity(obstacle: Region, number: int, at: fg.Time) -> fg.SceneEntit
     return fg.SceneEntity(at, fg.FRAME, f"obstacle:{number}", _FOREVER, False, [], [], [], [], [block])
 
 
-def laser_pose(body: Pose, model: RobotModel | None, laser: str) -> fg.Pose:
-    """Where a laser of a robot is, on the ground, when the robot's body is at `body`.
+def cones_entity(name: str, heard: Cones, body: Pose, at: fg.Time) -> fg.SceneEntity:
+    """The cones in which something was heard, as flat triangles that end where it was heard.
 
     Args:
-        model: of the robot; without one, the laser is taken to be at the body's centre.
-        laser: name of the sensor on its robot.
+        name: of the sensor, with that of its robot. body: where the robot was.
     """
-    sensors = () if model is None else model.sensors
-    ahead = next((spec.x for spec in sensors if isinstance(spec, LaserSpec) and spec.name == laser), 0.0)
-    return fg.pose_of(body.x + ahead * math.cos(body.theta), body.y + ahead * math.sin(body.theta), body.theta)
-
-
-def sonar_entity(
-    robot: str, sonar: str, heard: Sonar, body: Pose, model: RobotModel | None, at: fg.Time
-) -> fg.SceneEntity | None:
-    """The cones of a sonar in which something was heard, as flat triangles that end where it was heard.
-
-    Args:
-        robot, sonar: the names of the robot and of the sensor on it.
-        body: where the robot was. model: its description, which has the places of the transducers.
-
-    Returns:
-        the entity, or None if the model has no such sonar.
-    """
-    sensors = () if model is None else model.sensors
-    spec = next((s for s in sensors if isinstance(s, SonarSpec) and s.name == sonar), None)
-    if spec is None or len(spec.places) != len(heard.ranges):
-        return None
     points = []
-    for place, r in zip(spec.places, heard.ranges, strict=True):
-        if r < heard.range_max:
-            points.append(fg.Vector3(place.x, place.y, 0.0))
-            for bearing in (place.theta - spec.cone / 2, place.theta + spec.cone / 2):
-                x, y = place.x + r * math.cos(bearing), place.y + r * math.sin(bearing)
-                points.append(fg.Vector3(round(x, 3), round(y, 3), 0.0))
+    for number, distance in enumerate(heard.ranges):
+        if distance < heard.range_max:
+            (x, y), *ends = heard.outline(number, 2)
+            points += [fg.Vector3(x, y, 0.0), *(fg.Vector3(round(x, 3), round(y, 3), 0.0) for x, y in ends)]
     pose = fg.pose_of(round(body.x, 3), round(body.y, 3), body.theta, SONAR_HEIGHT)
     cones = [fg.TriangleListPrimitive(pose, points, _ECHO, [])]
-    name = f"{robot}/{sonar}"
     return fg.SceneEntity(at, fg.FRAME, name, _SHORT, False, [], [], [], [], cones if points else [])
 
 

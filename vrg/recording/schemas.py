@@ -14,12 +14,6 @@ from vrg.recording import foxglove as fg
 from vrg.recording import records
 
 _NAMES: Final[dict[type[Struct], str]] = {
-    fg.SceneUpdate: "foxglove.SceneUpdate",
-    fg.PoseInFrame: "foxglove.PoseInFrame",
-    fg.LaserScan: "foxglove.LaserScan",
-    fg.CompressedImage: "foxglove.CompressedImage",
-    fg.LocationFix: "foxglove.LocationFix",
-    fg.Log: "foxglove.Log",
     records.StateRecord: "vrg.RefereeState",
     records.ReportRecord: "vrg.Report",
     records.CallRecord: "vrg.Call",
@@ -34,8 +28,9 @@ _TYPE_WORDS: Final[dict[type, str]] = {str: "string", bool: "boolean", int: "int
 
 
 def schema_name(kind: type[Struct]) -> str:
-    """The name of a record's schema: one that viewers know, or `vrg.` and the name of the type."""
-    return _NAMES.get(kind, f"vrg.{kind.__name__}")
+    """The name of a record's schema: one that viewers know for a type of `vrg.recording.foxglove`, or an own one."""
+    room = "foxglove" if kind.__module__ == fg.__name__ else "vrg"
+    return _NAMES.get(kind, f"{room}.{kind.__name__}")
 
 
 def json_schema(kind: type[Struct]) -> bytes:

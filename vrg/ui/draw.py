@@ -125,24 +125,6 @@ def scale_of(width: int, height: int) -> float:
     return min(2.5, max(SMALLEST_UI, math.sqrt(width * height / (1280 * 800))))
 
 
-def render_png(scene: Scene, path: Path, size: tuple[int, int] = (1280, 800), driving: str | None = None) -> View:
-    """Draw a scene into a PNG file without a window.
-
-    Args:
-        size: width and height in pixels.
-
-    Returns:
-        How the field's coordinates became pixels.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
-    surface = pygame.Surface(size)
-    view = Painter().draw(surface, scene, driving)
-    save_png(surface, path)
-    return view
-
-
 def save_png(surface: pygame.Surface, path: Path) -> None:
     """Write a surface to a PNG file.
 

@@ -1,11 +1,12 @@
 """A sensor of one's own: what it is on a robot (spec), what it says (message), and how the world simulates it."""
 
+import math
 from dataclasses import dataclass
 
 from vrg.bus.messages import SensorMessage
 from vrg.geometry import wrap
 from vrg.hal.sensors.spec import SensorSpec
-from vrg.hal.sim.sensors.base import Instant, Said, SensorSimulation
+from vrg.hal.sim.sensors.base import Instant, Mounted, SensorSimulation
 from vrg.hal.sim.sensors.noise import generator
 from vrg.types import Radians
 
@@ -16,6 +17,11 @@ class Compass(SensorMessage, frozen=True, kw_only=True):
     kind = "compass"
 
     heading: Radians
+
+    @property
+    def words(self) -> str:
+        """The heading in degrees, for windows."""
+        return f"{math.degrees(self.heading):.0f}°"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,13 +37,10 @@ class CompassSpec(SensorSpec):
 class CompassSimulation(SensorSimulation[CompassSpec]):
     """Adds noise to the true heading, by seed, robot and tick, so that a match can be repeated."""
 
-    def sense(self, now: Instant) -> list[Said]:
-        """The readings that are due at this tick."""
-        said: list[Said] = []
-        for mounted in self.due(now):
-            heading = float(now.poses[mounted.row, 2])
-            if self.surroundings.noise:
-                rng = generator(self.surroundings.seed, mounted.robot, "compass", now.tick)
-                heading += float(rng.normal(0.0, mounted.spec.noise))
-            said.append((mounted.robot, mounted.spec.name, Compass(heading=wrap(heading))))
-        return said
+    def measure(self, mounted: Mounted[CompassSpec], now: Instant) -> Compass:
+        """The noisy heading of a robot."""
+        heading = float(now.poses[mounted.row, 2])
+        if self.surroundings.noise:
+            rng = generator(self.surroundings.seed, mounted.robot, "compass", now.tick)
+            heading += float(rng.normal(0.0, mounted.spec.noise))
+        return Compass(heading=wrap(heading))

@@ -8,6 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vrg.agents.perception.scan import Scan, make_scan, moved, scan_of
+from vrg.hal.models.lms200 import lms200
+from vrg.hal.sensors.depiction import Rays
 from vrg.hal.sensors.laser import Laser
 from vrg.types import Pose, Twist
 
@@ -57,7 +59,7 @@ def test_a_range_just_below_the_longest_is_a_hit() -> None:
 def test_the_longest_range_of_a_message_is_no_hit_although_it_went_through_float32() -> None:
     for longest in (8.0, 5.6, 8.3, 10.1, 80.7, 0.3):
         laser = Laser(angle_min=0.0, angle_step=0.1, range_max=longest, data=np.array([longest], "<f4").tobytes())
-        assert not scan_of(laser, Pose(0, 0, 0), 0.0).hits.any(), longest
+        assert not scan_of(lms200(0.0, 0.3).depict(laser), Pose(0, 0, 0)).hits.any(), longest
 
 
 def test_no_ranges_at_all_are_a_scan_without_points() -> None:
@@ -88,11 +90,18 @@ def test_the_ranges_that_were_handed_in_stay_as_they_are() -> None:
 def test_a_message_of_a_laser_is_put_on_the_map() -> None:
     data = np.array([1.0, 8.0, 2.5], dtype="<f4").tobytes()
     laser = Laser(angle_min=-QUARTER, angle_step=QUARTER, range_max=8.0, data=data)
-    seen = scan_of(laser, Pose(1.0, 2.0, math.pi), 0.2)
+    seen = scan_of(lms200(0.2, 0.3).depict(laser), Pose(1.0, 2.0, math.pi))
     assert seen.origin == pytest.approx((0.8, 2.0))
     assert seen.hits.tolist() == [True, False, True]
     assert seen.points[0] == pytest.approx((0.8, 3.0))
     assert seen.points[2] == pytest.approx((0.8, -0.5))
+
+
+def test_beams_of_a_range_finder_that_looks_back_from_the_left_are_put_on_the_map() -> None:
+    rays = Rays(Pose(-0.2, 0.1, math.pi), first=0.0, step=QUARTER, ranges=[1.0, 3.0], range_max=8.0)
+    seen = scan_of(rays, Pose(1.0, 2.0, QUARTER))
+    assert seen.origin == pytest.approx((0.9, 1.8))
+    assert seen.points == pytest.approx(np.array([[0.9, 0.8], [3.9, 1.8]]))
 
 
 places = st.builds(Pose, st.floats(-50, 50), st.floats(-50, 50), st.floats(-10, 10))

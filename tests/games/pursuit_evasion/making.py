@@ -12,7 +12,7 @@ from vrg.coordinator.rulebook import Contestant, Disqualification, Field, Offer,
 from vrg.games.pursuit_evasion.rules import PursuitEvasion
 from vrg.games.pursuit_evasion.settings import Settings
 from vrg.games.pursuit_evasion.state import State
-from vrg.hal.sensors.laser import LaserSpec
+from vrg.hal.sensors.spec import Sweep
 from vrg.types import Pose, Vector
 
 SQUARE = ((0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0))
@@ -27,9 +27,7 @@ STARTS = {
     "i2": Pose(-2.0, 7.0, 0.0),
 }
 DT = 0.1
-LASER = LaserSpec(
-    name="all", x=0.0, height=0.3, beams=361, fov=math.tau, range_max=100.0, noise=0.0, resolution=0.01, rate=10.0
-)
+LASER = Sweep(Pose(0.0, 0.0, 0.0), fov=math.tau, range_max=100.0)
 
 
 class Patient(PursuitEvasion):
@@ -50,7 +48,7 @@ def contestants(
             start={**STARTS, **starts}[name],
             size=PIONEER if name[0] == "p" else ATRV_JR,
             v_max=speeds.get(name, 0.7 if name[0] == "p" else 1.0),
-            lasers=(LASER,) if name[0] == "p" else (),
+            sweeps=(LASER,) if name[0] == "p" else (),
         )
         for name in names
     ]

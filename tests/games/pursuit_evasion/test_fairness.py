@@ -28,7 +28,7 @@ THERE = (5.0, 5.0)
 def seen_at(place: Vector, *, walls: Sequence[Circle] = (), others: Mapping[str, Vector] = {}, **laser: float) -> bool:
     """Whether i0 is detected at a place by p0, which tells of it and has such a laser."""
     rules = book()
-    rules.contestants["p0"] = replace(rules.contestants["p0"], lasers=(replace(LASER, **laser),))
+    rules.contestants["p0"] = replace(rules.contestants["p0"], sweeps=(replace(LASER, **laser),))
     rules.walls = walls
     now = field(rules, {"i0": place, **others}, seen=[("p0", sighting(*place, 10.0))])
     return rules.judge(crossing(rules, "i0"), now, now, 1.0).state.detections("i0") == 1
@@ -55,7 +55,7 @@ def test_a_sighting_counts_only_where_no_wall_and_no_robot_is_between() -> None:
 
 def test_a_pursuer_without_a_laser_has_seen_nobody() -> None:
     rules = book()
-    rules.contestants["p0"] = replace(rules.contestants["p0"], lasers=())
+    rules.contestants["p0"] = replace(rules.contestants["p0"], sweeps=())
     seen = [("p0", sighting(*THERE, 9.9)), ("p0", sighting(*THERE, 10.0))]
     verdict = move(rules, crossing(rules, "i0"), {"i0": THERE}, {"i0": THERE}, seen=seen)
     assert verdict.state.detections("i0") == 0

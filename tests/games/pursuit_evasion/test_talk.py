@@ -14,6 +14,7 @@ from vrg.bus.codec import checked, plain
 from vrg.bus.messages import SAY_LIMIT, Sighting, Sightings
 from vrg.games.pursuit_evasion.talk import SIGHTINGS_AT_ONCE, STEP, Words, understood, words
 from vrg.hal.models import MODELS
+from vrg.hal.sensors.laser import LaserSpec
 from vrg.types import STILL, Pose, Twist
 
 coordinates = st.floats(-1e5, 1e5)
@@ -72,7 +73,7 @@ def test_numbers_of_numpy_can_be_said() -> None:
 
 def lasers() -> list[tuple[str, int]]:
     models = [MODELS.get(name) for name in MODELS.names()]
-    return [(model.name, model.laser.beams) for model in models if model.laser is not None]
+    return [(model.name, model.sensor(LaserSpec).beams) for model in models if model.sensor(LaserSpec) is not None]
 
 
 @pytest.mark.parametrize(("model", "beams"), lasers())

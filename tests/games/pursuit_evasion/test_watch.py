@@ -20,7 +20,7 @@ from vrg.games.pursuit_evasion.watch import MATE_FORGOTTEN, SNAPSHOT_SCANS, Watc
 from vrg.hal.models import robot_model
 from vrg.hal.readings import Readings
 from vrg.hal.sensors.ins import Ins
-from vrg.hal.sensors.laser import Laser
+from vrg.hal.sensors.laser import Laser, LaserSpec
 from vrg.hal.sensors.odometry import Odometry
 from vrg.hal.sensors.spec import Sample
 from vrg.types import STILL, Pose, Twist, Vector
@@ -32,9 +32,12 @@ SCENE = room(-2.0, -2.0, 9.0, 9.0)
 
 def ahead(pose: Pose) -> Pose:
     """Where the laser is on a robot."""
-    assert ROBOT.laser is not None
+    laser = ROBOT.sensor(LaserSpec)
+    assert laser is not None
     return Pose(
-        pose.x + ROBOT.laser.x * math.cos(pose.theta), pose.y + ROBOT.laser.x * math.sin(pose.theta), pose.theta
+        pose.x + laser.x * math.cos(pose.theta),
+        pose.y + laser.x * math.sin(pose.theta),
+        pose.theta,
     )
 
 

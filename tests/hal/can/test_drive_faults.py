@@ -115,7 +115,7 @@ class TestDrives:
         assert reading.ins is not None
         odometry, where, turned = bench.odometry, reading.ins.value.pose, reading.encoders.value
         numbers = [odometry.twist.v, odometry.twist.w, odometry.pose.x, odometry.pose.y, where.theta]
-        numbers += [turned.left, turned.right]
+        numbers += turned.counts
         assert all(math.isfinite(number) for number in numbers)
         bench.fault(0, FaultKind.END)
         bench.advance(0.2)

@@ -15,7 +15,10 @@ from vrg.hal.can.link import Link
 from vrg.hal.driver import DriverContext
 from vrg.hal.models import robot_model
 from vrg.hal.models.description import RobotModel
-from vrg.hal.sensors.encoders import EncodersSpec
+from vrg.hal.sensors.battery import Battery
+from vrg.hal.sensors.encoders import Encoders, EncodersSpec
+from vrg.hal.sensors.odometry import Odometry
+from vrg.hal.sensors.touch import Touch, TouchSpec
 from vrg.types import Twist
 
 LINK = Link(interface="virtual", channel="driver")
@@ -41,9 +44,9 @@ def until(condition: Callable[[], object]) -> None:
 def test_the_battery_is_unknown_until_a_drive_has_told_its_voltage() -> None:
     Lab.simulation.clock.sleep(0.1)  # the drives tell it once a second, and have just told it
     with driver(supply=(20.0, 25.0)) as robot:
-        assert robot.read().battery is None
-        until(lambda: robot.read().battery)
-        sample = robot.read().battery
+        assert robot.read().latest(Battery) is None
+        until(lambda: robot.read().latest(Battery))
+        sample = robot.read().latest(Battery)
         assert sample is not None
         assert sample.value.charge == pytest.approx(0.8)
         assert sample.stamp == pytest.approx(NOW - sample.age)
@@ -52,32 +55,32 @@ def test_the_battery_is_unknown_until_a_drive_has_told_its_voltage() -> None:
 
 def test_every_sample_has_its_own_age() -> None:
     with driver() as robot:
-        until(lambda: robot.read().battery)
+        until(lambda: robot.read().latest(Battery))
         Lab.simulation.clock.sleep(0.3)
         readings = robot.read()
-        assert readings.battery is not None
-        assert readings.odometry is not None
-        assert readings.battery.age > 0.2 > readings.odometry.age
+        assert readings.latest(Battery) is not None
+        assert readings.latest(Odometry) is not None
+        assert readings.latest(Battery).age > 0.2 > readings.latest(Odometry).age
         assert readings.stamp == pytest.approx(NOW - readings.age)
 
 
 def test_bumpers_that_nobody_reads_are_unknown() -> None:
     with driver() as robot:
-        assert robot.features.bumpers
-        assert robot.read().touch is None
+        assert robot.features.sensor(TouchSpec)
+        assert robot.read().latest(Touch) is None
 
 
 def test_a_model_without_encoders_has_no_sample_of_them() -> None:
     bare = replace(P2AT, sensors=tuple(spec for spec in P2AT.sensors if not isinstance(spec, EncodersSpec)))
     with driver(bare) as robot:
-        assert robot.read().encoders is None
-        assert robot.read().odometry is not None
+        assert robot.read().latest(Encoders) is None
+        assert robot.read().latest(Odometry) is not None
 
 
 def test_one_that_was_closed_has_no_readings() -> None:
     robot = driver()
     robot.connect()
-    assert robot.read().odometry
+    assert robot.read().latest(Odometry)
     robot.close()
     with pytest.raises(StaleDataError, match="r: expected a connected robot"):
         robot.read()
@@ -108,7 +111,7 @@ def test_a_robot_on_omni_wheels_drives_sideways_by_the_motors_of_its_axes() -> N
         for _ in range(40):
             robot.drive(twist)
             Lab.simulation.clock.sleep(0.05)
-        odometry = robot.read().odometry
+        odometry = robot.read().latest(Odometry)
         assert odometry is not None
         assert astuple(odometry.value.twist) == pytest.approx(astuple(twist), abs=0.02)
         assert odometry.value.pose.y == pytest.approx(2 * odometry.value.pose.x, rel=0.1)

@@ -12,6 +12,7 @@ from vrg.hal.can.driver import CanDriver
 from vrg.hal.clock import REAL_CLOCK
 from vrg.hal.driver import DriverContext
 from vrg.hal.models import robot_model
+from vrg.hal.sensors.odometry import Odometry
 from vrg.types import Twist
 
 pytestmark = pytest.mark.vcan
@@ -27,8 +28,8 @@ def test_it_is_met_armed_driven_and_stopped_by_its_watchdogs(protocol: str) -> N
             driver.connect()
             go_until(driver, lambda: min(abs(drive.motor.velocity) for drive in drives.drives) > 20.0)
             readings = driver.read()
-            assert readings.odometry is not None
-            assert readings.odometry.value.pose.x > 0.0
+            assert readings.latest(Odometry) is not None
+            assert readings.latest(Odometry).value.pose.x > 0.0
             assert readings.fault is None
             # Nobody commands it any more: the drives stop by themselves, and say so.
             assert REAL_CLOCK.wait(lambda: all(abs(drive.motor.velocity) < 0.5 for drive in drives.drives), PATIENCE)

@@ -111,7 +111,7 @@ class Bench:
 
     def ring(self, name: str, distance: float = 1.0) -> None:
         """A ring of sonars of which each hears an echo at a distance, m."""
-        self.tell(KEYS.sensor(Sonar, name, "sonar"), Sonar(range_max=5.0, ranges=(distance,) * 16))
+        self.tell(KEYS.sensor(Sonar, name, "rings"), Sonar(range_max=5.0, ranges=(distance,) * 16))
 
     def processes(self, **changes: Any) -> None:
         """The processes of the match; `changes` are those of the first player's."""

@@ -5,6 +5,7 @@ import pytest
 
 from tests.ui.developer.making import KEYS, Bench
 from vrg.bus import messages as m
+from vrg.hal.sensors.laser import LaserSpec
 from vrg.types import Pose
 from vrg.ui import palette
 from vrg.ui.developer import words
@@ -98,7 +99,7 @@ def test_scans_are_drawn_where_the_robot_was_when_they_were_made(bench):
         bench.tick()
     view, pose = bench.node.shown.view, bench.pose("robot1")
     # The laser's 92nd beam of 181, which meets something, points 1 degree to the left of straight ahead.
-    mount = bench.node._robots["robot1"].laser.x
+    mount = bench.node._robots["robot1"].sensor(LaserSpec).x
     at = view.point(pose.x + mount + 2.0, pose.y + 0.035)
     colour = palette.ECHO
     assert any(pixel(at[0] + dx, at[1] + dy) == colour for dx in (-2, -1, 0, 1, 2) for dy in (-2, -1, 0, 1, 2))

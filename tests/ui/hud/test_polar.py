@@ -1,22 +1,15 @@
 """The geometry of the laser's and the sonars' plots, and what they tell in words."""
 
 import math
+from typing import Any
 
 import pytest
 
 from tests.ui.hud.making import ROBOT, ring, scan
+from vrg.hal.sensors.depiction import Cones, Rays
+from vrg.hal.sensors.laser import LaserSpec
 from vrg.hal.sensors.sonar import SonarSpec
-from vrg.ui.hud.polar import (
-    REACHES,
-    RINGS,
-    cone,
-    echoes,
-    fan,
-    nearest_of_ring,
-    nearest_of_scan,
-    reach_for,
-    told,
-)
+from vrg.ui.hud.polar import REACHES, RINGS, echoes, fan, nearest, reach_for, told
 
 AREA = (100, 50, 400, 200)
 RIGHT, LEFT = -math.pi / 2, math.pi / 2
@@ -62,31 +55,39 @@ def test_rings_are_at_round_parts_of_the_reach() -> None:
         assert reach / step == round(reach / step)
 
 
+def rays(distance: float, **near: Any) -> Rays:
+    spec = ROBOT.sensor(LaserSpec)
+    assert spec is not None
+    return spec.depict(scan(distance, **near))
+
+
+def cones(**near: float) -> Cones:
+    spec = ROBOT.sensor(SonarSpec)
+    assert spec is not None
+    found = spec.depict(ring(**near))
+    assert found is not None
+    return found
+
+
 def test_the_nearest_thing_in_a_scan() -> None:
-    near = nearest_of_scan(scan(4.0, nearest=(120, 1.5)))
-    assert near == pytest.approx((1.5, math.radians(30)))
-    assert told(near, 30.0) == "nearest 1.50 m at +30°"
-    assert nearest_of_scan(scan(30.0)) is None
-    assert told(None, 30.0) == "nothing within 30 m"
-    assert len(echoes(scan(30.0, nearest=(3, 2.0)))[0]) == 1
+    found = rays(4.0, nearest=(120, 1.5))
+    assert nearest(found) == pytest.approx((1.5, math.radians(30)))
+    assert told(found) == "nearest 1.50 m at +30°"
+    assert nearest(rays(30.0)) is None
+    assert told(rays(30.0)) == "nothing within 30 m"
+    assert len(echoes(rays(30.0, nearest=(3, 2.0)))[0]) == 1
 
 
 def test_the_nearest_echo_of_a_ring() -> None:
-    spec = ROBOT.sensor(SonarSpec)
-    assert spec is not None
-    assert nearest_of_ring(ring(_0=2.0, _3=1.0), spec) == pytest.approx((1.0, math.radians(10)))
-    assert nearest_of_ring(ring(), spec) is None
+    assert nearest(cones(_0=2.0, _3=1.0)) == pytest.approx((1.0, math.radians(10)))
+    assert told(cones(_3=1.0)) == "nearest 1.00 m at +10°"
+    assert nearest(cones()) is None
 
 
 def test_a_cone_begins_at_its_transducer_and_ends_at_the_range() -> None:
-    spec = ROBOT.sensor(SonarSpec)
-    assert spec is not None
-    plot = fan((0, 0, 400, 400), -math.pi, math.pi, 5.0)
-    first, *arc = cone(plot, spec, 0, 2.0)
-    place = spec.places[0]
-    assert first == plot.at(place.x, place.y)
-    assert {round(math.dist(first, point) / plot.scale, 6) for point in arc} == {2.0}
-    wide = math.atan2(arc[-1][1] - first[1], arc[-1][0] - first[0]) - math.atan2(
-        arc[0][1] - first[1], arc[0][0] - first[0]
-    )
-    assert abs(math.remainder(wide, math.tau)) == pytest.approx(spec.cone)
+    found = cones(_0=2.0)
+    first, *arc = found.outline(0, 7)
+    assert first == (found.places[0].x, found.places[0].y)
+    assert {round(math.dist(first, point), 6) for point in arc} == {2.0}
+    bearings = [math.atan2(y - first[1], x - first[0]) for x, y in (arc[0], arc[-1])]
+    assert bearings[1] - bearings[0] == pytest.approx(found.angle)

@@ -7,7 +7,8 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from vrg.hal.sensors.laser import Laser
+from vrg.geometry import compose
+from vrg.hal.sensors.depiction import Rays
 from vrg.types import Pose, Twist, Vector
 
 Floats = npt.NDArray[np.float64]
@@ -84,15 +85,16 @@ def make_scan(
     return Scan(origin, pose.theta, angle_min, angle_step, plain, range_max)
 
 
-def scan_of(laser: Laser, pose: Pose, mount: float) -> Scan:
-    """Put a message of a laser on the map; see `make_scan`."""
+def scan_of(rays: Rays, pose: Pose) -> Scan:
+    """Put the beams of a range finder on the map; see `make_scan`."""
+    eye = compose(pose, Pose(rays.mount.x, rays.mount.y, 0.0))
     return make_scan(
-        laser.ranges,
-        pose,
-        mount=mount,
-        angle_min=laser.angle_min,
-        angle_step=laser.angle_step,
-        range_max=laser.range_max,
+        rays.ranges,
+        Pose(eye.x, eye.y, pose.theta + rays.mount.theta),
+        mount=0.0,
+        angle_min=rays.first,
+        angle_step=rays.step,
+        range_max=rays.range_max,
     )
 
 

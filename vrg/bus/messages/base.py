@@ -1,8 +1,9 @@
 """The base classes of all messages, and the bounds of texts in them."""
 
+from collections.abc import Mapping
 from typing import Annotated, ClassVar
 
-from msgspec import Meta, Struct
+from msgspec import Meta, Struct, to_builtins
 from msgspec.structs import force_setattr
 
 from vrg.types import FrozenDict
@@ -44,6 +45,28 @@ class SensorMessage(Message, frozen=True, kw_only=True):
     """
 
     kind: ClassVar[str]
+
+    @property
+    def words(self) -> str:
+        """The reading in one line, for people. A kind of sensor may say it better than by the names of its fields."""
+        return _listed(to_builtins(self, builtin_types=(bytes,)))
+
+
+def _listed(value: object) -> str:
+    """Plain data without its brackets; numbers are rounded to a thousandth, angles stay in rad."""
+    match value:
+        case Mapping():
+            return ", ".join(f"{name} {_listed(item)}" for name, item in value.items())
+        case list() | tuple():
+            return "(" + " ".join(_listed(item) for item in value) + ")"
+        case bool():
+            return "yes" if value else "no"
+        case float():
+            return f"{round(value, 3) + 0.0:g}"
+        case bytes():
+            return f"{len(value)} bytes"
+        case _:
+            return str(value)
 
 
 def shortened(text: str, length: int = TEXT_LENGTH) -> str:

@@ -11,6 +11,7 @@ from vrg.games.pursuit_evasion import AREA, DISPATCHED, RETURNING, SIGHTINGS_AT_
 from vrg.games.pursuit_evasion.talk import words
 from vrg.games.pursuit_evasion.watch import Watch, out_of_play
 from vrg.hal.models import RobotModel
+from vrg.hal.sensors.odometry import Odometry
 from vrg.navigation.avoidance import Obstacle, steer
 from vrg.navigation.control import go_to, linearise, scaled
 from vrg.navigation.motion import TopSpeed
@@ -212,7 +213,7 @@ class Pursuer(Strategy):
         snapshot = None
         if self._watch.own is not None and view.time - self._snapshot_said >= SNAPSHOT_EVERY:
             self._snapshot_said, snapshot = view.time, self._watch.own
-        odometry = view.readings.odometry
+        odometry = view.readings.latest(Odometry)
         twist = STILL if odometry is None or not view.me.may_move else odometry.value.twist
         return words(view.pose, twist, self._watch.fresh, snapshot)
 

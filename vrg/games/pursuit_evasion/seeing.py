@@ -22,10 +22,10 @@ def nearest(sighting: Sighting, names: Iterable[str], poses: Mapping[str, Pose])
 def can_see(
     who: str, whom: str, poses: Mapping[str, Pose], contestants: Mapping[str, Contestant], walls: Sequence[Region]
 ) -> bool:
-    """Whether a laser of one player can meet another one.
+    """Whether a range finder of one player can meet another one.
 
-    It can if the centre of the other's body or one of its corners is within the laser's range and field of view, and
-    the straight line to it goes through no wall and no third robot.
+    It can if the centre of the other's body or one of its corners is within what the range finder sweeps, and the
+    straight line to it goes through no wall and no third robot.
     """
     if who not in poses:
         return False
@@ -35,13 +35,13 @@ def can_see(
         if name in contestants and name not in (who, whom)
     ]
     there = poses[whom]
-    for laser in contestants[who].lasers:
-        eye = compose(poses[who], Pose(laser.x, 0.0, 0.0))
+    for sweep in contestants[who].sweeps:
+        eye = compose(poses[who], sweep.mount)
         for x, y in ((there.x, there.y), *corners(there, *contestants[whom].size)):
             off = wrap(math.atan2(y - eye.y, x - eye.x) - eye.theta)
             if (
-                math.hypot(x - eye.x, y - eye.y) <= laser.range_max
-                and abs(off) <= laser.fov / 2 + 1e-9
+                math.hypot(x - eye.x, y - eye.y) <= sweep.range_max
+                and abs(off) <= sweep.fov / 2 + 1e-9
                 and all(region.inside((eye.x, eye.y), (x, y)) is None for region in (*walls, *bodies))
             ):
                 return True

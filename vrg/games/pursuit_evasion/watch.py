@@ -15,6 +15,9 @@ from vrg.bus.radio import Heard
 from vrg.games.pursuit_evasion.talk import Words, understood
 from vrg.geometry import wrap
 from vrg.hal.models import RobotModel
+from vrg.hal.sensors.depiction import Rays
+from vrg.hal.sensors.ins import Ins
+from vrg.hal.sensors.odometry import Odometry
 from vrg.types import STILL, Pose, Twist, Vector
 
 SNAPSHOT_SCANS = 5
@@ -47,7 +50,7 @@ class Watch:
     """
 
     def __init__(self, robot: RobotModel) -> None:
-        self._mount = robot.laser.x if robot.laser is not None else 0.0
+        self._scanner = robot.scanner
         self._scans: list[Scan] = []
         self._stamp = -math.inf
         self._offset = 0.0
@@ -68,15 +71,22 @@ class Watch:
         self._note_pauses(view)
         self._hear(view.heard, view.time)
         self.fresh = []
-        laser = view.readings.laser
-        if laser is not None and laser.stamp > self._stamp:
-            self._stamp = laser.stamp
-            scan = scan_of(laser.value, self._pose_at(view, laser.stamp), self._mount)
+        found = self._newest(view)
+        if found is not None and found[0] > self._stamp:
+            self._stamp, rays = found
+            scan = scan_of(rays, self._pose_at(view, self._stamp))
             if standing and len(self._scans) < SNAPSHOT_SCANS:
                 self._remember(scan)
-            self.fresh = self._seen(view, scan, laser.stamp)
+            self.fresh = self._seen(view, scan, self._stamp)
             self.tracker.update(self.fresh, view.time)
         self.tracker.tidy(view.time)
+
+    def _newest(self, view: View) -> tuple[float, Rays] | None:
+        """When its range finder measured last, match time, s, and what; None if it has not, or there is none."""
+        spec = self._scanner
+        sample = None if spec is None else view.readings.latest(spec.message, spec.name)
+        rays = None if spec is None or sample is None else spec.depict(sample.value)
+        return (sample.stamp, rays) if sample is not None and isinstance(rays, Rays) else None
 
     def timely(self, sightings: Sequence[Sighting]) -> list[Sighting]:
         """Sightings as if there had been no pause since: courses count only the time in which robots moved."""
@@ -139,7 +149,7 @@ class Watch:
     @staticmethod
     def _pose_at(view: View, stamp: float) -> Pose:
         """The own pose at the time of a scan: the measured one, moved by what the wheels say of the time between."""
-        ins, odometry = view.readings.ins, view.readings.odometry
+        ins, odometry = view.readings.latest(Ins), view.readings.latest(Odometry)
         measured = view.time if ins is None else ins.stamp
         twist = STILL if odometry is None else odometry.value.twist
         return moved(view.pose, Twist(twist.v, twist.w), stamp - measured)

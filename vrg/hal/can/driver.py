@@ -134,8 +134,8 @@ class CanDriver(Driver):
             moved = Odometry(pose=state.odometry, twist=model.drivetrain.twist(state.speeds))
             samples.append(Sample(now - state.age, state.age, moved, odometry.name))
         if (encoders := model.sensor(EncodersSpec)) is not None:
-            left, right = (round(angle / TURN * encoders.ticks) for angle in state.angles)
-            samples.append(Sample(now - state.age, state.age, Encoders(left=left, right=right), encoders.name))
+            counts = Encoders(counts=tuple(round(angle / TURN * encoders.ticks) for angle in state.angles))
+            samples.append(Sample(now - state.age, state.age, counts, encoders.name))
         if (battery := model.sensor(BatterySpec)) is not None and state.volts is not None:
             charge = Battery(charge=self._charge(state.volts))
             samples.append(Sample(now - state.volts_age, state.volts_age, charge, battery.name))

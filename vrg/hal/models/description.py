@@ -4,9 +4,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from vrg.hal.models.drivetrain import Drivetrain
-from vrg.hal.sensors.laser import LaserSpec
 from vrg.hal.sensors.spec import SensorSpec
-from vrg.hal.sensors.touch import TouchSpec
 from vrg.types import Twist, Vector
 
 P = TypeVar("P", bound=SensorSpec)
@@ -54,19 +52,17 @@ class RobotModel:
         return self.length, self.width
 
     @property
-    def laser(self) -> LaserSpec | None:
-        """The spec of its first laser range finder, or None where it has none."""
-        return self.sensor(LaserSpec)
-
-    @property
-    def bumpers(self) -> int:
-        """The number of bumpers of its first ring, 0 where it has none."""
-        touch = self.sensor(TouchSpec)
-        return 0 if touch is None else touch.count
+    def scanner(self) -> SensorSpec | None:
+        """The spec of its first sensor with a sweep, such as a laser range finder; None where it has none."""
+        return next((spec for spec in self.sensors if spec.sweep is not None), None)
 
     def sensor(self, kind: type[P]) -> P | None:
         """The spec of its first sensor of a kind, given by the spec's class, or None where it has none."""
         return next((spec for spec in self.sensors if isinstance(spec, kind)), None)
+
+    def spec(self, kind: str, name: str) -> SensorSpec | None:
+        """The spec of the sensor of this kind and this name on the robot, or None where it has none."""
+        return next((spec for spec in self.sensors if (spec.kind, spec.name) == (kind, name)), None)
 
     def limited(self, twist: Twist, v_max: float | None = None) -> Twist:
         """Return the motion, slowed down so that no axis turns faster than at `v_max` straight ahead.

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from vrg.bus.messages import SensorMessage
-from vrg.hal.sensors.spec import Rate, SensorSpec
+from vrg.hal.sensors.spec import Rate, Recorded, SensorSpec
 from vrg.types import Fraction
 
 
@@ -25,5 +25,6 @@ class BatterySpec(SensorSpec):
 
     message = Battery
     simulation = "vrg.hal.sim.sensors.battery:BatterySimulation"
+    recorded = Recorded.NONE
 
     rate: Rate = 1.0

@@ -8,6 +8,7 @@ from msgspec import Meta
 
 from vrg.bus.messages import SensorMessage
 from vrg.hal.sensors import png
+from vrg.hal.sensors.depiction import Picture
 from vrg.hal.sensors.spec import Rate, SensorSpec
 from vrg.types import Metres
 
@@ -65,6 +66,12 @@ class Camera(SensorMessage, frozen=True, kw_only=True):
         """
         return png.decode(self.data)
 
+    @property
+    def words(self) -> str:
+        """The size of the picture and of its file."""
+        width, height = self.size
+        return f"{width} x {height} pixels, {len(self.data) / 1000:.1f} KB"
+
 
 @dataclass(frozen=True, kw_only=True)
 class CameraSpec(SensorSpec):
@@ -80,6 +87,7 @@ class CameraSpec(SensorSpec):
     message = Camera
     simulation = "vrg.hal.sim.sensors.camera:CameraSimulation"
     synthesised = True
+    depiction = Picture
 
     x: Metres
     height: Metres
@@ -88,3 +96,7 @@ class CameraSpec(SensorSpec):
     columns: Side = 320
     rows: Side = 240
     rate: Rate = 2.0
+
+    def depict(self, reading: Camera) -> Picture:
+        """The picture."""
+        return Picture(reading.data)

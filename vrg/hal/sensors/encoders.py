@@ -6,25 +6,26 @@ from typing import Annotated
 from msgspec import Meta
 
 from vrg.bus.messages import SensorMessage
-from vrg.hal.sensors.spec import SensorSpec
+from vrg.hal.sensors.spec import Recorded, SensorSpec
 
 
 class Encoders(SensorMessage, frozen=True, kw_only=True):
-    """The counts of the encoders of the left and of the right wheels since the start. Forward is positive.
+    """The counts of the encoders since the start.
 
     Args:
-        left, right: the encoder's ticks; the model's spec tells how many make a turn of a wheel.
+        counts: the ticks of each axis of the drivetrain, such as left and right, in its order; the model's spec tells
+            how many make a turn of a wheel. Of a left or right wheel they grow as it drives ahead.
     """
 
     kind = "encoders"
+    version = 2
 
-    left: int
-    right: int
+    counts: tuple[int, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
 class EncodersSpec(SensorSpec):
-    """An incremental encoder on each side of the robot.
+    """An incremental encoder on each axis of the drivetrain.
 
     Args:
         ticks: the encoder's ticks per turn of a wheel.
@@ -32,5 +33,6 @@ class EncodersSpec(SensorSpec):
 
     message = Encoders
     simulation = "vrg.hal.sim.sensors.encoders:EncodersSimulation"
+    recorded = Recorded.NONE
 
     ticks: Annotated[int, Meta(ge=1, le=10**9)]

@@ -7,6 +7,7 @@ from typing import Annotated, Final
 from msgspec import Meta
 
 from vrg.bus.messages import SensorMessage
+from vrg.hal.sensors.depiction import Fix
 from vrg.hal.sensors.spec import Rate, SensorSpec
 from vrg.types import Count, Deviation, Metres, Vector
 
@@ -37,6 +38,13 @@ class Gps(SensorMessage, frozen=True, kw_only=True):
         """Whether the position is known."""
         return self.latitude is not None and self.longitude is not None
 
+    @property
+    def words(self) -> str:
+        """The place in degrees, and the number of satellites."""
+        place = "no fix" if self.latitude is None else f"{math.degrees(self.latitude):.7f}°"
+        east = "" if self.longitude is None else f", {math.degrees(self.longitude):.7f}°"
+        return f"{place}{east}, {self.satellites} satellites"
+
 
 @dataclass(frozen=True, kw_only=True)
 class GpsSpec(SensorSpec):
@@ -52,12 +60,17 @@ class GpsSpec(SensorSpec):
     message = Gps
     simulation = "vrg.hal.sim.sensors.gps:GpsSimulation"
     synthesised = True
+    depiction = Fix
 
     height: Metres = 0.5
     position_noise: Deviation = 1.5
     correlation: Annotated[float, Meta(gt=0.0, le=3600.0)] = 60.0
     mask: Annotated[float, Meta(ge=0.0, le=math.pi / 2)] = math.radians(10)
     rate: Rate = 1.0
+
+    def depict(self, reading: Gps) -> Fix:
+        """The place on the earth."""
+        return Fix(reading.latitude, reading.longitude)
 
 
 def to_wgs84(place: Vector, origin: tuple[float, float]) -> tuple[float, float]:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from vrg.bus.messages import SensorMessage
-from vrg.hal.sensors.spec import SensorSpec
+from vrg.hal.sensors.spec import Recorded, SensorSpec
 from vrg.types import Deviation, Pose
 
 
@@ -29,6 +29,7 @@ class InsSpec(SensorSpec):
 
     message = Ins
     simulation = "vrg.hal.sim.sensors.ins:InsSimulation"
+    recorded = Recorded.NONE
 
     position_noise: Deviation = 0.02
     heading_noise: Deviation = 0.005

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 from msgspec import Meta
 
 from vrg.bus.messages import SensorMessage
-from vrg.hal.sensors.spec import SensorSpec
-from vrg.types import Deviation, Length, Metres, Radians
+from vrg.hal.sensors.depiction import Rays
+from vrg.hal.sensors.spec import SensorSpec, Sweep
+from vrg.types import Deviation, Length, Metres, Pose, Radians
 
 if TYPE_CHECKING:
     import numpy as np
@@ -56,6 +57,17 @@ class Laser(SensorMessage, frozen=True, kw_only=True):
 
         return self.angle_min + self.angle_step * np.arange(len(self.data) // 4, dtype=np.float64)
 
+    @property
+    def words(self) -> str:
+        """How many beams met something, and where the nearest of it is."""
+        ranges = memoryview(self.data).cast("f")
+        met = [index for index, r in enumerate(ranges) if r < self.range_max]
+        if not met:
+            return f"{len(ranges)} beams, nothing within {self.range_max:g} m"
+        nearest = min(met, key=lambda index: ranges[index])
+        bearing = math.degrees(self.angle_min + nearest * self.angle_step)
+        return f"{len(ranges)} beams, {len(met)} met something; nearest {ranges[nearest]:.2f} m at {bearing:+.0f}°"
+
 
 @dataclass(frozen=True, kw_only=True)
 class LaserSpec(SensorSpec):
@@ -70,6 +82,8 @@ class LaserSpec(SensorSpec):
     message = Laser
     simulation = "vrg.hal.sim.sensors.laser:LaserSimulation"
     synthesised = True
+    depiction = Rays
+    range_finder = True
 
     x: Metres
     height: Metres
@@ -78,3 +92,17 @@ class LaserSpec(SensorSpec):
     range_max: Length
     noise: Deviation
     resolution: Length
+
+    @property
+    def sweep(self) -> Sweep:
+        """The sector of its beams."""
+        return Sweep(self._mount, self.fov, self.range_max)
+
+    def depict(self, reading: Laser) -> Rays:
+        """The beams of a scan."""
+        ranges = memoryview(reading.data).cast("f")
+        return Rays(self._mount, reading.angle_min, reading.angle_step, ranges, reading.range_max)
+
+    @property
+    def _mount(self) -> Pose:
+        return Pose(self.x, 0.0, 0.0)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from vrg.bus.messages import SensorMessage
-from vrg.hal.sensors.spec import SensorSpec
+from vrg.hal.sensors.spec import Recorded, SensorSpec
 from vrg.types import Deviation, Pose, Twist
 
 
@@ -35,6 +35,7 @@ class OdometrySpec(SensorSpec):
 
     message = Odometry
     simulation = "vrg.hal.sim.sensors.odometry:OdometrySimulation"
+    recorded = Recorded.NONE
 
     scale_noise: Deviation = 0.01
     slip_noise: Deviation = 0.05

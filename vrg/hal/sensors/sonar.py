@@ -7,6 +7,7 @@ from typing import Annotated
 from msgspec import Meta
 
 from vrg.bus.messages import SensorMessage
+from vrg.hal.sensors.depiction import Cones
 from vrg.hal.sensors.spec import SensorSpec
 from vrg.types import Deviation, Length, Metres, Pose
 
@@ -27,6 +28,11 @@ class Sonar(SensorMessage, frozen=True, kw_only=True):
     range_max: Metres
     ranges: Annotated[tuple[Metres, ...], Meta(max_length=COUNT_LIMIT)]
 
+    @property
+    def words(self) -> str:
+        """The range of each transducer, m; a dash for one that hears no echo."""
+        return " ".join("-" if r >= self.range_max else f"{r:.2f}" for r in self.ranges) + " m"
+
 
 @dataclass(frozen=True, kw_only=True)
 class SonarSpec(SensorSpec):
@@ -44,6 +50,8 @@ class SonarSpec(SensorSpec):
     message = Sonar
     simulation = "vrg.hal.sim.sensors.sonar:SonarSimulation"
     synthesised = True
+    depiction = Cones
+    range_finder = True
 
     places: tuple[Pose, ...]
     cone: Annotated[float, Meta(gt=0.0, lt=math.pi)]
@@ -55,3 +63,9 @@ class SonarSpec(SensorSpec):
     def __post_init__(self) -> None:
         if self.range_min > self.range_max:
             raise ValueError(f"expected range_min of at most range_max, {self.range_max:g} m, got {self.range_min:g} m")
+
+    def depict(self, reading: Sonar) -> Cones | None:
+        """The cones of all transducers; None if the reading has another number of them."""
+        if len(reading.ranges) != len(self.places):
+            return None
+        return Cones(self.places, self.cone, reading.ranges, reading.range_max)

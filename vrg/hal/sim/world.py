@@ -27,7 +27,6 @@ _BATTERY_TICKS = 10
 """The number of ticks between two energy balances."""
 STATE_PERIOD = 0.1
 """The match time in s between two states of a robot of which nothing has changed."""
-_RANGE_FINDERS = frozenset({"laser", "sonar"})
 
 
 class World:
@@ -55,7 +54,6 @@ class World:
         self._gate = RefereeGate()
         self._sensors = SensorSuite(Surroundings(self.map, config.seed, config.noise))
         self._pictures = Demand([robot.name for robot in config.robots if robot.camera])
-        self._spared = frozenset() if config.lasers else _RANGE_FINDERS
         self._state_ticks = max(1, round(STATE_PERIOD / config.tick))
         self._said: dict[str, RobotState] = {}
         self._rests = Rests()
@@ -195,7 +193,7 @@ class World:
 
     def sense(self) -> list[Said]:
         """The readings of all sensors that are due at this tick. It must be called once per tick."""
-        return self._sensors.sense(self._instant(), without=self._spared)
+        return self._sensors.sense(self._instant(), range_finders=self.config.lasers)
 
     def states(self) -> list[tuple[str, RobotState]]:
         """The states of the virtual robots: those that have changed, and all of them every STATE_PERIOD."""

@@ -9,6 +9,7 @@ from vrg.hal.can.guard import COAST_TIMEOUT
 from vrg.hal.can.workshop.emulated import EmulatedDrive
 from vrg.hal.models import RobotModel
 from vrg.hal.readings import Readings
+from vrg.hal.sensors.odometry import Odometry
 from vrg.testing.can_faults.robot import RATIO
 from vrg.types import Pose, Twist
 
@@ -115,9 +116,10 @@ class Judge:
             self._sent.clear()
 
     def _check_pose(self) -> None:
-        if self._readings is None or self._readings.odometry is None:
+        odometry = None if self._readings is None else self._readings.latest(Odometry)
+        if odometry is None:
             return
-        pose, now = self._readings.odometry.value.pose, self._now()
+        pose, now = odometry.value.pose, self._now()
         if self._pose is not None:
             before, then = self._pose
             way, turn = math.hypot(pose.x - before.x, pose.y - before.y), abs(wrap(pose.theta - before.theta))
@@ -129,10 +131,10 @@ class Judge:
 
     def _compare(self, excused: bool) -> None:
         """Compare what the robot has just said of its wheels with what they do."""
-        readings = self._readings
-        if readings is None or readings.odometry is None or self._now() > self._read_at + _AT_ONCE:
+        odometry = None if self._readings is None else self._readings.latest(Odometry)
+        if odometry is None or self._now() > self._read_at + _AT_ONCE:
             return
-        told = [wheel / math.tau * RATIO for wheel in self._model.drivetrain.speeds(readings.odometry.value.twist)]
+        told = [wheel / math.tau * RATIO for wheel in self._model.drivetrain.speeds(odometry.value.twist)]
         true = [drive.motor.velocity for drive in self._drives]
         off = max(abs(a - b) for a, b in zip(told, true, strict=True))
         words = f"the wheels are told to turn by {off:.1f} turn/s of a motor otherwise than they do"

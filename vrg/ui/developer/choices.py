@@ -12,7 +12,7 @@ class Overlay(enum.Enum):
     """What the field can show besides the robots."""
 
     SCANS = "scans"
-    SONARS = "sonars"
+    SENSORS = "sensors"
     SIGHTINGS = "sightings"
     SKETCHES = "sketches"
     MEASURED = "measured"
@@ -46,7 +46,7 @@ class Choices:
 
     tab: Tab = Tab.REFEREE
     selected: str | None = None
-    shown: set[Overlay] = field(default_factory=lambda: set(Overlay) - {Overlay.SONARS})
+    shown: set[Overlay] = field(default_factory=lambda: set(Overlay) - {Overlay.SENSORS})
     sort: tuple[str, bool] | None = None
     scrolled: dict[Tab | None, int] = field(default_factory=dict)
 

@@ -72,6 +72,8 @@ def _heard_of(insight: Insight, name: str) -> Iterator[Item]:
     for stream in insight.streams:
         if key_matches(f"*/{chunk_of(name)}/**", stream.key):
             text = f"{stream.rate:.1f} Hz, {stream.age:.1f} s old"
+            if stream.key in insight.words:
+                text += f": {insight.words[stream.key]}"
             yield Item(text, health(stream), label=stream.key.split("/", 2)[2].removeprefix("sensor/"))
 
 

@@ -1,7 +1,7 @@
 """What the developers' view knows at one instant, and the subscriptions that it comes from."""
 
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final, TypeVar
 
@@ -12,14 +12,15 @@ from vrg.bus.messages import Links, Manual, MeasuredPose, Message, RefereeState,
 from vrg.bus.seats import SeatKind
 from vrg.bus.topics import Keys, name_in
 from vrg.bus.traffic import Stream, Traffic
-from vrg.hal.sensors.laser import Laser
-from vrg.hal.sensors.sonar import Sonar
+from vrg.hal.models import RobotModel
+from vrg.hal.sensors.depiction import Depiction
 from vrg.types import Pose
 from vrg.ui.builder import SceneBuilder, SceneInlets
 from vrg.ui.processes import Board, Row
 from vrg.ui.scene import Scene
 
 T = TypeVar("T", bound=Message)
+Robots = Mapping[str, RobotModel]
 
 SEEN: Final = 1.5
 """The match time in s for which a sighting is shown."""
@@ -39,7 +40,7 @@ class Seen:
 
 @dataclass(frozen=True)
 class Reading:
-    """A reading of a sensor.
+    """What a sensor has measured.
 
     Args:
         robot: whose. pose: where the robot truly was then.
@@ -47,7 +48,7 @@ class Reading:
 
     robot: str
     pose: Pose
-    body: Laser | Sonar
+    depiction: Depiction
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,8 @@ class Insight:
         official: whether this window has an official's seat. unheard: the keys that its seat may not hear.
         reports, manuals, robots, links: the newest messages of the players and their robots.
         measured: where physical robots were measured to be.
-        sightings: those of the last SEEN seconds. readings: the newest scans and rings of sonars.
+        sightings: those of the last SEEN seconds. readings: what the sensors that are shown on the field have
+            measured. words: the newest reading of each sensor of the selected player, in words, by its key.
         streams: everything that is heard. processes: everything that runs.
         refusal: what the referee has refused lately, in words; empty if nothing.
     """
@@ -76,6 +78,7 @@ class Insight:
     measured: Mapping[str, Received[MeasuredPose]] = field(default_factory=dict)
     sightings: Sequence[Seen] = ()
     readings: Sequence[Reading] = ()
+    words: Mapping[str, str] = field(default_factory=dict)
     streams: Sequence[Stream] = ()
     processes: Sequence[Row] = ()
     refusal: str = ""
@@ -97,13 +100,16 @@ class Hearing:
 
     Args:
         mailbox: the window's own. keys: of the match. traffic: counts all messages; sensors are decoded from it while
-            they are shown. builder: of the scenes. official: whether this window has an official's seat.
+            they are shown. builder: of the scenes. robots: the models of the players' robots, by name.
+        official: whether this window has an official's seat.
     """
 
     def __init__(
-        self, mailbox: Mailbox, keys: Keys, traffic: Traffic, builder: SceneBuilder, *, official: bool
+        self, mailbox: Mailbox, keys: Keys, traffic: Traffic, builder: SceneBuilder, robots: Robots, *, official: bool
     ) -> None:
-        self._keys = keys
+        sensors = [(name, spec) for name, robot in robots.items() for spec in robot.sensors]
+        self._sensors = [(name, spec, keys.sensor(spec.message, name, spec.name)) for name, spec in sensors]
+        self._root = f"{keys.root}/"
         self._traffic = traffic
         self._builder = builder
         self._inlets = SceneInlets(mailbox, keys)
@@ -139,11 +145,14 @@ class Hearing:
             self._seen += [Seen(player, sighting) for sighting in seen.body.seen]
         self._seen = deque(s for s in self._seen if -SEEN <= now - s.sighting.time <= SEEN)
 
-    def insight(self, now: float, *, live: bool, lasers: bool, sonars: bool) -> Insight:
+    def insight(
+        self, now: float, *, live: bool, drawn: Collection[type[Depiction]] = (), selected: str | None = None
+    ) -> Insight:
         """What is known now.
 
         Args:
-            live: as in `Tick`. lasers, sonars: whether their readings are wanted.
+            live: as in `Tick`. drawn: the types of depictions that the field shows. selected: the player of whose
+                sensors the readings are wanted in words, or None.
         """
         state = self._state.latest
         return Insight(
@@ -158,7 +167,8 @@ class Hearing:
             links=_by_name(self._links),
             measured={name: m for name, m in _by_name(self._measured).items() if abs(now - m.stamp) <= STALE},
             sightings=tuple(self._seen),
-            readings=tuple(self._readings(now, lasers=lasers, sonars=sonars)),
+            readings=tuple(self._readings(now, drawn)),
+            words=self._words(selected),
             streams=self._traffic.look(),
             processes=self._board.look(),
             refusal=self._refusal,
@@ -168,16 +178,20 @@ class Hearing:
         """Do not show any more what the referee has refused."""
         self._refusal = ""
 
-    def _readings(self, now: float, *, lasers: bool, sonars: bool) -> list[Reading]:
-        found: list[Received[Laser] | Received[Sonar]] = []
-        found += self._traffic.newest(self._keys.sensor(Laser)) if lasers else []
-        found += self._traffic.newest(self._keys.sensor(Sonar)) if sonars else []
-        readings = []
-        for reading in found:
-            pose = self._pose_at(name_in(reading.key), reading.stamp)
-            if pose is not None and abs(now - reading.stamp) <= STALE:
-                readings.append(Reading(name_in(reading.key), pose, reading.body))
-        return readings
+    def _readings(self, now: float, drawn: Collection[type[Depiction]]) -> Iterator[Reading]:
+        for robot, spec, topic in self._sensors:
+            for reading in self._traffic.newest(topic) if spec.depiction in drawn else ():
+                pose, depiction = self._pose_at(robot, reading.stamp), spec.depict(reading.body)
+                if pose is not None and depiction is not None and abs(now - reading.stamp) <= STALE:
+                    yield Reading(robot, pose, depiction)
+
+    def _words(self, selected: str | None) -> dict[str, str]:
+        return {
+            topic.key.removeprefix(self._root): reading.body.words
+            for robot, _, topic in self._sensors
+            if robot == selected
+            for reading in self._traffic.newest(topic)
+        }
 
     def _pose_at(self, name: str, time: float) -> Pose | None:
         """Where a robot was at a match time, s, or as near to it as is known."""

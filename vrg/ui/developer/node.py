@@ -17,9 +17,10 @@ from vrg.regions import Region
 from vrg.ui.builder import SceneBuilder
 from vrg.ui.controls import Controls
 from vrg.ui.developer import deciding
-from vrg.ui.developer.choices import Choices, Overlay, Tab
+from vrg.ui.developer.choices import Choices, Tab
 from vrg.ui.developer.insight import Hearing, Insight
 from vrg.ui.developer.painter import DeveloperPainter, Shown
+from vrg.ui.developer.sensing import DRAWN
 from vrg.ui.draw import save_numbered
 from vrg.ui.explaining import Explainer
 from vrg.ui.pace import Pace
@@ -71,7 +72,7 @@ class DeveloperWindow(Node):
         self._run = run
         self._robots = dict(robots or {})
         builder = SceneBuilder(sizes={name: model.size for name, model in self._robots.items()}, obstacles=obstacles)
-        self._hearing = Hearing(mailbox, keys, traffic, builder, official=official)
+        self._hearing = Hearing(mailbox, keys, traffic, builder, self._robots, official=official)
         self._controls = Controls(mailbox, keys, by=name, official=official)
         self._explainer = Explainer(run)
         self._insight = Insight(official=official)
@@ -214,10 +215,10 @@ class DeveloperWindow(Node):
         self._explainer.ask(call, self._insight.scene.game)
 
     def _draw(self, tick: Tick, *, asked: bool) -> None:
-        on, controls = self.choices.shown, self._controls
-        self._insight = self._hearing.insight(
-            tick.time, live=tick.live, lasers=Overlay.SCANS in on, sonars=Overlay.SONARS in on
-        )
+        choices, controls = self.choices, self._controls
+        drawn = [kind for overlay, kinds in DRAWN.items() if overlay in choices.shown for kind in kinds]
+        selected = choices.selected if choices.tab is Tab.PLAYER else None
+        self._insight = self._hearing.insight(tick.time, live=tick.live, drawn=drawn, selected=selected)
         window = pygame.display.get_surface()
         if window is None or self._painter is None:
             return

@@ -1,7 +1,7 @@
 """Draws on the field what robots sense and players see: scans, sonars, sightings, and where robots were measured."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -10,13 +10,13 @@ import pygame
 
 from vrg.colours import Rgb
 from vrg.games import game_of
+from vrg.geometry import circumradius, compose
 from vrg.hal.models import RobotModel
-from vrg.hal.sensors.laser import Laser
-from vrg.hal.sensors.sonar import Sonar, SonarSpec
+from vrg.hal.sensors.depiction import Cones, Depiction, Rays, Ticks
 from vrg.types import Pose
 from vrg.ui import palette, shapes
 from vrg.ui.developer.choices import Overlay
-from vrg.ui.developer.insight import SEEN, Insight, Seen
+from vrg.ui.developer.insight import SEEN, Insight, Reading, Seen
 from vrg.ui.view import Pixel, View
 
 SIGMAS: Final = 2.0
@@ -28,30 +28,20 @@ Points = npt.NDArray[np.float64]
 """Shape (n, 2): x and y in the map's frame, m."""
 
 
-def beam_ends(scan: Laser, pose: Pose, mount: float) -> tuple[Points, npt.NDArray[np.bool_]]:
-    """Where the beams of a scan end, and which of them have met something.
+DRAWN: Final[Mapping[Overlay, Sequence[type[Depiction]]]] = {Overlay.SCANS: (Rays,), Overlay.SENSORS: (Cones, Ticks)}
+"""The depictions that are drawn on the field, by the switch of each."""
+
+
+def beam_ends(rays: Rays, pose: Pose) -> tuple[Points, npt.NDArray[np.bool_]]:
+    """Where beams end, and which of them have met something.
 
     Args:
-        pose: of the robot. mount: the distance of the laser ahead of the robot's centre, m.
+        pose: of the robot.
     """
-    ranges = scan.ranges.astype(np.float64)
-    angles = scan.angles + pose.theta
-    x = pose.x + mount * math.cos(pose.theta) + ranges * np.cos(angles)
-    y = pose.y + mount * math.sin(pose.theta) + ranges * np.sin(angles)
-    return np.stack((x, y), axis=1), ranges < scan.range_max
-
-
-def echoes(ring: Sonar, spec: SonarSpec, pose: Pose) -> list[list[tuple[float, float]]]:
-    """For each transducer that hears an echo the arc on which that is, with the transducer first and last; m."""
-    found = []
-    c, s = math.cos(pose.theta), math.sin(pose.theta)
-    for distance, place in zip(ring.ranges, spec.places, strict=False):
-        if distance < ring.range_max:
-            own = (pose.x + c * place.x - s * place.y, pose.y + s * place.x + c * place.y)
-            bearings = [pose.theta + place.theta + spec.cone * (i / (_ARC - 1) - 0.5) for i in range(_ARC)]
-            arc = [(own[0] + distance * math.cos(b), own[1] + distance * math.sin(b)) for b in bearings]
-            found.append([own, *arc, own])
-    return found
+    eye, ranges = compose(pose, rays.mount), np.array(rays.ranges, dtype=np.float64)
+    angles = rays.bearings + pose.theta
+    x, y = eye.x + ranges * np.cos(angles), eye.y + ranges * np.sin(angles)
+    return np.stack((x, y), axis=1), ranges < rays.range_max
 
 
 def ellipse(seen: Seen) -> list[tuple[float, float]]:
@@ -85,19 +75,14 @@ class SensingPainter:
         """Draw what is switched on. Of the player that is selected the free ground of its scan is drawn too."""
         colours = self._colours(insight)
         for reading in insight.readings:
-            colour, model = colours.get(reading.robot, palette.ECHO), self._robots.get(reading.robot)
-            if isinstance(reading.body, Laser):
-                mount = 0.0 if model is None or model.laser is None else model.laser.x
-                ends, met = beam_ends(reading.body, reading.pose, mount)
-                if reading.robot == selected and len(ends) > 1:
-                    self._free(surface, view, reading.pose, mount, ends)
-                self._dots(surface, pixels(view, ends[met]), colour, max(2, round(2 * ui)))
-                continue
-            spec = None if model is None else model.sensor(SonarSpec)
-            for cone in [] if spec is None else echoes(reading.body, spec, reading.pose):
-                points = [view.point(*point) for point in cone]
-                lines = points if reading.robot == selected else points[1:-1]
-                pygame.draw.aalines(surface, colour, False, lines)
+            colour, chosen = colours.get(reading.robot, palette.ECHO), reading.robot == selected
+            match reading.depiction:
+                case Rays() as rays:
+                    self._rays(surface, view, rays, reading.pose, colour, ui, free=chosen)
+                case Cones() as cones:
+                    self._cones(surface, view, cones, reading.pose, colour, sides=chosen)
+                case Ticks() as ticks:
+                    self._ticks(surface, view, ticks, reading, ui)
         if Overlay.SIGHTINGS in shown:
             for seen in insight.sightings:
                 self._sighting(surface, view, seen, colours.get(seen.player, palette.ECHO), insight.now, ui)
@@ -109,11 +94,36 @@ class SensingPainter:
         game = game_of(insight.scene.game)
         return {body.name: game.style(body.role, body.state).colour for body in insight.scene.bodies}
 
+    def _rays(
+        self, surface: pygame.Surface, view: View, rays: Rays, pose: Pose, colour: Rgb, ui: float, *, free: bool
+    ) -> None:
+        """Draw a dot where a beam has met something; `free` fills the ground that the beams find free."""
+        ends, met = beam_ends(rays, pose)
+        if free and len(ends) > 1:
+            eye = compose(pose, rays.mount)
+            corners = [(float(x), float(y)) for x, y in pixels(view, ends)]
+            pygame.draw.polygon(surface, palette.SCAN, [view.point(eye.x, eye.y), *corners])
+        self._dots(surface, pixels(view, ends[met]), colour, max(2, round(2 * ui)))
+
     @staticmethod
-    def _free(surface: pygame.Surface, view: View, pose: Pose, mount: float, ends: Points) -> None:
-        own = view.point(pose.x + mount * math.cos(pose.theta), pose.y + mount * math.sin(pose.theta))
-        corners = [own, *((float(x), float(y)) for x, y in pixels(view, ends))]
-        pygame.draw.polygon(surface, palette.SCAN, corners)
+    def _cones(surface: pygame.Surface, view: View, cones: Cones, pose: Pose, colour: Rgb, *, sides: bool) -> None:
+        """Draw an arc in each cone where something is; `sides` draws the sides of the cone too."""
+        for number, distance in enumerate(cones.ranges):
+            if distance < cones.range_max:
+                places = [compose(pose, Pose(x, y, 0.0)) for x, y in cones.outline(number, _ARC)]
+                apex, *arc = [view.point(place.x, place.y) for place in places]
+                pygame.draw.aalines(surface, colour, False, [apex, *arc, apex] if sides else arc)
+
+    def _ticks(self, surface: pygame.Surface, view: View, ticks: Ticks, reading: Reading, ui: float) -> None:
+        """Draw a stroke at each mark that is set, on the circle around the body."""
+        robot, centre = self._robots[reading.robot], view.point(reading.pose.x, reading.pose.y)
+        radius = max(17.0 * ui, 1.2 * view.scale * circumradius(robot.size))
+        for number, on in enumerate(ticks.on):
+            if on:
+                bearing = view.angle(reading.pose.theta + math.tau * number / len(ticks.on))
+                half = 0.35 * math.tau / len(ticks.on)
+                start, end = (shapes.oriented(centre, bearing + turn, radius, 0.0) for turn in (-half, half))
+                shapes.line(surface, start, end, palette.CAUTION, 3 * ui)
 
     @staticmethod
     def _dots(surface: pygame.Surface, places: Points, colour: Rgb, size: int) -> None:

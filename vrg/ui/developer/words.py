@@ -6,7 +6,7 @@ from vrg.ui.developer.choices import Overlay, Tab
 
 OVERLAYS: Final = {
     Overlay.SCANS: ("Scans", "1"),
-    Overlay.SONARS: ("Sonars", "2"),
+    Overlay.SENSORS: ("Sensors", "2"),
     Overlay.SIGHTINGS: ("Sightings", "3"),
     Overlay.SKETCHES: ("Sketches", "4"),
     Overlay.MEASURED: ("Measured", "5"),

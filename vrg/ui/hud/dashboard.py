@@ -9,7 +9,10 @@ from vrg.bus.messages import Stage
 from vrg.games import game_of
 from vrg.games.game import title
 from vrg.games.hud.helm import Goal, Wish
-from vrg.hal.sensors.sonar import SonarSpec
+from vrg.hal.sensors.battery import Battery
+from vrg.hal.sensors.depiction import Cones, Picture, Rays
+from vrg.hal.sensors.ins import Ins
+from vrg.hal.sensors.odometry import Odometry
 from vrg.types import Vector
 from vrg.ui.banner import banners
 from vrg.ui.deeds import LOW_BATTERY
@@ -19,6 +22,12 @@ from vrg.ui.scene import Scene, clock_text, speed_text
 
 OLD: Final = 0.3
 """The match time in s beyond which the age of a message is shown as alarming."""
+
+
+DRAWN: Final = (Rays, Cones, Picture)
+"""The depictions that have a place of their own, for the first sensor of each."""
+ELSEWHERE: Final = (Ins, Odometry, Battery)
+"""The messages of the sensors that the place of the robot, its speed and the line of the battery are from."""
 
 
 class Level(Enum):
@@ -52,7 +61,6 @@ class Dashboard:
         way: the points of the way that it will drive, m.
         texts: what stands in the fields. focus: the number of the field that is typed into.
         notice: what the person must be told. pad: which gamepad is in use. pad_ready: there is one.
-        sonar: the spec of the ring whose ranges are shown. laser, camera: whether the robot has them.
     """
 
     player: str
@@ -70,9 +78,6 @@ class Dashboard:
     notice: str = ""
     pad: str = ""
     pad_ready: bool = False
-    sonar: SonarSpec | None = None
-    laser: bool = True
-    camera: bool = True
 
 
 def status(board: Dashboard) -> list[Line]:
@@ -94,6 +99,7 @@ def status(board: Dashboard) -> list[Line]:
         Line(words.FAULT, fault or words.NOTHING, Level.ALARM if fault else Level.CALM),
         _link(seen),
         Line(words.PAD, board.pad, Level.GOOD if board.pad_ready else Level.CALM),
+        *_sensors(seen),
     ]
 
 
@@ -145,3 +151,12 @@ def _link(seen: Telemetry) -> Line:
     told = "   ".join(f"{who} {words.NEVER if age is None else f'{age:.1f} s'}" for who, age in ages.items())
     old = any(age is None or age > OLD for age in ages.values())
     return Line(words.LINK, told, Level.ALARM if old else Level.CALM)
+
+
+def _sensors(seen: Telemetry) -> list[Line]:
+    """A line for each sensor that is drawn nowhere: what it has measured last, in words."""
+    drawn = [seen.first(depiction) for depiction in DRAWN]
+    rest = [s for s in seen.sensors if s not in drawn and s.spec.message not in ELSEWHERE]
+    told = [words.NO_READING if s.reading is None else s.reading.body.words for s in rest]
+    labels = [s.spec.kind if s.spec.name == "main" else f"{s.spec.kind} {s.spec.name}" for s in rest]
+    return [Line(label.upper(), text) for label, text in zip(labels, told, strict=True)]

@@ -14,7 +14,6 @@ from vrg.bus.topics import Keys
 from vrg.games.hud.helm import Goal, Wish
 from vrg.hal.models import RobotModel
 from vrg.hal.sensors.camera import CameraSpec
-from vrg.hal.sensors.sonar import SonarSpec
 from vrg.navigation.motion import VelocityEstimator
 from vrg.types import Pose, Twist, Vector
 from vrg.ui.builder import SceneBuilder, SceneInlets
@@ -286,9 +285,6 @@ class Hud(Node):
             notice=desk.notice,
             pad=self.pads.status,
             pad_ready=self.pads.active is not None,
-            sonar=self._robot.sensor(SonarSpec),
-            laser=self._robot.laser is not None,
-            camera=self._robot.sensor(CameraSpec) is not None,
         )
         self._shown = self._painter.draw(window, self._board)
         pygame.display.flip()

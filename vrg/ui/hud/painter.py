@@ -5,11 +5,12 @@ from typing import Final
 import pygame
 
 from vrg.games.hud.helm import Wish
+from vrg.hal.sensors.depiction import Picture
 from vrg.ui import palette, shapes
 from vrg.ui.hud import words
 from vrg.ui.hud.dashboard import Dashboard, Level, Line, alert, heading, status
 from vrg.ui.hud.layout import SET, STOP, Layout, layout
-from vrg.ui.hud.quadrants import LocationPainter, PicturePainter, Quadrant, RingPainter, ScanPainter
+from vrg.ui.hud.quadrants import ConesPainter, LocationPainter, PicturePainter, Quadrant, RaysPainter
 from vrg.ui.palette import ink_on
 from vrg.ui.text import Face, Fonts
 from vrg.ui.view import View
@@ -22,6 +23,8 @@ COLOURS: Final = {
     Level.ALARM: palette.ALARM,
 }
 """The colour of what a level of urgency is written upon."""
+LINES: Final = 7
+"""The lines of the status that are always shown: those before the sensors."""
 INKS: Final = {
     Level.CALM: palette.TEXT,
     Level.GOOD: palette.TEXT,
@@ -37,9 +40,9 @@ class HudPainter:
     def __init__(self) -> None:
         self._fonts = Fonts()
         self._location = LocationPainter(self._fonts)
-        self._scan = ScanPainter(self._fonts)
-        self._ring = RingPainter(self._fonts)
-        self._picture = PicturePainter(self._fonts)
+        self._quadrants: dict[str, Quadrant] = {
+            "laser": RaysPainter(self._fonts), "sonar": ConesPainter(self._fonts), "camera": PicturePainter(self._fonts)
+        }  # fmt: skip
         self._kept: dict[str, tuple[object, pygame.Surface]] = {}
 
     def draw(self, surface: pygame.Surface, board: Dashboard) -> tuple[Layout, View]:
@@ -48,27 +51,20 @@ class HudPainter:
         Returns:
             where everything is, and how the field's coordinates became pixels.
         """
-        places = layout(*surface.get_size(), camera=board.camera)
+        places = layout(*surface.get_size(), camera=board.seen.first(Picture) is not None)
         ui = places.ui
         surface.fill(palette.BACKGROUND)
         self._head(surface, places, board)
         view = self._location.draw(surface, places.location, board, ui)
-        shown: dict[str, tuple[pygame.Rect, Quadrant]] = {
-            "laser": (places.laser, self._scan),
-            "sonar": (places.sonar, self._ring),
-        }
-        if places.camera is not None:
-            shown["camera"] = (places.camera, self._picture)
-        for name, (area, painter) in shown.items():
-            self._keep(surface, name, area, painter, board, ui)
+        for name, area in (("laser", places.laser), ("sonar", places.sonar), ("camera", places.camera)):
+            if area is not None:
+                self._keep(surface, name, area, board, ui)
         self._panel(surface, places, board)
         return places, view
 
-    def _keep(
-        self, surface: pygame.Surface, name: str, area: pygame.Rect, painter: Quadrant, board: Dashboard, ui: float
-    ) -> None:
+    def _keep(self, surface: pygame.Surface, name: str, area: pygame.Rect, board: Dashboard, ui: float) -> None:
         """Draw a quadrant. Readings come less often than frames, so an unchanged one is only copied."""
-        place = area.clip(surface.get_rect())
+        place, painter = area.clip(surface.get_rect()), self._quadrants[name]
         key = (tuple(area), surface.get_size(), painter.shows(board))
         before = self._kept.get(name)
         if before is not None and before[0] == key:
@@ -127,6 +123,8 @@ class HudPainter:
 
     def _status(self, surface: pygame.Surface, place: pygame.Rect, lines: list[Line], ui: float) -> None:
         size = max(12, round(14 * ui))
+        # Lines of sensors for which there is no room are left out; they are the last ones.
+        lines = lines[: max(LINES, place.height // size)]
         row = min(round(30 * ui), place.height // len(lines))
         label = round(100 * ui)
         for index, line in enumerate(lines):

@@ -1,15 +1,13 @@
 """The geometry of a plot around the robot: ahead is up, left is left. Pure functions, drawing apart."""
 
 import math
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
-from vrg.hal.sensors.laser import Laser
-from vrg.hal.sensors.sonar import Sonar, SonarSpec
+from vrg.hal.sensors.depiction import Cones, Rays
 from vrg.types import Vector
 from vrg.ui.hud import words
 from vrg.ui.view import Pixel
@@ -62,43 +60,24 @@ def reach_for(farthest: float, before: float | None) -> float:
     return next((reach for reach in REACHES if farthest <= CALM * reach), REACHES[-1])
 
 
-def echoes(scan: Laser) -> "tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]":
+def echoes(rays: Rays) -> "tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]":
     """The distances (m) and the bearings (rad) of the beams that met something."""
-    ranges = scan.ranges.astype(np.float64)
-    met = ranges < scan.range_max
-    return ranges[met], scan.angles[met]
+    ranges = np.array(rays.ranges, dtype=np.float64)
+    met = ranges < rays.range_max
+    return ranges[met], rays.bearings[met]
 
 
-def nearest_of_scan(scan: Laser) -> Vector | None:
-    """The distance (m) and the bearing (rad) of the nearest thing in a scan; None if it met nothing."""
-    ranges, bearings = echoes(scan)
-    if not len(ranges):
-        return None
-    index = int(ranges.argmin())
-    return float(ranges[index]), float(bearings[index])
-
-
-def nearest_of_ring(ring: Sonar, spec: SonarSpec) -> Vector | None:
-    """The distance (m) and the bearing (rad) of the transducer that hears the nearest echo; None if none hears any."""
-    heard = [(r, place.theta) for r, place in zip(ring.ranges, spec.places, strict=False) if r < ring.range_max]
+def nearest(found: Rays | Cones) -> Vector | None:
+    """The distance (m) and the bearing (rad) of the nearest thing that beams met or cones heard; None without any."""
+    if isinstance(found, Rays):
+        return min(zip(*(part.tolist() for part in echoes(found)), strict=True), default=None)
+    heard = [(r, place.theta) for r, place in zip(found.ranges, found.places, strict=True) if r < found.range_max]
     return min(heard, default=None)
 
 
-def told(nearest: Vector | None, reach: float) -> str:
+def told(found: Rays | Cones) -> str:
     """What is nearest, in words."""
-    if nearest is None:
-        return words.NOTHING_NEAR.format(reach=reach)
-    return words.NEAREST.format(distance=nearest[0], bearing=math.degrees(nearest[1]) + 0.0)
-
-
-def cone(fan: Fan, spec: SonarSpec, index: int, distance: float) -> Sequence[Pixel]:
-    """The corners of the cone of a transducer up to a distance in m: the transducer first, then the arc."""
-    place = spec.places[index]
-
-    def corners() -> Iterable[Pixel]:
-        yield fan.at(place.x, place.y)
-        for step in range(7):
-            bearing = place.theta + spec.cone * (step / 6 - 0.5)
-            yield fan.at(place.x + distance * math.cos(bearing), place.y + distance * math.sin(bearing))
-
-    return list(corners())
+    near = nearest(found)
+    if near is None:
+        return words.NOTHING_NEAR.format(reach=found.range_max)
+    return words.NEAREST.format(distance=near[0], bearing=math.degrees(near[1]) + 0.0)

@@ -2,41 +2,62 @@
 
 import io
 import math
+from abc import ABC, abstractmethod
 from itertools import pairwise
-from typing import Protocol
+from typing import Any, ClassVar
 
 import pygame
 
 from vrg.colours import Rgb
 from vrg.games.hud.helm import Goal
+from vrg.hal.sensors.depiction import Cones, Depiction, Picture, Rays
 from vrg.ui import palette, shapes
 from vrg.ui.field import FieldPainter
 from vrg.ui.hud import words
 from vrg.ui.hud.dashboard import Dashboard, place
-from vrg.ui.hud.polar import (
-    RINGS,
-    Fan,
-    cone,
-    echoes,
-    fan,
-    nearest_of_ring,
-    nearest_of_scan,
-    reach_for,
-    told,
-)
+from vrg.ui.hud.polar import RINGS, Fan, echoes, fan, nearest, reach_for, told
 from vrg.ui.text import Fonts
 from vrg.ui.view import View
 from vrg.ui.widgets import blank, frame
 
 
-class Quadrant(Protocol):
-    """A part of the display that changes only with a reading."""
+class Quadrant(ABC):
+    """A part of the display with what one sensor has measured: the first whose readings are depicted so.
+
+    Attributes:
+        depiction: the type of the depiction. title: what stands above where the robot has no such sensor; otherwise
+            its kind does. nothing: what stands there before the first reading.
+    """
+
+    depiction: ClassVar[type[Depiction]]
+    title: ClassVar[str]
+    nothing: ClassVar[str]
+
+    def __init__(self, fonts: Fonts) -> None:
+        self._fonts = fonts
 
     def shows(self, board: Dashboard) -> object:
         """What its picture depends on, besides its place. While this stays equal, so does the picture."""
+        sensed = board.seen.first(self.depiction)
+        return None if sensed is None or sensed.reading is None else sensed.reading.stamp
 
     def draw(self, surface: pygame.Surface, area: pygame.Rect, board: Dashboard, ui: float) -> None:
         """Draw it into an area; `ui` scales letters."""
+        sensed = board.seen.first(self.depiction)
+        title, found = (self.title, None) if sensed is None else (sensed.spec.kind.upper(), sensed.depiction)
+        inner = frame(surface, area, title, "" if found is None else self.told(found, board), ui, self._fonts)
+        if found is None:
+            blank(surface, inner, words.NOT_FITTED if sensed is None else self.nothing, ui, self._fonts)
+        else:
+            self.plot(surface, inner, found, board, ui)
+
+    def told(self, found: Any, board: Dashboard) -> str:
+        """What stands beside the title, about a depiction."""
+        return told(found)
+
+    @abstractmethod
+    def plot(self, surface: pygame.Surface, inner: pygame.Rect, found: Any, board: Dashboard, ui: float) -> None:
+        """Draw a depiction into the area below the title."""
 
 
 class LocationPainter:
@@ -97,76 +118,56 @@ def _cross(surface: pygame.Surface, view: View, goal: Goal, ui: float) -> None:
         shapes.polygon(surface, head, palette.CAUTION)
 
 
-class ScanPainter:
-    """Draws the newest scan of the laser."""
+class RaysPainter(Quadrant):
+    """Draws the beams of a laser, or of another range finder with beams."""
+
+    depiction, title, nothing = Rays, words.LASER, words.NO_SCAN
 
     def __init__(self, fonts: Fonts) -> None:
-        self._fonts = fonts
+        super().__init__(fonts)
         self._reach: float | None = None
 
-    def shows(self, board: Dashboard) -> object:
-        """The time of the scan."""
-        return None if board.seen.laser is None else board.seen.laser.stamp
-
-    def draw(self, surface: pygame.Surface, area: pygame.Rect, board: Dashboard, ui: float) -> None:
-        """Draw the quadrant."""
-        scan = None if board.seen.laser is None else board.seen.laser.body
-        if scan is None:
-            inner = frame(surface, area, words.LASER, "", ui, self._fonts)
-            blank(surface, inner, words.NO_SCAN if board.laser else words.NOT_FITTED, ui, self._fonts)
-            return
-        nearest = nearest_of_scan(scan)
-        inner = frame(surface, area, words.LASER, told(nearest, scan.range_max), ui, self._fonts)
-        ranges, bearings = echoes(scan)
-        farthest = float(ranges.max()) if len(ranges) else scan.range_max
-        self._reach = reach_for(farthest, self._reach)
-        first, last = float(scan.angles[0]), float(scan.angles[-1])
+    def plot(self, surface: pygame.Surface, inner: pygame.Rect, found: Rays, board: Dashboard, ui: float) -> None:
+        """Draw the ground that the beams find free, what they met, and what of it is nearest."""
+        ranges, bearings = echoes(found)
+        self._reach = reach_for(float(ranges.max()) if len(ranges) else found.range_max, self._reach)
+        first = found.mount.theta + found.first
+        last = first + found.step * max(0, len(found.ranges) - 1)
         inner.inflate_ip(round(-30 * ui), round(-24 * ui))
         plot = fan((inner.left, inner.top, inner.width, inner.height), first, last, self._reach)
-        whole = last - first > 2 * math.pi - 2 * scan.angle_step
-        corners = [
-            plot.polar(min(float(r), plot.reach), float(b)) for r, b in zip(scan.ranges, scan.angles, strict=True)
-        ]
+        whole = last - first > 2 * math.pi - 2 * found.step
+        ends = zip(found.ranges, found.bearings.tolist(), strict=True)
+        corners = [plot.polar(min(distance, plot.reach), bearing) for distance, bearing in ends]
         shapes.polygon(surface, corners if whole else [plot.origin, *corners], palette.SCAN)
         _rings(surface, plot, first, last)
         size = max(2, round(2 * ui))
         for r, b in zip(ranges, bearings, strict=True):
             x, y = plot.polar(float(r), float(b))
             surface.fill(palette.ECHO, (round(x) - size // 2, round(y) - size // 2, size, size))
-        if nearest is not None:
-            shapes.ring(surface, plot.polar(*nearest), 6 * ui, palette.CAUTION, 2 * ui)
+        near = nearest(found)
+        if near is not None:
+            shapes.ring(surface, plot.polar(*near), 6 * ui, palette.CAUTION, 2 * ui)
         _scale(surface, plot, ui, self._fonts)
         _robot(surface, plot, board, ui)
 
 
-class RingPainter:
-    """Draws the newest ranges of the ring of sonars."""
+class ConesPainter(Quadrant):
+    """Draws the cones of a ring of sonars, or of another range finder with cones."""
 
-    def __init__(self, fonts: Fonts) -> None:
-        self._fonts = fonts
+    depiction, title, nothing = Cones, words.SONAR, words.NO_ECHO
 
-    def shows(self, board: Dashboard) -> object:
-        """The time of the ranges."""
-        return None if board.seen.sonar is None else board.seen.sonar.stamp
-
-    def draw(self, surface: pygame.Surface, area: pygame.Rect, board: Dashboard, ui: float) -> None:
-        """Draw the quadrant."""
-        spec, ring = board.sonar, None if board.seen.sonar is None else board.seen.sonar.body
-        if spec is None or ring is None:
-            inner = frame(surface, area, words.SONAR, "", ui, self._fonts)
-            blank(surface, inner, words.NOT_FITTED if spec is None else words.NO_ECHO, ui, self._fonts)
-            return
-        nearest = nearest_of_ring(ring, spec)
-        inner = frame(surface, area, words.SONAR, told(nearest, ring.range_max), ui, self._fonts)
+    def plot(self, surface: pygame.Surface, inner: pygame.Rect, found: Cones, board: Dashboard, ui: float) -> None:
+        """Draw each cone up to what it heard."""
+        near = nearest(found)
         inner.inflate_ip(round(-20 * ui), round(-20 * ui))
         place = (inner.left, inner.top, inner.width, inner.height)
-        plot = fan(place, -math.pi, math.pi, reach_for(ring.range_max, None))
+        plot = fan(place, -math.pi, math.pi, reach_for(found.range_max, None))
         _rings(surface, plot, -math.pi, math.pi)
-        for index, distance in enumerate(ring.ranges[: len(spec.places)]):
-            corners = cone(plot, spec, index, distance)
-            if distance < ring.range_max:
-                near = nearest is not None and distance == nearest[0]
-                shapes.polygon(surface, corners, palette.CAUTION if near else palette.ECHO)
+        for number, distance in enumerate(found.ranges):
+            corners = [plot.at(*point) for point in found.outline(number, 7)]
+            if distance < found.range_max:
+                closest = near is not None and distance == near[0]
+                shapes.polygon(surface, corners, palette.CAUTION if closest else palette.ECHO)
             else:
                 shapes.outline(surface, corners, palette.LINE)
         _scale(surface, plot, ui, self._fonts)
@@ -216,34 +217,35 @@ def _robot(surface: pygame.Surface, plot: Fan, board: Dashboard, ui: float) -> N
     shapes.polygon(surface, tip, palette.CALM)
 
 
-class PicturePainter:
-    """Draws the newest picture of the camera. It is unpacked once."""
+class PicturePainter(Quadrant):
+    """Draws the newest picture of a camera. It is unpacked once."""
+
+    depiction, title, nothing = Picture, words.CAMERA, words.NO_PICTURE
 
     def __init__(self, fonts: Fonts) -> None:
-        self._fonts = fonts
-        self._of: float | None = None
+        super().__init__(fonts)
+        self._of: bytes = b""
         self._picture: pygame.Surface | None = None
 
     def shows(self, board: Dashboard) -> object:
         """The time of the picture, and its age in words."""
-        return None if board.seen.camera is None else board.seen.camera.stamp, self._age(board)
+        return super().shows(board), self._age(board)
 
-    @staticmethod
-    def _age(board: Dashboard) -> str:
-        age = board.seen.age(board.seen.camera)
+    def _age(self, board: Dashboard) -> str:
+        sensed = board.seen.first(self.depiction)
+        age = None if sensed is None else board.seen.age(sensed.reading)
         return "" if age is None else f"{age:.1f} s"
 
-    def draw(self, surface: pygame.Surface, area: pygame.Rect, board: Dashboard, ui: float) -> None:
-        """Draw the place beside the sonar."""
-        taken, says = board.seen.camera, self._age(board)
-        inner = frame(surface, area, words.CAMERA, says, ui, self._fonts)
-        if taken is None:
-            blank(surface, inner, words.NO_PICTURE, ui, self._fonts)
-            return
-        if taken.stamp != self._of:
-            self._of = taken.stamp
+    def told(self, found: Picture, board: Dashboard) -> str:
+        """How old it is."""
+        return self._age(board)
+
+    def plot(self, surface: pygame.Surface, inner: pygame.Rect, found: Picture, board: Dashboard, ui: float) -> None:
+        """Draw the picture as large as there is room."""
+        if found.png is not self._of:
+            self._of = found.png
             try:
-                self._picture = pygame.image.load(io.BytesIO(taken.body.data), "picture.png")
+                self._picture = pygame.image.load(io.BytesIO(found.png), "picture.png")
             except pygame.error:
                 self._picture = None
         if self._picture is None:

@@ -1,27 +1,40 @@
 """What one player knows of itself and of the match: exactly what its own process may hear, never the true poses."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, TypeVar
 
 from msgspec import structs
 
 from vrg.bus.codec import Received
-from vrg.bus.mailbox import Inlet, Mailbox
+from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Message, PlayerStatus, RefereeState, Report, SensorMessage
 from vrg.bus.node import Tick, is_fresh
 from vrg.bus.topics import Keys
 from vrg.hal.models import RobotModel
-from vrg.hal.sensors.camera import Camera
+from vrg.hal.sensors.depiction import Depiction
 from vrg.hal.sensors.ins import Ins
-from vrg.hal.sensors.laser import Laser
 from vrg.hal.sensors.odometry import Odometry
-from vrg.hal.sensors.sonar import Sonar
+from vrg.hal.sensors.spec import SensorSpec
 from vrg.types import Pose
 
 S = TypeVar("S", bound=SensorMessage)
 
 SIGHT_TIMEOUT: Final = 0.25
 """The match time in s by which the poses that a team sees may be older than the state of the referee."""
+
+
+@dataclass(frozen=True)
+class Sensed:
+    """A sensor of the robot, and its newest reading; None before the first."""
+
+    spec: SensorSpec
+    reading: Received[SensorMessage] | None = None
+
+    @property
+    def depiction(self) -> Depiction | None:
+        """What the reading looks like; None where there is none."""
+        return None if self.reading is None else self.spec.depict(self.reading.body)
 
 
 @dataclass(frozen=True)
@@ -34,9 +47,9 @@ class Telemetry:
         report: what the player's process says of itself, with the match time of that.
         pose: where the robot is by its own measurement. pose_age: the match time since then, s.
         speed: the speed ahead by the robot's wheels, m/s.
-        laser, sonar, camera: the newest reading of the first sensor of each kind.
+        sensors: the sensors of the robot, in the order of its model.
         player_age, robot_age, referee_age: the match time in s since the newest report of the player, the newest
-            reading of any of the sensors above, and the newest state of the referee were made.
+            reading of any of its sensors, and the newest state of the referee were made.
     """
 
     now: float = 0.0
@@ -47,12 +60,14 @@ class Telemetry:
     pose: Pose | None = None
     pose_age: float | None = None
     speed: float | None = None
-    laser: Received[Laser] | None = None
-    sonar: Received[Sonar] | None = None
-    camera: Received[Camera] | None = None
+    sensors: tuple[Sensed, ...] = ()
     player_age: float | None = None
     robot_age: float | None = None
     referee_age: float | None = None
+
+    def first(self, depiction: type[Depiction]) -> Sensed | None:
+        """The first sensor whose readings are depicted so, or None where the robot has none."""
+        return next((sensed for sensed in self.sensors if sensed.spec.depiction is depiction), None)
 
     def age(self, reading: Received[Message] | None) -> float | None:
         """The match time in s since a reading was made."""
@@ -73,26 +88,20 @@ class Receiver:
         self._sight = mailbox.subscribe(keys.sight(team))
         self._report = mailbox.subscribe(keys.report(player))
         self._measured = mailbox.subscribe(keys.robot_pose(player))
-
-        def first(message: type[S]) -> Inlet[S] | None:
-            names = [spec.name for spec in robot.sensors if spec.message is message]
-            return mailbox.subscribe(keys.sensor(message, player, names[0])) if names else None
-
-        self._ins, self._odometry = first(Ins), first(Odometry)
-        self._laser, self._sonar, self._camera = first(Laser), first(Sonar), first(Camera)
+        self._sensors = [(s, mailbox.subscribe(keys.sensor(s.message, player, s.name))) for s in robot.sensors]
 
     def look(self, tick: Tick) -> Telemetry:
         """What is known now."""
         now = tick.time
         state, report = self._state.latest, self._report.latest
         seen = None if state is None else self._seen(state)
-        laser, sonar, camera = _newest(self._laser), _newest(self._sonar), _newest(self._camera)
-        ins, odometry, measured = _newest(self._ins), _newest(self._odometry), self._measured.latest
+        sensors = tuple(Sensed(spec, inlet.latest) for spec, inlet in self._sensors)
+        ins, odometry, measured = _newest(sensors, Ins), _newest(sensors, Odometry), self._measured.latest
         pose, stamp = (None, None) if ins is None else (ins.body.pose, ins.stamp)
         if measured is not None and (stamp is None or measured.stamp > stamp):
             # The device of a physical robot tells the world where it is.
             pose, stamp = measured.body.pose, measured.stamp
-        stamps = [r.stamp for r in (laser, sonar, camera, odometry) if r is not None]
+        stamps = [sensed.reading.stamp for sensed in sensors if sensed.reading is not None]
         stamps += [] if stamp is None else [stamp]
         return Telemetry(
             now=now,
@@ -103,9 +112,7 @@ class Receiver:
             pose=pose,
             pose_age=None if stamp is None else max(0.0, now - stamp),
             speed=None if odometry is None else odometry.body.twist.v,
-            laser=laser,
-            sonar=sonar,
-            camera=camera,
+            sensors=sensors,
             player_age=None if report is None else max(0.0, now - report.stamp),
             robot_age=max(0.0, now - max(stamps)) if stamps else None,
             referee_age=None if state is None else max(0.0, now - state.stamp),
@@ -122,5 +129,6 @@ class Receiver:
         )
 
 
-def _newest(inlet: Inlet[S] | None) -> Received[S] | None:
-    return None if inlet is None else inlet.latest
+def _newest(sensors: Sequence[Sensed], message: type[S]) -> Received[S] | None:
+    """The newest reading of the first sensor with this message."""
+    return next((s.reading for s in sensors if s.spec.message is message), None)  # type: ignore[return-value]

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from vrg.errors import WorldError
 from vrg.geometry import wrap
 from vrg.hal.models import RobotModel
+from vrg.hal.sensors.touch import TouchSpec
 from vrg.hal.sim.map import Map
 from vrg.types import Pose, Twist
 
@@ -199,7 +200,7 @@ class Engine(ABC):
             WorldError: there is none of that name.
         """
         row = self.row(name)
-        touch = tuple(bool(self.touch[row] >> n & 1) for n in range(self.models[row].bumpers))
+        touch = tuple(bool(self.touch[row] >> n & 1) for n in range(bumpers(self.models[row])))
         return BodyState(
             Pose(*self.poses[row].tolist()), Twist(*self.velocities[row].tolist()), self.angles_of(row), touch
         )
@@ -244,6 +245,11 @@ class Engine(ABC):
 
 def bumper_bit(model: RobotModel, bearing: float) -> int:
     """The bit of the bumper that covers a bearing in the robot's frame (rad); 0 for a model without bumpers."""
-    if not model.bumpers:
-        return 0
-    return 1 << round(bearing / (2 * math.pi) * model.bumpers) % model.bumpers
+    count = bumpers(model)
+    return 1 << round(bearing / (2 * math.pi) * count) % count if count else 0
+
+
+def bumpers(model: RobotModel) -> int:
+    """The number of bumpers of a model's first ring, 0 where it has none."""
+    touch = model.sensor(TouchSpec)
+    return 0 if touch is None else touch.count

@@ -1,7 +1,6 @@
 """The base class of the simulations of sensors, with the data that they are given and that they return."""
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
@@ -73,7 +72,7 @@ class Instant:
     cameras: Collection[str] = ()
 
 
-class SensorSimulation(ABC, Generic[P]):
+class SensorSimulation(Generic[P]):
     """Simulates all sensors of one kind in a world. Its results depend on its ticks and the seed alone."""
 
     def __init__(self, surroundings: Surroundings) -> None:
@@ -89,9 +88,13 @@ class SensorSimulation(ABC, Generic[P]):
         self._schedule = [(m.spec.due_every(now.dt), m) for m in mounted]
         self._beat = math.gcd(*(every for every, _ in self._schedule)) or 1
 
-    @abstractmethod
     def sense(self, now: Instant) -> list[Said]:
-        """The readings of the sensors that are due at this tick. It is called once per tick."""
+        """The readings of the sensors that are due at this tick, one after the other. It is called once per tick."""
+        return [(m.robot, m.spec.name, self.measure(m, now)) for m in self.due(now)]
+
+    def measure(self, mounted: Mounted[P], now: Instant) -> SensorMessage:
+        """What one sensor measures. A subclass overrides this, or `sense` if it computes all sensors at once."""
+        raise NotImplementedError
 
     def close(self) -> None:
         """Release what the simulation holds. Idempotent."""

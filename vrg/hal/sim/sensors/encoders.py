@@ -3,22 +3,14 @@
 import math
 
 from vrg.hal.sensors.encoders import Encoders, EncodersSpec
-from vrg.hal.sim.sensors.base import Instant, Said, SensorSimulation
+from vrg.hal.sim.sensors.base import Instant, Mounted, SensorSimulation
 
 
 class EncodersSimulation(SensorSimulation[EncodersSpec]):
     """Simulates encoders: they count the turns of the wheels."""
 
-    def sense(self, now: Instant) -> list[Said]:
-        """The counts of the robots whose encoders are due."""
-        due = self.due(now)
-        if not due:
-            return []
-        said: list[Said] = []
-        angles = now.angles.tolist()
-        for m in due:
-            left, right = angles[m.row][:2]
-            per_rad = m.spec.ticks / math.tau
-            counts = Encoders(left=math.floor(left * per_rad), right=math.floor(right * per_rad))
-            said.append((m.robot, m.spec.name, counts))
-        return said
+    def measure(self, mounted: Mounted[EncodersSpec], now: Instant) -> Encoders:
+        """The counts of a robot's encoders."""
+        per_rad = mounted.spec.ticks / math.tau
+        angles = now.angles[mounted.row, : len(mounted.model.drivetrain.axes)].tolist()
+        return Encoders(counts=tuple(math.floor(angle * per_rad) for angle in angles))

@@ -16,6 +16,7 @@ import pybullet
 
 from vrg.hal.models import RobotModel
 from vrg.hal.sensors.camera import CameraSpec
+from vrg.hal.sensors.laser import LaserSpec
 from vrg.hal.sim.map import WALL_HEIGHT, Map
 from vrg.hal.sim.sensors.noise import Floats
 
@@ -188,7 +189,7 @@ def _parts(model: RobotModel) -> list[_Part]:
         _Part(pybullet.GEOM_CYLINDER, half, (wheel.x, wheel.y, radius), _TYRE, _lying(wheel.heading))
         for wheel in drivetrain.wheels
     ]
-    laser = model.laser
+    laser = model.sensor(LaserSpec)
     if laser is None or laser.height <= model.height:
         return [hull, deck, *wheels]
     half = (_LASER_SIDE / 2, _LASER_SIDE / 2, (laser.height + _LASER_TOP - model.height) / 2)

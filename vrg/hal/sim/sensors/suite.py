@@ -5,6 +5,7 @@ from typing import Any
 
 from vrg.errors import ConfigError
 from vrg.hal.models import RobotModel
+from vrg.hal.sensors.spec import SensorSpec
 from vrg.hal.sim.sensors.base import Instant, Mounted, Said, SensorSimulation, Surroundings
 from vrg.registry import load_object
 
@@ -19,8 +20,8 @@ class SensorSuite:
     def __init__(self, surroundings: Surroundings) -> None:
         self._surroundings = surroundings
         self._simulations: dict[str, SensorSimulation[Any]] = {}
-        self._kinds: dict[str, str] = {}
-        """The kind of the sensors of each simulation that has any."""
+        self._used: dict[str, SensorSpec] = {}
+        """The spec of a sensor of each simulation that has any."""
 
     def resize(self, names: Sequence[str], models: Sequence[RobotModel], ghosts: Sequence[bool], now: Instant) -> None:
         """Adapt to a change of the list of robots, or of their rows.
@@ -41,17 +42,17 @@ class SensorSuite:
             if target not in self._simulations:
                 self._simulations[target] = self._load(target)
             self._simulations[target].resize(sensors, now)
-        self._kinds = {target: sensors[0].spec.kind for target, sensors in mounted.items() if sensors}
+        self._used = {target: sensors[0].spec for target, sensors in mounted.items() if sensors}
 
-    def sense(self, now: Instant, *, without: frozenset[str] = frozenset()) -> list[Said]:
+    def sense(self, now: Instant, *, range_finders: bool = True) -> list[Said]:
         """The readings of all sensors that are due at this tick. It must be called once per tick.
 
         Args:
-            without: the kinds of sensors that are left out.
+            range_finders: False leaves the range finders out.
         """
         said: list[Said] = []
-        for target, kind in self._kinds.items():
-            if kind not in without:
+        for target, spec in self._used.items():
+            if range_finders or not spec.range_finder:
                 said += self._simulations[target].sense(now)
         return said
 

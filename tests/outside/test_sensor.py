@@ -1,0 +1,131 @@
+"""A sensor of somebody else describes itself: it is recorded, listed and drawn, and VRG knows nothing of it."""
+
+import io
+import json
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import pygame
+import pytest
+from rich.console import Console
+
+from tests.recording.recordings import messages_of
+from tests.ui.developer import making as developer
+from tests.ui.hud import making as hud
+from vrg.bus import messages as m
+from vrg.bus.codec import Received
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.node import Tick
+from vrg.config.loading import load_match
+from vrg.games import GAMES
+from vrg.hal.models import MODELS, RobotModel
+from vrg.hal.sensors import message_of
+from vrg.launch.in_process import play
+from vrg.launch.nodes import open_journal, recorder_node
+from vrg.launch.run_folder import RunFolder
+from vrg.types import Pose
+from vrg.ui import palette
+from vrg.ui.developer.node import DeveloperWindow
+from vrg.ui.hud.dashboard import Line, status
+from vrg.ui.hud.node import Hud
+from vrg.ui.readings import Watched, sensor_table
+
+
+@pytest.fixture
+def scout(installed: None, monkeypatch: pytest.MonkeyPatch) -> RobotModel:
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    return MODELS.get("Scout")
+
+
+def reading(heading: float) -> m.SensorMessage:
+    message = message_of("compass")
+    assert message is not None
+    return message(heading=heading)
+
+
+def test_it_is_recorded_in_a_match(installed: None, tmp_path: Path) -> None:
+    setup, folder = load_match(GAMES.get("race").default_match()), RunFolder(tmp_path)
+    play(setup, open_journal(setup, folder), watchers=[recorder_node(setup, folder)], limit=1.0)
+    found = [
+        (s.name, json.loads(r.data)) for s, _, r in messages_of(folder.recording, topics="/robot/jade/compass/main")
+    ]
+    assert len(found) >= 5
+    assert {name for name, _ in found} == {"vrg.Compass"}
+    assert found[0][1]["heading"] == pytest.approx(0.0, abs=0.1)
+
+
+def test_it_is_listed_in_a_terminal(installed: None) -> None:
+    watched, console = Watched(), Console(file=io.StringIO(), width=100)
+    watched.take(("compass", "main"), Received("k", 1.0, 0, reading(math.pi / 2)))
+    console.print(sensor_table(watched, "jade", 1.0))
+    assert "90° from east" in console.file.getvalue()  # type: ignore[attr-defined]
+
+
+class Window(developer.Bench):
+    """The developers' view of a match in which the robots are Scouts."""
+
+    def __init__(self, scout: RobotModel) -> None:
+        self.scout = scout
+        super().__init__(2)
+        self.node.stop()
+        self.node = DeveloperWindow(
+            "test", Mailbox(), developer.KEYS, self.traffic, robots=dict.fromkeys(self.names, scout)
+        )
+        self.ticks(3)
+
+    def turned(self, name: str, heading: float) -> None:
+        body = reading(heading)
+        self.tell(developer.KEYS.sensor(type(body), name, "main"), body)
+        self.tick()
+
+
+@pytest.fixture
+def window(scout: RobotModel) -> Iterator[Window]:
+    window = Window(scout)
+    yield window
+    window.node.stop()
+
+
+def test_it_is_drawn_in_the_developers_view_where_its_switch_is_on(window: Window) -> None:
+    assert window.node.shown is not None
+    window.turned("robot1", math.radians(200))
+
+    def drawn() -> bool:
+        """Whether there is a mark around the robot."""
+        assert window.node.shown is not None
+        view, pose = window.node.shown.view, window.pose("robot1")
+        x, y = view.point(pose.x, pose.y)
+        surface = pygame.display.get_surface()
+        assert surface is not None
+        around = pygame.Rect(0, 0, 60, 60)
+        around.center = round(x), round(y)
+        return bool((pygame.surfarray.array3d(surface.subsurface(around)) == palette.CAUTION).all(axis=-1).any())
+
+    assert not drawn()
+    window.press(pygame.K_2)
+    assert drawn()
+
+
+def test_its_reading_stands_in_the_tab_of_its_player(window: Window) -> None:
+    window.node.choices.select("robot1")
+    window.press(pygame.K_F3)
+    window.turned("robot1", math.pi)
+    assert window.node.insight.words["robot/robot1/sensor/compass/main"] == "180° from east"
+
+
+def test_its_reading_stands_on_the_display_of_its_player(scout: RobotModel) -> None:
+    display = Hud("ann", Mailbox(), hud.KEYS, team="red", robot=scout, start=Pose(0.0, 0.0, 0.0), ground=hud.GROUND)
+    try:
+        display.tick(Tick(1.0))
+        assert Line("COMPASS", "no reading yet") in status(display.board)
+        body = reading(math.pi / 2)
+        topic = hud.KEYS.sensor(type(body), "ann", "main")
+        for inlet in display.mailbox.inlets:
+            if inlet.topic.key == topic.key:
+                inlet.offer(Received(topic.key, 1.0, 0, body))
+        display.mailbox.handover(1.1)
+        display.tick(Tick(1.1))
+        assert Line("COMPASS", "90° from east") in status(display.board)
+    finally:
+        display.stop()
