@@ -131,7 +131,8 @@ class TestDrives:
             (FaultKind.RUNAWAY, 0, "it runs away"),
             (FaultKind.SCALE, 0, "where this robot's motors reach 50.64"),
             (FaultKind.JUMP, 15, "its position jumped"),
-            (FaultKind.JUMP, -6, "turns more than its speed says"),
+            (FaultKind.JUMP, 3, "its position jumped by +"),
+            (FaultKind.JUMP, -6, "its position jumped by -"),
         ],
     )
     def test_setpoint_speed_and_position_are_compared(
