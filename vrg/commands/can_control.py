@@ -7,12 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 from rich.markup import escape
 
 from vrg.bus.stopping import Stop
 from vrg.commands import can_options
-from vrg.commands.can_listening import Heard, listening, table_of, unheard
+from vrg.commands.can_listening import Heard, listening, plain_console, table_of, unheard
 from vrg.commands.can_options import (
     AdapterOption,
     AnyChannelOption,
@@ -26,6 +25,7 @@ from vrg.commands.can_options import (
 )
 from vrg.commands.options import stoppable
 from vrg.errors import ConfigError, RobotError
+from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
 from vrg.hal.can.workshop.listener import Found
 from vrg.hal.can.workshop.odrive.listener import OdriveListener, read_endpoints
 from vrg.hal.models import robot_model
@@ -64,7 +64,7 @@ def stop(
     from vrg.hal.can.guard import TURNS
 
     link = link_of(interface, channel, bitrate, adapter)
-    console = Console(highlight=False)
+    console = plain_console()
     with stoppable() as interrupted, listening(link) as bus:
         end = bus.clock.now() + seconds
         unsent: dict[str, None] = {}
@@ -113,7 +113,7 @@ def clear(
 ) -> None:
     """Let drives forget their latched errors, and say which they have then. Moves nothing."""
     link = link_of(interface, channel, bitrate, adapter)
-    console = Console(highlight=False)
+    console = plain_console()
     with stoppable() as interrupted, listening(link) as bus, console.status(f"looking for drives on {link}"):
         heard = bus.look_for(_FIND, interrupted, ask=True)
         for found in _wanted(heard, ids, str(link)):
@@ -141,7 +141,7 @@ def address(
         raise ConfigError([f"the new id: {problem}"])
     if id_ is None and serial is None:
         raise ConfigError(["expected --id or --serial: which drive is to have another id?"])
-    console = Console(highlight=False)
+    console = plain_console()
     with stoppable() as interrupted, listening(link) as bus:
         with console.status(f"looking for drives on {link}"):
             heard = bus.look_for(_FIND, interrupted, ask=True)
@@ -158,8 +158,13 @@ def address(
         console.status("looking whether it has it"),
     ):
         heard = bus.look_for(_FIND, interrupted, ask=True)
+    new = [f for f in heard.nodes if f.node == to and f.protocol == found.protocol]
+    if new:
+        # Its last frames by its old id may have waited to be heard.
+        last = [f for f in heard.nodes if (f.node, f.protocol) == (found.node, found.protocol)]
+        heard.nodes[:] = [f for f in heard.nodes if f not in last or heard.at - f.heard < HEARTBEAT_TIMEOUT]
     console.print(table_of(heard))
-    if not any(f.node == to and f.protocol == found.protocol for f in heard.nodes):
+    if not new:
         raise RobotError(f"{link}: expected the drive to have id {to} now, nobody has")
     console.print(f"It has id {to} until it is switched off. Save it in the drive to keep it.")
 
@@ -184,7 +189,7 @@ def configure(
     """Read and change settings of an ODrive or a CiA 402 drive whose motor is off, and read back what it then says."""
     link = link_of(interface, channel, bitrate, adapter)
     known = None if endpoints is None else read_endpoints(endpoints)
-    console = Console(highlight=False)
+    console = plain_console()
     with stoppable() as interrupted, listening(link) as bus:
         with console.status(f"looking for drive {id_} on {link}"):
             heard = bus.look_for(_FIND, interrupted, ask=True)
@@ -297,7 +302,7 @@ def _ready(train: "DriveTrain", interrupted: Stop) -> bool:
             if state.estop or train.clock.now() > deadline:
                 raise
         if train.clock.now() > deadline:
-            raise RobotError(f"the motor was not ready within {_JOG_START:g} s")
+            raise RobotError(f"the motor was not ready within {_JOG_START:g} s: is this computer too busy?")
         if train.clock.wait(interrupted.is_set, _JOG_PERIOD):
             return False
     return True
@@ -306,7 +311,13 @@ def _ready(train: "DriveTrain", interrupted: Stop) -> bool:
 def _turn(train: "DriveTrain", node: int, speed: float, interrupted: Stop, seconds: float) -> None:
     end = train.clock.now() + seconds
     while train.clock.now() < end and not interrupted.is_set():
-        train.spin(node, speed)
+        try:
+            train.spin(node, speed)
+        except RobotError:
+            # On a busy computer the drive's watchdog may have switched the motor off meanwhile.
+            state = train.state()
+            if state.fault or state.estop or not _ready(train, interrupted):
+                raise
         train.clock.wait(interrupted.is_set, _JOG_PERIOD)
 
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from rich.console import Group
+from rich.console import Console, Group
 from rich.markup import escape
 from rich.table import Table
 
@@ -112,6 +112,11 @@ def listening(link: Link) -> Iterator[Bus]:
 def unheard() -> list[str]:
     """The names of the protocols without a listener, whose drives nobody can find, or stop, on a bus."""
     return [name for name in PROTOCOLS.names() if (found := PROTOCOLS.find(name)) and found.listener is None]
+
+
+def plain_console() -> Console:
+    """A console that prints names as they are: `virtual:x:` is a bus, and no picture."""
+    return Console(highlight=False, emoji=False)
 
 
 def table_of(heard: Heard) -> Group:

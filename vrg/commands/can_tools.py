@@ -4,11 +4,10 @@ import math
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.live import Live
 from rich.markup import escape
 
-from vrg.commands.can_listening import ASK_PERIOD, listening, table_of, unheard
+from vrg.commands.can_listening import ASK_PERIOD, listening, plain_console, table_of, unheard
 from vrg.commands.can_options import AdapterOption, AnyChannelOption, BitrateOption, InterfaceOption, link_of
 from vrg.commands.options import stoppable
 
@@ -22,7 +21,7 @@ def scan(
 ) -> None:
     """Say which drives are on a bus: protocol, id, serial number, firmware, state and errors. Moves nothing."""
     link = link_of(interface, channel, bitrate, adapter)
-    console = Console(highlight=False)
+    console = plain_console()
     with stoppable() as interrupted, listening(link) as bus, console.status(f"listening on {link}"):
         heard = bus.look_for(seconds, interrupted, ask=True)
     for name in unheard():
@@ -50,7 +49,7 @@ def monitor(
 ) -> None:
     """Show the drives on a bus, live, by what they say. Moves nothing, and sends nothing but for `--ask`."""
     link = link_of(interface, channel, bitrate, adapter)
-    console = Console(highlight=False)
+    console = plain_console()
     with stoppable() as interrupted, listening(link) as bus, Live(console=console, refresh_per_second=5) as live:
         live.update(f"listening on {link}")
         end = math.inf if seconds is None else bus.clock.now() + seconds

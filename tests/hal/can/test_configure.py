@@ -88,6 +88,12 @@ def test_another_firmware_has_other_numbers(tmp_path: Path) -> None:
     assert "expected firmware 0.6.10, as in the file of the endpoints, got 0.6.11" in str(done.exception)
 
 
+def test_texts_of_a_canopen_drive_are_read_as_texts() -> None:
+    with Drives("cia402", [5], link=LINK):
+        done = configure("--id", "5", "0x1008", "0x100A", "0x1017")
+    assert "0x1008: VRG emulated drive\n0x100A: 1.0.0\n0x1017: 100\n" in done.output
+
+
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"endpoints": 3, "fw_version": "1"}', '{"endpoints": {"a": 1}}'])
 def test_a_file_that_is_none_is_said(tmp_path: Path, text: str) -> None:
     (tmp_path / "bad.json").write_text(text)

@@ -9,6 +9,7 @@ from vrg.commands import can_control
 from vrg.commands.can import app
 from vrg.errors import RobotError
 from vrg.hal.can.link import Link
+from vrg.hal.can.train import DriveTrain
 from vrg.hal.can.workshop.simulation import Simulation
 from vrg.testing.driver import arm
 
@@ -57,6 +58,37 @@ def test_a_motor_that_hardly_turns_is_told() -> None:
         done = run("jog", "--protocol", "vesc", "--option", "pole_pairs=7", "--unsafe", "--id", "4", "--for", "0.6")
     assert isinstance(done.exception, RobotError), done.output
     assert "asked for 1 turn/s for 0.6 s and has hardly turned" in str(done.exception)
+
+
+def test_a_jog_on_a_busy_computer_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    spin, late = DriveTrain.spin, [0.5]
+
+    def spin_late(train: DriveTrain, node: int, velocity: float) -> None:
+        if train.state().wheels[0] and late:
+            train.clock.sleep(late.pop())
+        spin(train, node, velocity)
+
+    monkeypatch.setattr(DriveTrain, "spin", spin_late)
+    with Drives("odrive", [3], link=LINK):
+        done = run("jog", "--id", "3", "--for", "3")
+    assert done.exit_code == 0, done.exception
+    assert not late
+    assert "It has turned by +" in done.output
+
+
+@pytest.mark.parametrize(("protocol", "args"), [("odrive", ()), ("moteus", ("--protocol", "moteus"))])
+def test_after_another_id_was_given_the_old_one_is_not_listed(protocol: str, args: tuple[str, ...]) -> None:
+    with Drives(protocol, [3, 7], link=LINK):
+        done = run("address", "--id", "3", "9", *args)
+    assert done.exit_code == 0, done.exception
+    rows = [line.split()[1] for line in done.output.splitlines() if line.startswith(protocol)]
+    assert rows == ["7", "9"]
+    assert "silent" not in done.output
+
+
+def test_the_name_of_a_bus_is_no_picture() -> None:
+    done = CliRunner().invoke(app, ["scan", "--interface", "virtual", "--channel", "x:", "--for", "0.3"])
+    assert "virtual:x:: nobody" in done.output
 
 
 def test_a_missing_watchdog_is_told_as_soon_as_it_is_known(monkeypatch: pytest.MonkeyPatch) -> None:

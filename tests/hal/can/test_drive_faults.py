@@ -24,6 +24,8 @@ from vrg.errors import RobotError
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.workshop.faults import FaultKind
+from vrg.hal.sensors.encoders import Encoders
+from vrg.hal.sensors.ins import Ins
 from vrg.types import STILL, Pose, Twist
 
 
@@ -111,9 +113,10 @@ class TestDrives:
         bench.fault(0, kind)
         assert_latched(bench, drives, words)
         reading = bench.device.read()
-        assert reading.encoders is not None
-        assert reading.ins is not None
-        odometry, where, turned = bench.odometry, reading.ins.value.pose, reading.encoders.value
+        encoders, ins = reading.latest(Encoders), reading.latest(Ins)
+        assert encoders is not None
+        assert ins is not None
+        odometry, where, turned = bench.odometry, ins.value.pose, encoders.value
         numbers = [odometry.twist.v, odometry.twist.w, odometry.pose.x, odometry.pose.y, where.theta]
         numbers += turned.counts
         assert all(math.isfinite(number) for number in numbers)
@@ -131,7 +134,8 @@ class TestDrives:
             (FaultKind.RUNAWAY, 0, "it runs away"),
             (FaultKind.SCALE, 0, "where this robot's motors reach 50.64"),
             (FaultKind.JUMP, 15, "its position jumped"),
-            (FaultKind.JUMP, -6, "turns more than its speed says"),
+            (FaultKind.JUMP, 3, "its position jumped by +"),
+            (FaultKind.JUMP, -6, "its position jumped by -"),
         ],
     )
     def test_setpoint_speed_and_position_are_compared(

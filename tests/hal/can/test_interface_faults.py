@@ -26,6 +26,9 @@ from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.workshop.faults import FaultKind
 from vrg.hal.can.workshop.simulation import Simulation
 from vrg.hal.driver import COMMAND_TIMEOUT
+from vrg.types import Twist
+
+FAST = Twist(0.7, 0.0)
 
 
 @pytest.fixture
@@ -486,3 +489,69 @@ class TestConnecting:
                 bench.device.start()
         finally:
             bench.close()
+
+
+class TestProvedWatchdogs:
+    """A drive is armed only if its watchdog lets a robot whose computer fails stand within REST."""
+
+    REST = 0.45
+
+    @pytest.mark.parametrize("watchdog", [0.05, 0.2, 0.25, 0.3, 0.35, 0.4, 0.6, 0.9])
+    @pytest.mark.parametrize("protocol", ["odrive", "cia402", "vesc"])
+    def test_whoever_is_armed_stands_soon_without_its_computer(self, protocol: str, watchdog: float) -> None:
+        left, right = NODES[protocol]
+        with Drives(protocol, [*left, *right], watchdog=watchdog) as drives:
+            bench = DeviceBench(protocol, left, right)
+            try:
+                bench.device.start()
+                end = bench.now + 5.0
+                while bench.now < end and bench.speed < 0.6:
+                    with suppress(RobotError):
+                        if bench.device.read().armed:
+                            bench.device.drive(FAST)
+                        else:
+                            bench.device.arm()
+                    bench.advance(0.02)
+                fault = bench.device.read().fault
+                assert (fault is None) == (bench.speed >= 0.6), fault
+                if watchdog in (0.2, 0.25):
+                    assert fault is None
+                if protocol != "cia402" and watchdog >= 0.4:
+                    assert "its own watchdog has not stopped it within 0.33 s" in (fault or "")
+                if fault is None:
+                    bench.device.drive(FAST)
+                    bench.port.stop()
+                    began = bench.now
+                    bench.clock.wait(lambda: at_rest(drives), 5.0)
+                    assert bench.now - began < self.REST
+            finally:
+                bench.port.start()
+                bench.close()
+
+    def test_one_whose_report_was_lost_is_tried_again(self, drives: Drives, bench: DeviceBench) -> None:
+        bench.device.start()
+        bench.advance(0.1)
+        bench.device.arm()
+        bench.advance(0.1)
+        bench.fault(bench.nodes[0], FaultKind.SILENCE, 0.45)
+        gets_going(bench)
+        assert bench.device.read().fault is None
+
+
+def test_a_robot_that_is_closed_while_it_is_recovered_keeps_its_bus_closed() -> None:
+    """A recovery waits for the answers of drives for seconds; who closes the robot does not wait that long."""
+    with Drives("cia402", [1, 2]):
+        bench = DeviceBench("cia402", [1], [2])
+        bench.device.start()
+        starts, start = list[float](), bench.port.start
+
+        def slow_restart() -> None:
+            bench.driver.close()  # as another thread would, while this one opens the bus anew
+
+        bench.port.restart = slow_restart  # type: ignore[method-assign]
+        bench.port.start = lambda: (starts.append(bench.now), start())  # type: ignore[method-assign]
+        bench.driver.recover()
+        assert starts == [], "the bus was opened again"
+        assert not bench.driver._train.connected
+        with pytest.raises(RobotError, match="this one is closed"):
+            bench.port.send(Frame(1, b""))

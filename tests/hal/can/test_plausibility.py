@@ -139,13 +139,16 @@ def test_a_position_that_does_not_follow_the_speed(scale: float) -> None:
     assert after < 2.0
 
 
-def test_a_jump_that_no_single_step_gives_away() -> None:
+@pytest.mark.parametrize("turns", [3.0, -3.0, 8.0])
+@pytest.mark.parametrize("speed", [0.0, 22.0, -22.0, 40.0])
+@pytest.mark.parametrize("on", [True, False])
+def test_a_jump_that_nothing_takes_back(turns: float, speed: float, on: bool) -> None:
     rig = Rig()
-    assert rig.run(40.0, 2.0) is None
-    rig.says = lambda p, v: (p + 8.0, v)
-    words = rig.run(40.0, 2.0)
+    assert rig.run(speed, 2.0) is None
+    rig.says = lambda p, v: (p + turns, v)
+    words = rig.run(speed, 2.0, on=on)
     assert words is not None
-    assert "turns more than its speed says" in words
+    assert f"its position jumped by {turns:+.3g} turns: is its encoder loose" in words
 
 
 def test_a_frame_that_is_late_is_no_slip() -> None:
@@ -155,6 +158,16 @@ def test_a_frame_that_is_late_is_no_slip() -> None:
     assert rig.run(40.0, 0.1) is None
     rig.says = lambda p, v: (p, v)
     assert rig.run(40.0, 2.0) is None
+
+
+@pytest.mark.parametrize("speed", [0.0, 40.0])
+def test_a_jump_that_is_taken_back_was_a_frame_that_came_late(speed: float) -> None:
+    rig = Rig()
+    assert rig.run(speed, 1.0) is None
+    rig.says = lambda p, v: (p + 6.0, v)
+    assert rig.run(speed, 0.2) is None
+    rig.says = lambda p, v: (p, v)
+    assert rig.run(speed, 2.0) is None
 
 
 @pytest.mark.parametrize("speed", [1e38, -1e38, 501.0])

@@ -37,8 +37,8 @@ class TestMoteus(ProtocolContract):
 class TestVesc(ProtocolContract):
     protocol = PROTOCOLS.get("vesc")
     options = VescOptions(pole_pairs=7)
-    nodes = (0, 42, 253)
-    impossible_nodes = (-1, 254, 255)
+    nodes = (0, 42, 223)
+    impossible_nodes = (-1, 224, 254, 255)
 
 
 @pytest.mark.parametrize("name", ["odrive", "cia402", "moteus", "vesc"])

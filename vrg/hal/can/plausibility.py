@@ -26,6 +26,8 @@ _WAY_SLACK, _WAY_SHARE = 0.05, 0.05
 """How far a way may be off: the way at top speed in so many seconds, and this part of the way itself."""
 _WAY_MEMORY = 1.0
 """The time constant in s with which the way by the position and the way by the speed are forgotten."""
+_JUMP_PATIENCE = 0.3
+"""s within which a jump of the position is taken back if it was a frame that came late."""
 _UNBELIEVABLE = 10.0
 """How many times faster than its top speed no motor turns, whoever pushes the robot."""
 _SETPOINTS = 256
@@ -73,6 +75,7 @@ class Plausibility:
         self._wrong = 0.0
         self._slipped = 0.0
         self._off = self._doubt = 0.0
+        self._jump, self._jumped_at, self._stepped_at = 0.0, math.inf, 0.0
 
     def ask(self, velocity: float, now: float) -> None:
         """A setpoint was sent."""
@@ -99,9 +102,10 @@ class Plausibility:
                 f"its encoder says {velocity:.4g} turn/s, where this robot's motors reach {self.bounds.speed:.4g}: "
                 "are the gear ratio and the drive's units right?"
             )
+        jump = self._find_jump(velocity, way, dt, at)
         slip = self._slip(velocity, way, dt, heard)
         self._velocity = velocity
-        return self._disobedience(velocity, heard) or slip if driven else None
+        return jump or (self._disobedience(velocity, heard) or slip if driven else None)
 
     def _follow(self, velocity: float, at: float, driven: bool) -> None:
         """Bring the slowest and the fastest speed that the motor may have to the time of an estimate."""
@@ -143,6 +147,22 @@ class Plausibility:
         if abs(velocity) > abs(asked):
             return f"it {what}: it runs away, or the drive's units are not those that are expected"
         return f"it {what}: is it blocked or limited, or are the drive's units not those that are expected?"
+
+    def _find_jump(self, velocity: float, way: float | None, dt: float, at: float) -> str | None:
+        """Find a step of the position that no speed explains, and that no later one takes back."""
+        if way is None or dt > _JUMP_PATIENCE:
+            self._jump, self._jumped_at = 0.0, math.inf
+            return None
+        step = way - (velocity + self._velocity) / 2 * dt
+        if abs(step) > self.bounds.slip + abs(velocity - self._velocity) * dt:
+            self._jump, self._jumped_at, self._stepped_at = self._jump + step, min(self._jumped_at, at), at
+        # Steps that do not end are no jump, but a speed and a position of different units.
+        if at - self._jumped_at <= _JUMP_PATIENCE or at - self._stepped_at <= _GAP:
+            return None
+        jump, self._jump, self._jumped_at = self._jump, 0.0, math.inf
+        if abs(jump) <= self.bounds.slip:
+            return None
+        return f"its position jumped by {jump:+.3g} turns: is its encoder loose, or its cable disturbed?"
 
     def _slip(self, velocity: float, way: float | None, dt: float, heard: float) -> str | None:
         if way is None:

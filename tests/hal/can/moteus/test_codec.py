@@ -13,7 +13,7 @@ from vrg.hal.can.frame import Frame, FrameError
 from vrg.hal.can.moteus import codec
 from vrg.hal.can.moteus.axis import setpoint
 from vrg.hal.can.moteus.codec import Kind, Resolution, Subframe
-from vrg.hal.can.moteus.registers import Mode, Register, scale_of
+from vrg.hal.can.moteus.registers import Mode, Register, describe_fault, scale_of
 
 resolutions = st.sampled_from(Resolution)
 
@@ -69,3 +69,8 @@ def test_the_makers_library_reads_our_setpoint() -> None:
     assert told.pop(Register.COMMAND_TIMEOUT) == pytest.approx(0.2)
     assert math.isnan(told.pop(Register.COMMAND_POSITION))
     assert told == {Register.MODE: Mode.POSITION, Register.COMMAND_VELOCITY: -3.25}
+
+
+@pytest.mark.parametrize("code", range(32, 51))
+def test_every_fault_has_words(code: int) -> None:
+    assert describe_fault(code) not in ("", f"fault {code}")

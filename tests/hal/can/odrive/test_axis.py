@@ -92,8 +92,6 @@ class TestAxis:
         "message",
         [
             messages.SetInputVel(1.0),
-            messages.SetInputPos(1.0),
-            messages.SetInputTorque(1.0),
             messages.SetControllerMode(1, 1),
             messages.SetAxisState(messages.AxisState.CLOSED_LOOP_CONTROL),
             messages.SetAxisState(messages.AxisState.IDLE),
@@ -110,10 +108,32 @@ class TestAxis:
         assert wire.axis.odd == f"another program commands it too: {type(message).__name__}"
 
     @pytest.mark.parametrize(
-        "message", [messages.RxSdo(0, 7, 0), messages.TxSdo(0, 7, 1), messages.Iq(1.0, 1.0), messages.Error(0, 0)]
+        "message", [messages.RxSdo(0, 7, 0), messages.TxSdo(0, 7, 1), messages.BusVoltageCurrent(24.0, 1.0)]
     )
     def test_questions_and_their_answers_are_not(self, wire: Wire, message: messages.Message) -> None:
         wire.hear(message)
+        assert wire.axis.odd is None
+
+    @pytest.mark.parametrize(
+        ("command", "name"),
+        [
+            (0x0C, "SetInputPos"),
+            (0x0E, "SetInputTorque"),
+            (0x11, "SetTrajVelLimit"),
+            (0x12, "SetTrajAccelLimits"),
+            (0x13, "SetTrajInertia"),
+            (0x1A, "SetPosGain"),
+            (0x1B, "SetVelGains"),
+            (0x1F, "EnterDfuMode"),
+        ],
+    )
+    def test_orders_that_nothing_here_makes_use_of_are_named(self, wire: Wire, command: int, name: str) -> None:
+        wire.axis.receive(Frame(codec.frame_id(4, command), bytes(8)))
+        assert wire.axis.odd == f"another program commands it too: {name}"
+
+    @pytest.mark.parametrize("command", [0x03, 0x14, 0x15, 0x1C, 0x1D])
+    def test_values_that_nothing_here_makes_use_of_are_not(self, wire: Wire, command: int) -> None:
+        wire.axis.receive(Frame(codec.frame_id(4, command), bytes(8)))
         assert wire.axis.odd is None
 
     def test_nor_is_a_question_to_all(self, wire: Wire) -> None:

@@ -21,25 +21,18 @@ MESSAGES = st.one_of(
     st.builds(messages.Version, u8, u8, u8, u8, u8, u8, u8, u8),
     st.builds(messages.Heartbeat, u32, u8, u8, u8),
     st.builds(messages.Estop),
-    st.builds(messages.Error, u32, u32),
     st.builds(messages.RxSdo, u8, u16, u32),
     st.builds(messages.TxSdo, u8, u16, u32),
     st.builds(messages.Address, u8, st.integers(0, (1 << 48) - 1)),
     st.builds(messages.SetAxisState, u32),
     st.builds(messages.EncoderEstimates, f32, f32),
     st.builds(messages.SetControllerMode, u32, u32),
-    st.builds(messages.SetInputPos, f32, i16, i16),
     st.builds(messages.SetInputVel, f32, f32),
-    st.builds(messages.SetInputTorque, f32),
     st.builds(messages.SetLimits, f32, f32),
-    st.builds(messages.Iq, f32, f32),
-    st.builds(messages.Temperature, f32, f32),
     st.builds(messages.Reboot, u8),
     st.builds(messages.BusVoltageCurrent, f32, f32),
     st.builds(messages.ClearErrors, u8),
     st.builds(messages.SetAbsolutePosition, f32),
-    st.builds(messages.Torques, f32, f32),
-    st.builds(messages.Powers, f32, f32),
 )
 
 
@@ -65,6 +58,9 @@ def test_any_bytes_are_a_message_or_a_frame_error(identifier: int, data: bytes) 
     try:
         message = codec.decode(frame)
     except FrameError:
+        return
+    if isinstance(message, messages.Other):
+        assert codec.command_of(identifier) == message.command
         return
     again = codec.decode(codec.encode(codec.node_of(identifier), message))
     assert repr(again) == repr(message)  # NaN equals nothing, itself included
@@ -96,7 +92,8 @@ def test_known_frames(message: Any, identifier: int, data: str) -> None:
         (Command.SET_AXIS_STATE, b"\x08", messages.SetAxisState(8)),
         (Command.SET_AXIS_STATE, b"\x08\0\0\0\0\0\0\0", messages.SetAxisState(8)),
         (Command.SET_INPUT_VEL, struct.pack("<f", 2.0), messages.SetInputVel(2.0, 0.0)),
-        (Command.SET_INPUT_POS, struct.pack("<f", 2.0), messages.SetInputPos(2.0, 0, 0)),
+        (Command.SET_INPUT_POS, struct.pack("<f", 2.0), messages.Other(Command.SET_INPUT_POS)),
+        (Command.ENTER_DFU_MODE, b"", messages.Other(Command.ENTER_DFU_MODE)),
         (Command.REBOOT, b"", messages.Reboot(0)),
         (Command.ADDRESS, bytes(7) + b"\x05", messages.Address(0, 0)),
     ],
@@ -105,14 +102,14 @@ def test_short_and_long_forms_of_the_wild_are_accepted(command: int, data: bytes
     assert codec.decode(Frame(codec.frame_id(0, command), data)) == message
 
 
-@pytest.mark.parametrize("command", [Command.HEARTBEAT, Command.ENCODER_ESTIMATES, Command.VERSION, Command.ERROR])
+@pytest.mark.parametrize("command", [Command.HEARTBEAT, Command.ENCODER_ESTIMATES, Command.VERSION])
 @pytest.mark.parametrize("size", range(8))
 def test_what_a_drive_says_must_be_whole(command: Command, size: int) -> None:
     with pytest.raises(FrameError, match=f"expected 8 bytes, got {size}"):
         codec.decode(Frame(codec.frame_id(0, command), bytes(size)))
 
 
-@pytest.mark.parametrize("command", [0x08, 0x0A, 0x10, 0x1F])
+@pytest.mark.parametrize("command", [0x08, 0x0A, 0x10, 0x1E])
 def test_unknown_commands_are_refused(command: int) -> None:
     with pytest.raises(FrameError, match="unknown"):
         codec.decode(Frame(command, bytes(8)))

@@ -6,7 +6,7 @@ from vrg.hal.can.axis import State
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.vesc.axis import VescOptions
-from vrg.hal.can.vesc.codec import BROADCAST, HOST, Packet, frame_id, payload_frames, setpoint
+from vrg.hal.can.vesc.codec import BROADCAST, HOSTS, Comm, Packet, frame_id, payload_frames, setpoint
 from vrg.hal.can.workshop.faults import FaultKind
 from vrg.hal.can.workshop.vesc.drive import MIN_ERPM
 from vrg.testing.wire import ProtocolWire
@@ -113,14 +113,43 @@ def test_another_program_may_ask(wire: ProtocolWire, asked: tuple[int, ...]) -> 
     assert wire.axis.odd is None
 
 
-def test_answers_to_another_robot_on_the_bus_are_no_fault(wire: ProtocolWire) -> None:
-    """Both programs ask by the same id, and the pieces of two answers may get mixed up."""
+def of_process(number: int, monkeypatch: pytest.MonkeyPatch) -> ProtocolWire:
+    """An axis in a process of this number, and its drive."""
+    monkeypatch.setattr("os.getpid", lambda: number)
+    return ProtocolWire(PROTOCOLS.get("vesc"), NODE, options=VescOptions(pole_pairs=7))
+
+
+def test_each_process_asks_by_an_id_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    one, other = (of_process(number, monkeypatch).meet() for number in (4711, 4712))
+    assert {one.axis.host, other.axis.host} <= set(HOSTS)  # type: ignore[attr-defined]
+    assert not {frame_id(Packet.PROCESS_RX_BUFFER, host) for host in (one.axis.host,)} & {  # type: ignore[attr-defined]
+        frame.id for frame in other.heard
+    }
+
+
+def test_answers_to_two_processes_may_come_at_the_same_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    wires = [of_process(number, monkeypatch) for number in (4711, 4712)]
+    firmware = [Comm.FW_VERSION, 6, 5, *b"VRG", 0, *range(12), 0, 0]
+    frames = [payload_frames(wire.axis.host, NODE, bytes(firmware)) for wire in wires]  # type: ignore[attr-defined]
+    for pieces in zip(*frames, strict=True):
+        for piece in pieces:
+            for wire in wires:
+                wire.axis.receive(piece)
+    assert [wire.axis.firmware for wire in wires] == ["6.05", "6.05"]
+    assert [wire.axis.odd for wire in wires] == [None, None]
+
+
+def test_answers_to_another_robot_on_the_bus_are_no_fault_even_if_it_has_the_same_id(wire: ProtocolWire) -> None:
+    """The pieces of two answers get mixed up then, and this process asks by another id from there on."""
     wire.prepare()
-    one, other = payload(HOST, 0, *range(40)), payload(HOST, 0, *range(60, 120))
+    host = wire.axis.host  # type: ignore[attr-defined]
+    one, other = payload(host, 0, *range(40)), payload(host, 0, *range(60, 120))
     for pair in zip(one, other[: len(one)], strict=True):
         for frame in pair:
             wire.axis.receive(frame)
-    wire.axis.receive(Frame(frame_id(Packet.PROCESS_SHORT_BUFFER, HOST), b"", extended=True))
+    wire.axis.receive(Frame(frame_id(Packet.PROCESS_SHORT_BUFFER, host), b"", extended=True))
     assert wire.axis.odd is None
+    assert wire.axis.host != host  # type: ignore[attr-defined]
     wire.advance(0.5)
     assert wire.says() == (State.IDLE, None)
+    wire.get_going()

@@ -35,7 +35,7 @@ def test_a_status_5_comes_back(tachometer: int, voltage: int) -> None:
 
 @given(st.binary(min_size=1, max_size=512), st.integers(0, 253))
 def test_a_payload_comes_back_in_one_piece(payload: bytes, sender: int) -> None:
-    frames = codec.payload_frames(codec.HOST, sender, payload)
+    frames = codec.payload_frames(codec.HOSTS[0], sender, payload)
     assert all(frame.extended and len(frame.data) <= 8 for frame in frames)
     assembler = Assembler()
     *before, last = [assembler.take(frame) for frame in frames]
@@ -47,7 +47,7 @@ def test_a_payload_comes_back_in_one_piece(payload: bytes, sender: int) -> None:
 
 @given(st.binary(min_size=7, max_size=60), st.data())
 def test_a_payload_that_was_damaged_is_noticed(payload: bytes, data: st.DataObject) -> None:
-    frames = codec.payload_frames(codec.HOST, 3, payload)
+    frames = codec.payload_frames(codec.HOSTS[0], 3, payload)
     at = data.draw(st.integers(0, len(frames) - 2))
     byte = data.draw(st.integers(1, len(frames[at].data) - 1))
     hurt = bytearray(frames[at].data)
@@ -65,7 +65,7 @@ def test_no_pieces_are_too_strange(pieces: list[tuple[int, bytes]]) -> None:
     assembler = Assembler()
     for packet, data in pieces:
         with suppress(FrameError):
-            taken = assembler.take(Frame(codec.frame_id(packet, codec.HOST), data, extended=True))
+            taken = assembler.take(Frame(codec.frame_id(packet, codec.HOSTS[0]), data, extended=True))
             assert taken is None or len(taken[1]) <= 512
 
 
@@ -77,7 +77,7 @@ def test_a_firmware_comes_back(major: int, minor: int, serial: int) -> None:
 
 @given(st.sampled_from([codec.FAULT_BIT, codec.FLAGS_BIT]), st.integers(0, 255))
 def test_a_value_comes_back_in_one_frame(bits: int, value: int) -> None:
-    (frame,) = codec.payload_frames(codec.HOST, 3, codec.values_payload(bits, value))
+    (frame,) = codec.payload_frames(codec.HOSTS[0], 3, codec.values_payload(bits, value))
     taken = Assembler().take(frame)
     assert taken is not None
     assert codec.decode_values(taken[1]) == (bits, value)

@@ -85,7 +85,7 @@ class MoteusAxis(Axis):
 
     Attributes:
         options: what a person has said of the drive.
-        mode: what the drive is doing, in words; empty before it is known.
+        words: what the drive is doing, in words; empty before it is known.
     """
 
     options: MoteusOptions
@@ -96,7 +96,7 @@ class MoteusAxis(Axis):
         self.wrap = WRAP
         self._serials: set[str] = set()
         self._map: int | None = None
-        self.mode = ""
+        self.words = ""
         self._wanted = self._stopping = False
         self._polled = NEVER
         self._uptime = 0
@@ -247,7 +247,7 @@ class MoteusAxis(Axis):
 
     def _judge(self, mode: int, fault: int) -> None:
         """What a mode means here."""
-        self.mode = describe_mode(mode)
+        self.words = describe_mode(mode)
         if mode in (Mode.STOPPED, Mode.FAULT):
             self._stopping = False
         elif self._stopping:

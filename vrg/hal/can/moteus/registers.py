@@ -96,24 +96,14 @@ class Mode(enum.IntEnum):
 
 
 _FAULTS = {
-    32: "calibration fault",
-    33: "motor driver fault",
-    34: "over voltage",
-    35: "encoder fault",
-    36: "motor not configured",
-    37: "PWM cycle overrun",
-    38: "over temperature",
-    39: "outside of its position limits",
-    40: "under voltage",
-    41: "configuration changed",
-    42: "no valid commutation encoder",
-    43: "no valid position encoder",
-    44: "driver enable fault",
-    45: "stop position together with velocity limits",
-    46: "timing violation",
-    47: "back-EMF without acceleration limit",
-    48: "invalid limits",
-}
+    32: "calibration fault", 33: "motor driver fault", 34: "over voltage", 35: "encoder fault",
+    36: "motor not configured", 37: "PWM cycle overrun", 38: "over temperature", 39: "outside of its position limits",
+    40: "under voltage", 41: "configuration changed", 42: "no valid commutation encoder",
+    43: "no valid position encoder", 44: "driver enable fault", 45: "stop position together with velocity limits",
+    46: "timing violation", 47: "back-EMF without acceleration limit", 48: "invalid limits",
+    49: "position control error: the motor is too far from its position (servo.fault_position_error)",
+    50: "velocity control error: the motor does not turn as it should (servo.fault_velocity_error)",
+}  # fmt: skip
 """The codes of the register FAULT; those of 96 and above only tell what limits the drive."""
 MAP_VERSION = 5
 """The version of the register map from which on all is as it is used here."""

@@ -29,7 +29,7 @@ class OdriveOptions(ProtocolOptions):
 
 _NODE_MASK = 0x7E0
 """The bits of an identifier that all commands of one node have in common."""
-_TOLD = (messages.Error, messages.TxSdo, messages.Iq, messages.Temperature, messages.Torques, messages.Powers)
+_TOLD = (Command.ERROR, Command.IQ, Command.TEMPERATURE, Command.TORQUES, Command.POWERS)
 """What a drive tells and this axis has no use for."""
 _SUPPLY_PERIOD = 1.5
 """s without the supply's voltage after which it is asked for."""
@@ -116,9 +116,10 @@ class OdriveAxis(Axis):
                 # Somebody else's button: the drive is off from this moment, before its heartbeat says so.
                 self.state = State.ESTOP
                 self._wanted = False
-            case _ if not isinstance(message, _TOLD) and not _reads(message):
+            case _ if not _asks_or_tells(message):
                 # Everything else is an order, and nobody but this axis may give its drive one.
-                self._complain(f"another program commands it too: {type(message).__name__}")
+                name = message.title if isinstance(message, messages.Other) else type(message).__name__
+                self._complain(f"another program commands it too: {name}")
 
     def identify(self, patience: float) -> None:
         """Ask for the version; the answer comes to `receive`, which then asks for the serial number."""
@@ -217,6 +218,12 @@ class OdriveAxis(Axis):
             self.fault = f"expected IDLE or CLOSED_LOOP_CONTROL, it is in {messages.describe_state(heartbeat.state)}"
 
 
-def _reads(message: messages.Message) -> bool:
-    """Whether this only asks a drive for a value."""
-    return isinstance(message, messages.RxSdo) and message.opcode == 0
+def _asks_or_tells(message: messages.Message) -> bool:
+    """Whether a message only asks a drive for a value, or tells one."""
+    match message:
+        case messages.Other(command):
+            return command in _TOLD
+        case messages.RxSdo(opcode):
+            return opcode == 0
+        case _:
+            return isinstance(message, messages.TxSdo)

@@ -37,26 +37,20 @@ _LAYOUTS: dict[int, _Layout] = {
     Command.VERSION: _layout(messages.Version, "8B"),
     Command.HEARTBEAT: _layout(messages.Heartbeat, "IBBBx"),
     Command.ESTOP: _layout(messages.Estop, ""),
-    Command.ERROR: _layout(messages.Error, "II"),
     Command.RX_SDO: _layout(messages.RxSdo, "BHxI", 4),
     Command.TX_SDO: _layout(messages.TxSdo, "BHxI", 4),
     Command.SET_AXIS_STATE: _layout(messages.SetAxisState, "I", 1),
     Command.ENCODER_ESTIMATES: _layout(messages.EncoderEstimates, "ff"),
     Command.SET_CONTROLLER_MODE: _layout(messages.SetControllerMode, "II"),
-    Command.SET_INPUT_POS: _layout(messages.SetInputPos, "fhh", 4),
     Command.SET_INPUT_VEL: _layout(messages.SetInputVel, "ff", 4),
-    Command.SET_INPUT_TORQUE: _layout(messages.SetInputTorque, "f"),
     Command.SET_LIMITS: _layout(messages.SetLimits, "ff"),
-    Command.IQ: _layout(messages.Iq, "ff"),
-    Command.TEMPERATURE: _layout(messages.Temperature, "ff"),
     Command.REBOOT: _layout(messages.Reboot, "B", 0),
     Command.BUS_VOLTAGE_CURRENT: _layout(messages.BusVoltageCurrent, "ff"),
     Command.CLEAR_ERRORS: _layout(messages.ClearErrors, "B", 0),
     Command.SET_ABSOLUTE_POSITION: _layout(messages.SetAbsolutePosition, "f"),
-    Command.TORQUES: _layout(messages.Torques, "ff"),
-    Command.POWERS: _layout(messages.Powers, "ff"),
 }
 _COMMANDS: dict[type[Message], int] = {layout.kind: command for command, layout in _LAYOUTS.items()}
+_NAMED = frozenset(Command)
 _ADDRESS_BYTES = 7
 """The node and 48 bits of serial number; newer firmware appends a connection id."""
 
@@ -105,6 +99,8 @@ def decode(frame: Frame) -> Message:
         return messages.Address(node, high << 32 | low)
     layout = _LAYOUTS.get(command)
     if layout is None:
+        if command in _NAMED:
+            return messages.Other(Command(command))
         raise FrameError(f"command 0x{command:02X}: expected one of CANSimple's, got an unknown one")
     if len(data) < layout.shortest:
         raise FrameError(f"{layout.kind.__name__}: expected {layout.packing.size} bytes, got {len(data)}")

@@ -28,14 +28,20 @@ class Command(enum.IntEnum):
     SET_INPUT_VEL = 0x0D
     SET_INPUT_TORQUE = 0x0E
     SET_LIMITS = 0x0F
+    SET_TRAJ_VEL_LIMIT = 0x11
+    SET_TRAJ_ACCEL_LIMITS = 0x12
+    SET_TRAJ_INERTIA = 0x13
     IQ = 0x14
     TEMPERATURE = 0x15
     REBOOT = 0x16
     BUS_VOLTAGE_CURRENT = 0x17
     CLEAR_ERRORS = 0x18
     SET_ABSOLUTE_POSITION = 0x19
+    SET_POS_GAIN = 0x1A
+    SET_VEL_GAINS = 0x1B
     TORQUES = 0x1C
     POWERS = 0x1D
+    ENTER_DFU_MODE = 0x1F
 
 
 class AxisState(enum.IntEnum):
@@ -55,6 +61,8 @@ class AxisState(enum.IntEnum):
     ENCODER_HALL_POLARITY_CALIBRATION = 12
     ENCODER_HALL_PHASE_CALIBRATION = 13
     ANTICOGGING_CALIBRATION = 14
+    HARMONIC_CALIBRATION = 15
+    HARMONIC_CALIBRATION_COMMUTATION = 16
 
 
 class AxisError(enum.IntFlag):
@@ -134,13 +142,6 @@ class Estop(NamedTuple):
     """The drive is to disarm, and to latch ESTOP_REQUESTED."""
 
 
-class Error(NamedTuple):
-    """The errors that are there now, and why the axis was last disarmed."""
-
-    active: int
-    disarm_reason: int
-
-
 class RxSdo(NamedTuple):
     """The drive is to read (opcode 0) or write (opcode 1) an endpoint."""
 
@@ -184,14 +185,6 @@ class SetControllerMode(NamedTuple):
     input_mode: int
 
 
-class SetInputPos(NamedTuple):
-    """A setpoint of the position in turns; velocity in 0.001 turn/s and torque in 0.001 Nm are fed forward."""
-
-    position: float
-    velocity: int = 0
-    torque: int = 0
-
-
 class SetInputVel(NamedTuple):
     """A setpoint of the velocity in turn/s; the torque in Nm is fed forward."""
 
@@ -199,31 +192,11 @@ class SetInputVel(NamedTuple):
     torque: float = 0.0
 
 
-class SetInputTorque(NamedTuple):
-    """A setpoint of the torque in Nm."""
-
-    torque: float
-
-
 class SetLimits(NamedTuple):
     """The limits of velocity in turn/s and of current in A."""
 
     velocity: float
     current: float
-
-
-class Iq(NamedTuple):
-    """The motor's current in A, as it is wanted and as it is measured."""
-
-    setpoint: float
-    measured: float
-
-
-class Temperature(NamedTuple):
-    """The temperatures of the power stage and of the motor in degrees Celsius."""
-
-    fet: float
-    motor: float
 
 
 class Reboot(NamedTuple):
@@ -251,24 +224,20 @@ class SetAbsolutePosition(NamedTuple):
     position: float
 
 
-class Torques(NamedTuple):
-    """The torque in Nm, as it is wanted and as it is estimated."""
+class Other(NamedTuple):
+    """A command of which only its name is of use here."""
 
-    target: float
-    estimate: float
+    command: Command
 
-
-class Powers(NamedTuple):
-    """The electrical and the mechanical power in W."""
-
-    electrical: float
-    mechanical: float
+    @property
+    def title(self) -> str:
+        """Its name as those of the other messages are written."""
+        return self.command.name.title().replace("_", "")
 
 
 Message = (
-    Version | Heartbeat | Estop | Error | RxSdo | TxSdo | Address | SetAxisState | EncoderEstimates | SetControllerMode
-    | SetInputPos | SetInputVel | SetInputTorque | SetLimits | Iq | Temperature | Reboot | BusVoltageCurrent
-    | ClearErrors | SetAbsolutePosition | Torques | Powers
+    Version | Heartbeat | Estop | RxSdo | TxSdo | Address | SetAxisState | EncoderEstimates | SetControllerMode
+    | SetInputVel | SetLimits | Reboot | BusVoltageCurrent | ClearErrors | SetAbsolutePosition | Other
 )  # fmt: skip
 
 

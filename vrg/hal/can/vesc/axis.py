@@ -4,6 +4,7 @@ It tells its speed, current and tachometer by itself, if its status messages 1 a
 time-out and its kill switch must be asked for. The time-out is its watchdog.
 """
 
+import os
 from contextlib import suppress
 
 from pydantic import Field
@@ -41,12 +42,17 @@ _ON_CURRENT = 0.3
 """A beyond which a motor is driven."""
 _RESTART_GAP = 0.2
 """s without a tachometer after which one that begins at zero belongs to a drive that was started again."""
+_WORDS = {State.IDLE: "off", State.CLOSED_LOOP: "driving", State.ESTOP: "kill switch"}
 _PATIENCE = 2
 """How often a drive is asked who it is until the lack of status messages is a problem."""
 
 
 class VescAxis(Axis):
-    """See `Axis` and the module."""
+    """See `Axis` and the module.
+
+    Attributes:
+        host: the id by which this process asks the drive.
+    """
 
     encoder_advice = "switch its status message 5 on, at 50 Hz (VESC Tool, App Settings)"
     options: VescOptions
@@ -56,6 +62,7 @@ class VescAxis(Axis):
         super().__init__(node, send, clock, options)
         self._pairs = self.options.pole_pairs or 1
         self.wrap = 2**32 / (codec.TACHO_STEPS * self._pairs)
+        self.host = codec.host_of(os.getpid())
         self._answers, self._overheard = codec.Assembler(), codec.Assembler()
         self._versions: set[codec.Firmware] = set()
         self._asked = 0
@@ -66,18 +73,23 @@ class VescAxis(Axis):
 
     @classmethod
     def check_node(cls, node: int) -> str | None:
-        """A drive has an id from 0 to 253; 255 means everybody, and 254 is who asks."""
+        """A drive has an id from 0 to 223; 255 means everybody, and the others are those who ask."""
         return None if node in codec.NODES else f"expected 0 to {codec.NODES[-1]}, got {node}"
 
     @property
     def filters(self) -> list[Filter]:
-        """What is sent to this drive or by it, to all, and to who asks."""
-        return [Filter(node, 0xFF, extended=True) for node in (self.node, codec.BROADCAST, codec.HOST)]
+        """What is sent to this drive or by it, to all, and to those who ask: theirs are the highest ids."""
+        return [Filter(self.node, 0xFF, extended=True), Filter(codec.HOSTS[0], codec.HOSTS[0], extended=True)]
 
     @property
     def identified(self) -> bool:
         """Whether the version has come, and the encoder's first word."""
         return bool(self._versions) and (self.measured != NEVER or self.problem is not None)
+
+    @property
+    def words(self) -> str:
+        """What the drive is doing, in words; empty before it is known."""
+        return _WORDS.get(self.state, "")
 
     @property
     def serials(self) -> tuple[str, ...]:
@@ -106,7 +118,7 @@ class VescAxis(Axis):
             return
         node, packet = codec.node_of(frame), codec.packet_of(frame)
         try:
-            if node == codec.HOST:
+            if node == self.host:
                 self._answer(frame)
             elif node in (self.node, codec.BROADCAST):
                 if packet in codec.COMMANDS:
@@ -121,8 +133,8 @@ class VescAxis(Axis):
     def identify(self, patience: float) -> None:
         """Ask for the version. Answers of several drives at once would get mixed up, so this waits for it."""
         self._asked += 1
-        self._send(codec.ask(self.node, bytes([Comm.FW_VERSION])))
-        self._send(codec.ask_values(self.node, codec.FLAGS_BIT))
+        self._send(codec.ask(self.host, self.node, bytes([Comm.FW_VERSION])))
+        self._send(codec.ask_values(self.host, self.node, codec.FLAGS_BIT))
         self._clock.wait(lambda: self._versions, patience)
 
     def prepare(self) -> None:
@@ -130,7 +142,7 @@ class VescAxis(Axis):
 
     def poll(self, now: float) -> None:
         """Ask for its flags and its fault, in turns."""
-        self._send(codec.ask_values(self.node, codec.FLAGS_BIT if self._poll_flags else codec.FAULT_BIT))
+        self._send(codec.ask_values(self.host, self.node, codec.FLAGS_BIT if self._poll_flags else codec.FAULT_BIT))
         self._poll_flags = not self._poll_flags
 
     def start(self) -> None:
@@ -141,7 +153,7 @@ class VescAxis(Axis):
         if self.state is State.IDLE:
             self.state = State.STARTING
         self.command(0.0)
-        self._send(codec.ask_values(self.node, codec.FLAGS_BIT))
+        self._send(codec.ask_values(self.host, self.node, codec.FLAGS_BIT))
 
     def command(self, velocity: float) -> None:
         """Send a setpoint in turn/s."""
@@ -163,7 +175,7 @@ class VescAxis(Axis):
     def clear(self) -> None:
         """Forget the fault, which the drive itself does not keep."""
         self.fault, self.starved = None, False
-        self._send(codec.ask_values(self.node, codec.FAULT_BIT))
+        self._send(codec.ask_values(self.host, self.node, codec.FAULT_BIT))
         self._settle()
 
     def _status(self, packet: int, frame: Frame) -> None:
@@ -192,11 +204,13 @@ class VescAxis(Axis):
                 self._complain(f"another program commands it too: payload {whole[1][0]}")
 
     def _answer(self, frame: Frame) -> None:
-        """Take in a piece of an answer, of whatever drive: other programs on the bus ask theirs by the same id."""
+        """Take in a piece of an answer, of whatever drive: the other axes of this process ask theirs by the same id."""
         try:
             whole = self._answers.take(frame)
         except FrameError:
-            return  # pieces of two answers got mixed up; who needs one asks again
+            # Pieces of two answers got mixed up: a process of another computer has this id too. Ask by another one.
+            self.host = codec.host_of(self.host - codec.HOSTS[0] + 1 + self.node % (len(codec.HOSTS) - 1))
+            return
         if whole is None or whole[0] != self.node or not whole[1]:
             return
         payload = whole[1]

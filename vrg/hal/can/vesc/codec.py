@@ -14,9 +14,9 @@ from vrg.hal.can.frame import Frame, FrameError
 
 BROADCAST = 0xFF
 """The id that means every drive."""
-HOST = 0xFE
-"""The id of who asks: answers are sent to it. No drive has it."""
-NODES = range(HOST)
+HOSTS = range(0xE0, BROADCAST)
+"""The ids of those who ask: answers are sent to them. No drive may have one: it would take an answer for an order."""
+NODES = range(HOSTS[0])
 """The ids that a drive can have."""
 TACHO_STEPS = 6
 """Steps of the tachometer for one electrical revolution."""
@@ -204,14 +204,22 @@ def decode_status_5(data: bytes) -> Status5:
     return Status5(tachometer, voltage / 10)
 
 
-def ask(node: int, payload: bytes) -> Frame:
-    """The frame that gives a drive's interpreter a payload of up to six bytes; it answers to HOST."""
-    return Frame(frame_id(Packet.PROCESS_SHORT_BUFFER, node), bytes([HOST, 0]) + payload, extended=True)
+def host_of(process: int) -> int:
+    """The id by which a process asks, so that no other one on the bus takes its answers for its own.
+
+    Answers of several frames do not name who is answered but by this id: those to two who share it get mixed up.
+    """
+    return HOSTS[process % len(HOSTS)]
 
 
-def ask_values(node: int, bits: int) -> Frame:
+def ask(host: int, node: int, payload: bytes) -> Frame:
+    """The frame that gives a drive's interpreter a payload of up to six bytes; it answers to `host`."""
+    return Frame(frame_id(Packet.PROCESS_SHORT_BUFFER, node), bytes([host, 0]) + payload, extended=True)
+
+
+def ask_values(host: int, node: int, bits: int) -> Frame:
     """The frame that asks a drive for its fault or its flags, one at a time, so that the answer is one frame."""
-    return ask(node, struct.pack(">BI", Comm.GET_VALUES_SELECTIVE, bits))
+    return ask(host, node, struct.pack(">BI", Comm.GET_VALUES_SELECTIVE, bits))
 
 
 def payload_frames(receiver: int, sender: int, payload: bytes) -> list[Frame]:

@@ -3,10 +3,10 @@
 import enum
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from vrg.errors import RobotError
-from vrg.hal.can.axis import Send
+from vrg.hal.can.axis import NEVER, Axis, Send
 from vrg.hal.can.frame import Frame
 from vrg.hal.clock import Clock
 
@@ -153,6 +153,42 @@ class Listener(ABC):
     def _recognise(self, node: int, frame: Frame) -> Found:
         """The node of this id, which is new where it has not been recognised before."""
         return self.found.setdefault(node, Found(self.word, node, frame))
+
+
+class AxisListener(Listener):
+    """A listener whose nodes are heard by the axes that drive them. A subclass says whose frames are whose.
+
+    Attributes:
+        axis_type: the protocol's axis. axes: those of the nodes by id.
+    """
+
+    axis_type: ClassVar[type[Axis]]
+
+    def __init__(self, send: Send, clock: Clock) -> None:
+        super().__init__(send, clock)
+        self.axes: dict[int, Any] = {}
+
+    def clear(self, node: Found) -> None:
+        """Let a node forget its errors."""
+        self.axes[node.node].clear()
+
+    def forget(self, node: int) -> None:
+        """This node was none."""
+        super().forget(node)
+        del self.axes[node]
+
+    def _tell(self, number: int, frame: Frame) -> Found:
+        """Let the axis of a node hear a frame; what it then reports."""
+        if number not in self.axes:
+            self.axes[number] = self.axis_type(number, self._send, self._clock)
+        axis = self.axes[number]
+        axis.receive(frame)
+        node = self._recognise(number, frame)
+        if axis.heard != NEVER:
+            node.heard = axis.heard
+        node.state, node.errors, node.on = axis.words, axis.fault or "", axis.on
+        node.firmware, node.serials, node.voltage = axis.firmware, axis.serials, axis.voltage
+        return node
 
 
 ANSWER_PATIENCE = 0.1

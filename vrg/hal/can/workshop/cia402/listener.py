@@ -28,6 +28,9 @@ from vrg.hal.clock import Clock
 if TYPE_CHECKING:
     from vrg.hal.can.cia402.sdo import SdoClient
 
+_TEXTS = (Object.NAME, Object.NAME + 1, Object.FIRMWARE)
+"""The names of the device and the versions of its hardware and firmware, which CiA 301 has as texts."""
+_NUMBER_BYTES = (1, 2, 4, 8)
 _WRITE_PATIENCE = 2.0
 """s for a drive to save its settings."""
 _FUNCTIONS = frozenset(Function) - {Function.NMT, Function.HEARTBEAT}
@@ -114,12 +117,16 @@ class CanopenListener(Listener):
             self._send(download(node.node, Object.CONTROLWORD, word, 2))
 
     def read(self, node: Found, setting: str) -> str:
-        """What a drive says of an object, such as 0x6083 or 0x1401:05, as an unsigned number.
+        """What a drive reports of an object, such as 0x6083 or 0x1401:05: a text, or an unsigned number.
 
         Raises:
             RobotError: there is no answer, or it refuses. ValueError: that is no object.
         """
-        return str(int.from_bytes(self._object(node, setting), "little"))
+        data = self._object(node, setting)
+        text = data.decode("ascii", "replace").rstrip("\0 ")
+        if _object_of(setting)[0] in _TEXTS or (len(data) not in _NUMBER_BYTES and text.isprintable()):
+            return text
+        return str(int.from_bytes(data, "little"))
 
     def write(self, node: Found, setting: str, value: str) -> None:
         """Change an object to a whole number.

@@ -1,26 +1,23 @@
 """moteus controllers on a bus: how they are recognised, and what they tell."""
 
-from vrg.hal.can.axis import NEVER, Send
+from vrg.hal.can.axis import NEVER
 from vrg.hal.can.frame import Frame, FrameError
 from vrg.hal.can.moteus import codec
 from vrg.hal.can.moteus.axis import HOST, STOP, MoteusAxis
 from vrg.hal.can.moteus.codec import Kind, Resolution
 from vrg.hal.can.moteus.registers import Register
-from vrg.hal.can.workshop.listener import Claim, Found, Listener
-from vrg.hal.clock import Clock
+from vrg.hal.can.workshop.listener import AxisListener, Claim, Found
 
 _GREETING = (codec.read(Register.MODE, 1, Resolution.INT8), codec.read(Register.FAULT, 1, Resolution.INT16))
 
 
-class MoteusListener(Listener):
+class MoteusListener(AxisListener):
     """See `Listener`. A drive is recognised by a CAN FD frame that tells registers. It speaks only when it is asked."""
 
     word = "moteus"
     title = "moteus"
 
-    def __init__(self, send: Send, clock: Clock) -> None:
-        super().__init__(send, clock)
-        self._axes: dict[int, MoteusAxis] = {}
+    axis_type = MoteusAxis
 
     def claim(self, frame: Frame) -> Claim:
         """An answer of a drive is certainly one: no other protocol here has CAN FD frames."""
@@ -36,13 +33,8 @@ class MoteusListener(Listener):
     def hear(self, frame: Frame) -> None:
         """Take in an answer."""
         number = codec.address_of(frame.id).source
-        axis = self._axes.setdefault(number, MoteusAxis(number, self._send, self._clock))
-        axis.receive(frame)
-        node = self._recognise(number, frame)
-        node.heard = frame.at
-        node.state, node.errors = axis.mode, axis.fault or ""
-        node.firmware, node.serials = axis.firmware, axis.serials
-        node.voltage, node.on = axis.voltage, axis.on
+        node = self._tell(number, frame)
+        axis = self.axes[number]
         if axis.measured != NEVER:
             node.position, node.velocity = axis.position, axis.velocity
 
@@ -52,16 +44,12 @@ class MoteusListener(Listener):
 
     def ask(self, node: Found) -> None:
         """Ask a drive for its values; the answers come to `hear`, so that this waits for nothing."""
-        self._axes[node.node].identify(0.0)
+        self.axes[node.node].identify(0.0)
 
     def stop(self) -> None:
         """Stop every drive: all at once, and each that is known by its id as well."""
         for number in (codec.BROADCAST, *self.found):
             self._send(codec.encode(HOST, number, STOP), urgent=True)
-
-    def clear(self, node: Found) -> None:
-        """Stop a drive, which lets it forget its fault."""
-        self._send(codec.encode(HOST, node.node, STOP))
 
     def rename(self, node: Found, serial: str, to: int) -> None:
         """Give a drive another id, which it keeps until it is switched off, unless it is saved.
@@ -71,8 +59,3 @@ class MoteusListener(Listener):
         """
         order = codec.write(Register.MULTIPLEX_ID, [to], Resolution.INT8)
         self._send(codec.encode(HOST, node.node, [order]))
-
-    def forget(self, node: int) -> None:
-        """This node was none."""
-        super().forget(node)
-        del self._axes[node]

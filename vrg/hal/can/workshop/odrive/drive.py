@@ -23,11 +23,8 @@ _REBOOTS = (0, _SAVE, _ERASE)
 """What can be done before it starts again."""
 _LARGEST = 1e6
 """turn/s or A; a limit beyond it is no limit, and would not fit into the numbers that a drive sends."""
-_TELLABLE = frozenset(
-    {
-        Command.VERSION, Command.HEARTBEAT, Command.ERROR, Command.ENCODER_ESTIMATES, Command.IQ,
-        Command.TEMPERATURE, Command.BUS_VOLTAGE_CURRENT, Command.TORQUES, Command.POWERS, Command.ADDRESS,
-    }
+_TELLABLE = (
+    Command.VERSION, Command.HEARTBEAT, Command.ENCODER_ESTIMATES, Command.BUS_VOLTAGE_CURRENT, Command.ADDRESS,
 )  # fmt: skip
 """What an empty frame asks for, as a remote one does."""
 
@@ -108,10 +105,10 @@ class OdriveDrive(EmulatedDrive):
 
     def _obey(self, message: messages.Message, now: float) -> list[Frame]:
         match message:
-            case messages.SetInputVel(value):
-                self._setpoint(value, now, velocity=True)
-            case messages.SetInputPos(value) | messages.SetInputTorque(value):
-                self._setpoint(value, now)
+            case messages.SetInputVel(velocity):
+                self._setpoint(velocity, now)
+            case messages.Other(Command.SET_INPUT_POS | Command.SET_INPUT_TORQUE):
+                self._feed(now)
             case messages.SetAxisState(state):
                 self._request(state, now)
             case messages.Reboot(action) if not self._energised and action in _REBOOTS:
@@ -128,13 +125,12 @@ class OdriveDrive(EmulatedDrive):
                 self.motor.position = position
         return []
 
-    def _setpoint(self, value: float, now: float, *, velocity: bool = False) -> None:
-        if not math.isfinite(value):
+    def _setpoint(self, velocity: float, now: float) -> None:
+        if math.isfinite(velocity):
+            self._feed(now)
+            self._aim = velocity
+        else:
             self._disarm(AxisError.BAD_CONFIG)
-            return
-        self._feed(now)
-        if velocity:
-            self._aim = value
 
     def _reboot(self, action: int, now: float) -> None:
         if action == _SAVE:
@@ -166,14 +162,9 @@ class OdriveDrive(EmulatedDrive):
         known: dict[int, messages.Message] = {
             Command.VERSION: _VERSION,
             Command.HEARTBEAT: messages.Heartbeat(self._active | self._reason, self._state, self._result, 1),
-            Command.ERROR: messages.Error(self._active, self._reason),
             Command.ADDRESS: messages.Address(self.node, self.options.serial),
             Command.ENCODER_ESTIMATES: messages.EncoderEstimates(*self._estimates()),
-            Command.IQ: messages.Iq(motor.current, motor.current),
-            Command.TEMPERATURE: messages.Temperature(25.0, 25.0),
             Command.BUS_VOLTAGE_CURRENT: messages.BusVoltageCurrent(volts, power / volts if volts else 0.0),
-            Command.TORQUES: messages.Torques(motor.torque, motor.torque),
-            Command.POWERS: messages.Powers(power, power),
         }
         message = known.get(command)
         return [] if message is None else [codec.encode(self.node, message)]

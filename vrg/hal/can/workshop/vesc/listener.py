@@ -1,18 +1,19 @@
 """VESCs on a bus: how they are recognised, and what they tell."""
 
-from vrg.hal.can.axis import NEVER, Send, State
+import os
+
+from vrg.hal.can.axis import Send
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.vesc import codec
 from vrg.hal.can.vesc.axis import VescAxis
 from vrg.hal.can.vesc.codec import Comm, Packet
-from vrg.hal.can.workshop.listener import ANSWER_PATIENCE, Claim, Found, Listener
+from vrg.hal.can.workshop.listener import ANSWER_PATIENCE, AxisListener, Claim, Found
 from vrg.hal.clock import Clock
 
 _TOLD = (Packet.STATUS, Packet.STATUS_2, Packet.STATUS_3, Packet.STATUS_4, Packet.STATUS_5, Packet.STATUS_6)
-_WORDS = {State.IDLE: "off", State.CLOSED_LOOP: "driving", State.ESTOP: "kill switch"}
 
 
-class VescListener(Listener):
+class VescListener(AxisListener):
     """See `Listener`. A drive is recognised by its status messages, or by its answer to a ping.
 
     It counts electrical revolutions, so that turns of the shaft are known to the wiring alone and not told here.
@@ -21,22 +22,24 @@ class VescListener(Listener):
     word = "vesc"
     title = "VESC"
 
+    axis_type = VescAxis
+
     def __init__(self, send: Send, clock: Clock) -> None:
         super().__init__(send, clock)
-        self._axes: dict[int, VescAxis] = {}
+        self._host = codec.host_of(os.getpid())
 
     def claim(self, frame: Frame) -> Claim:
         """A status message or a pong is likely one: other protocols may use the same identifiers."""
         if not frame.extended or frame.remote:
             return Claim.NONE
         packet, node = codec.packet_of(frame), codec.node_of(frame)
-        if node == codec.HOST:
+        if node == self._host:
             return Claim.LIKELY if packet == Packet.PONG or self.found else Claim.NONE
         return Claim.LIKELY if packet in _TOLD and len(frame.data) == 8 else Claim.NONE
 
     def hear(self, frame: Frame) -> None:
         """Take in a frame."""
-        if codec.node_of(frame) != codec.HOST:
+        if codec.node_of(frame) != self._host:
             self._tell(codec.node_of(frame), frame)
         elif codec.packet_of(frame) == Packet.PONG:
             if frame.data and frame.data[0] in codec.NODES:
@@ -47,38 +50,19 @@ class VescListener(Listener):
 
     def greet(self) -> None:
         """Ask every drive to show itself."""
-        ping = Frame(codec.frame_id(Packet.PING, codec.BROADCAST), bytes([codec.HOST]), extended=True)
+        ping = Frame(codec.frame_id(Packet.PING, codec.BROADCAST), bytes([self._host]), extended=True)
         self._send(ping)
 
     def ask(self, node: Found) -> None:
         """Ask a drive for its version and its fault. Answers of several at once would get mixed up, so this waits."""
-        axis = self._axes[node.node]
+        axis = self.axes[node.node]
         axis.clear()  # it asks for the fault that there is now
-        self._send(codec.ask_values(node.node, codec.FLAGS_BIT))
+        self._send(codec.ask_values(axis.host, node.node, codec.FLAGS_BIT))
         axis.serial = ""
-        self._send(codec.ask(node.node, bytes([Comm.FW_VERSION])))
+        self._send(codec.ask(axis.host, node.node, bytes([Comm.FW_VERSION])))
         self._clock.wait(lambda: axis.serial, ANSWER_PATIENCE)
 
     def stop(self) -> None:
         """Let every drive go of its motor: all at once, and each that is known by its id as well."""
         for number in (codec.BROADCAST, *self.found):
             self._send(codec.setpoint(Packet.SET_CURRENT, number, 0), urgent=True)
-
-    def clear(self, node: Found) -> None:
-        """Ask for the fault anew: a VESC forgets it by itself."""
-        self._axes[node.node].clear()
-
-    def forget(self, node: int) -> None:
-        """This node was none."""
-        super().forget(node)
-        del self._axes[node]
-
-    def _tell(self, number: int, frame: Frame) -> None:
-        axis = self._axes.setdefault(number, VescAxis(number, self._send, self._clock))
-        axis.receive(frame)
-        node = self._recognise(number, frame)
-        if axis.heard != NEVER:
-            node.heard = axis.heard
-        node.state, node.errors = _WORDS.get(axis.state, ""), axis.fault or ""
-        node.on = axis.on
-        node.firmware, node.serials, node.voltage = axis.firmware, axis.serials, axis.voltage
