@@ -78,7 +78,7 @@ class Driver(ABC):
 
     @abstractmethod
     def arm(self) -> None:
-        """Let the motors accept commands. `read().armed` tells when they do; until then `drive` may have no effect.
+        """Let the motors accept commands. It is called again until `read().armed` tells that they do.
 
         Raises:
             RobotError: not connected, a fault has latched, or the emergency stop is engaged.

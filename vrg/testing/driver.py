@@ -255,13 +255,9 @@ def armed(bench: DriverBench) -> None:
 
 
 def arm(bench: DriverBench) -> None:
-    """Arm, and wait as a player does until the readings say that the motors accept commands.
-
-    It is asked again each second, as a computer that stalls meanwhile may be too late for the watchdog of a drive.
-    """
-    for tick in range(round(ARMING / PERIOD)):
-        if tick % round(1.0 / PERIOD) == 0:
-            bench.driver.arm()
+    """Arm at every tick, as a player does, until the readings tell that the motors accept commands."""
+    for _ in range(round(ARMING / PERIOD)):
+        bench.driver.arm()
         bench.advance(PERIOD)
         if bench.driver.read().armed:
             return

@@ -25,8 +25,14 @@ def armed(bench: DeviceBench) -> None:
     """Connected and armed, as a player does it."""
     bench.device.start()
     bench.advance(0.1)
-    bench.device.arm()
-    wait(bench, lambda: bench.device.read().armed, "an armed robot")
+    wait(bench, lambda: is_armed(bench), "an armed robot")
+
+
+def is_armed(bench: DeviceBench) -> bool:
+    """Ask for it, as a player does at every tick, where it is not armed yet."""
+    if not bench.device.read().armed:
+        bench.device.arm()
+    return bench.device.read().armed
 
 
 def driving(bench: DeviceBench) -> None:

@@ -64,7 +64,7 @@ def test_a_jog_on_a_busy_computer_goes_on(monkeypatch: pytest.MonkeyPatch) -> No
     spin, late = DriveTrain.spin, [0.5]
 
     def spin_late(train: DriveTrain, node: int, velocity: float) -> None:
-        if train.state().wheels[0] and late:
+        if train.state().speeds[0] and late:
             train.clock.sleep(late.pop())
         spin(train, node, velocity)
 

@@ -106,8 +106,9 @@ def omni(wired: dict[str, list[int]]) -> CanDriver:
 def test_a_robot_on_omni_wheels_drives_sideways_by_the_motors_of_its_axes() -> None:
     twist = Twist(0.1, 0.0, 0.2)
     with Drives("odrive", [2], link=LINK), omni({"left": [0], "back": [2], "right": [1]}) as robot:
-        robot.arm()
-        until(lambda: robot.read().armed)
+        while not robot.read().armed:
+            robot.arm()
+            Lab.simulation.clock.sleep(0.05)
         for _ in range(40):
             robot.drive(twist)
             Lab.simulation.clock.sleep(0.05)

@@ -183,16 +183,17 @@ class DriveTrain:
         )
 
     def arm(self) -> None:
-        """Ask every axis for closed-loop control; `state().armed` tells when all are there.
+        """Ask every axis for closed-loop control; it is called again until `state().armed` tells that all are there.
 
-        The first time after connecting or recovering, the watchdogs of the drives are proved before; see `Guard`. For
-        that `state` must be called again and again, as a player does.
+        The first time after connecting or recovering, the watchdogs of the drives are proved before; see `Guard`.
 
         Raises:
             RobotError: not connected, a fault has latched, or the emergency stop is engaged.
         """
         with self._lock:
-            self._obey(self._machine.arm(self.clock.now()))
+            self._look()
+            now = self.clock.now()
+            self._obey(self._machine.arm_again(now) or self._machine.arm(now))
             self._look()
             if self._machine.guard.fault:
                 raise RobotError(f"{self.name}: {self._machine.guard.fault}")
@@ -290,10 +291,9 @@ class DriveTrain:
         self._bus.stop()
 
     def state(self) -> TrainState:
-        """Return the reports of the drives. Once their watchdogs have been proved, this arms them if wanted."""
+        """Return the reports of the drives."""
         with self._lock:
             self._look()
-            self._obey(self._machine.arm_again(self.clock.now()))
             now, base = self.clock.now(), self._machine.base
             guard, axes = self._machine.guard, self._axes
             fault = guard.fault
