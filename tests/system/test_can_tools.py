@@ -17,7 +17,7 @@ from vrg.hal.can.bus import CanBus
 from vrg.hal.can.cia402.codec import NODE_MASK, Function
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.odrive import codec, messages
-from vrg.hal.can.workshop.moteus.listener import MoteusListener
+from vrg.hal.can.workshop.moteus import MoteusListener
 from vrg.hal.clock import REAL_CLOCK
 from vrg.hal.models import robot_model
 

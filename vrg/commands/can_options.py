@@ -13,7 +13,7 @@ from vrg.hal.can.protocols import PROTOCOLS, Protocol
 from vrg.tables import problems_of
 
 if TYPE_CHECKING:
-    from vrg.hal.can.medium import Medium
+    from vrg.hal.can.link import Medium
 
 InterfaceOption = Annotated[str, typer.Option("--interface", help="python-can's name of the interface.")]
 ChannelOption = Annotated[str, typer.Option("--channel", help="The bus, such as can0.")]

@@ -20,7 +20,7 @@ from vrg.hal.readings import Readings
 from vrg.types import Twist
 
 if TYPE_CHECKING:
-    from vrg.hal.can.medium import Medium
+    from vrg.hal.can.link import Medium
     from vrg.hal.settings import BackendSettings
 
 COMMAND_TIMEOUT = 0.2

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from vrg.agents.strategy import Strategy
     from vrg.coordinator.coordinator import Coordinator
     from vrg.coordinator.journal import Journal
-    from vrg.hal.can.medium import Medium
+    from vrg.hal.can.link import Medium
     from vrg.hal.sim.node import WorldNode
     from vrg.recording.live import LiveRecorder
     from vrg.recording.recorder import Recorder

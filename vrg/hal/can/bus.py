@@ -17,8 +17,7 @@ import can
 
 from vrg.errors import RobotError
 from vrg.hal.can.frame import Filter, Frame
-from vrg.hal.can.link import Link
-from vrg.hal.can.medium import QUIET, SEND_PATIENCE
+from vrg.hal.can.link import QUIET, SEND_PATIENCE, Link
 from vrg.hal.can.opening import frame_time, open_bus, restart, takes_fd
 from vrg.hal.can.sending import Echoes, Pacer
 from vrg.hal.can.troubles import NoFdError, describe_error, describe_error_frame, errno_of, is_full

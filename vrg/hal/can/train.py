@@ -17,9 +17,8 @@ from vrg.errors import RobotError
 from vrg.hal.can.axis import Axis, ProtocolOptions
 from vrg.hal.can.base import DriveBase, WheelAxis
 from vrg.hal.can.frame import Frame
-from vrg.hal.can.link import Link
+from vrg.hal.can.link import Link, Medium
 from vrg.hal.can.machine import ASK_PERIOD, Act, Machine, MissingError, Order, Phase, Step
-from vrg.hal.can.medium import Medium
 from vrg.hal.can.protocols import Protocol
 from vrg.hal.models import RobotModel
 from vrg.types import Pose, Twist

@@ -5,7 +5,7 @@ import pytest
 from tests.hal.can.cia402.wire import NODE, Wire
 from vrg.hal.can.cia402.codec import SAVE, DriveState, Function, Nmt, NmtCommand, Object
 from vrg.hal.can.frame import Frame
-from vrg.hal.can.workshop.cia402.errors import AbortOption, ErrorBehaviour
+from vrg.hal.can.workshop.cia402.states import AbortOption, ErrorBehaviour
 from vrg.hal.can.workshop.faults import FaultKind
 
 MASTER = 100

@@ -17,7 +17,7 @@ from vrg.hal.can.moteus.axis import MoteusAxis
 from vrg.hal.can.moteus.codec import Kind, Resolution, Subframe
 from vrg.hal.can.moteus.registers import Register
 from vrg.hal.can.workshop.emulated import DriveOptions
-from vrg.hal.can.workshop.moteus.drive import MoteusDrive
+from vrg.hal.can.workshop.moteus import MoteusDrive
 from vrg.hal.simulated_clock import SimulatedClock
 
 NODE = 4

@@ -12,7 +12,7 @@ from vrg.hal.can.moteus import codec
 from vrg.hal.can.moteus.registers import Mode
 from vrg.hal.can.workshop.emulated import DriveOptions
 from vrg.hal.can.workshop.faults import FaultKind, FaultRequest, encode_fault
-from vrg.hal.can.workshop.moteus.drive import MoteusDrive
+from vrg.hal.can.workshop.moteus import MoteusDrive
 
 NODE = 5
 

@@ -8,7 +8,7 @@ from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.vesc.axis import VescOptions
 from vrg.hal.can.vesc.codec import BROADCAST, HOSTS, Comm, Packet, frame_id, payload_frames, setpoint
 from vrg.hal.can.workshop.faults import FaultKind
-from vrg.hal.can.workshop.vesc.drive import MIN_ERPM
+from vrg.hal.can.workshop.vesc import MIN_ERPM
 from vrg.testing.wire import ProtocolWire
 
 NODE = 5

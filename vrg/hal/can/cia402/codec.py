@@ -10,22 +10,11 @@ NODES = range(1, 128)
 """The ids that a node can have."""
 
 
-class Function(enum.IntEnum):
-    """What an identifier is for: all its bits but the low seven, which are the node (pre-defined connection set)."""
-
-    NMT = 0x000
-    EMCY = 0x080
-    TPDO1 = 0x180
-    RPDO1 = 0x200
-    TPDO2 = 0x280
-    RPDO2 = 0x300
-    TPDO3 = 0x380
-    RPDO3 = 0x400
-    TPDO4 = 0x480
-    RPDO4 = 0x500
-    SDO_ANSWER = 0x580
-    SDO_REQUEST = 0x600
-    HEARTBEAT = 0x700
+Function = enum.IntEnum("Function", {
+    "NMT": 0x000, "EMCY": 0x080, "TPDO1": 0x180, "RPDO1": 0x200, "TPDO2": 0x280, "RPDO2": 0x300, "TPDO3": 0x380,
+    "RPDO3": 0x400, "TPDO4": 0x480, "RPDO4": 0x500, "SDO_ANSWER": 0x580, "SDO_REQUEST": 0x600, "HEARTBEAT": 0x700,
+})  # fmt: skip
+"""What an identifier is for: all its bits but the low seven, which are the node (pre-defined connection set)."""
 
 
 SDO_DOWNLOADS = (0x00, 0x20, 0xC0)
@@ -80,39 +69,16 @@ SUPPORTS_PROFILE_VELOCITY = 1 << (PROFILE_VELOCITY - 1)
 """The bit of that mode in the supported modes, 0x6502."""
 
 
-class Object(enum.IntEnum):
-    """The index of each object."""
-
-    DEVICE_TYPE = 0x1000
-    ERROR_REGISTER = 0x1001
-    NAME = 0x1008
-    FIRMWARE = 0x100A
-    STORE = 0x1010
-    CONSUMER_HEARTBEAT = 0x1016
-    HEARTBEAT_TIME = 0x1017
-    IDENTITY = 0x1018
-    ERROR_BEHAVIOUR = 0x1029
-    RPDO = 0x1400
-    RPDO_MAPPING = 0x1600
-    TPDO = 0x1800
-    TPDO_MAPPING = 0x1A00
-    ABORT_CONNECTION_OPTION = 0x6007
-    ERROR_CODE = 0x603F
-    CONTROLWORD = 0x6040
-    STATUSWORD = 0x6041
-    FAULT_REACTION = 0x605E
-    MODE = 0x6060
-    MODE_DISPLAY = 0x6061
-    POSITION = 0x6064
-    VELOCITY = 0x606C
-    VOLTAGE = 0x6079
-    ACCELERATION = 0x6083
-    DECELERATION = 0x6084
-    QUICK_STOP_DECELERATION = 0x6085
-    ENCODER_RESOLUTION = 0x608F
-    VELOCITY_UNIT = 0x60A9
-    TARGET_VELOCITY = 0x60FF
-    SUPPORTED_MODES = 0x6502
+Object = enum.IntEnum("Object", {
+    "DEVICE_TYPE": 0x1000, "ERROR_REGISTER": 0x1001, "NAME": 0x1008, "FIRMWARE": 0x100A, "STORE": 0x1010,
+    "CONSUMER_HEARTBEAT": 0x1016, "HEARTBEAT_TIME": 0x1017, "IDENTITY": 0x1018, "ERROR_BEHAVIOUR": 0x1029,
+    "RPDO": 0x1400, "RPDO_MAPPING": 0x1600, "TPDO": 0x1800, "TPDO_MAPPING": 0x1A00, "ABORT_CONNECTION_OPTION": 0x6007,
+    "ERROR_CODE": 0x603F, "CONTROLWORD": 0x6040, "STATUSWORD": 0x6041, "FAULT_REACTION": 0x605E, "MODE": 0x6060,
+    "MODE_DISPLAY": 0x6061, "POSITION": 0x6064, "VELOCITY": 0x606C, "VOLTAGE": 0x6079, "ACCELERATION": 0x6083,
+    "DECELERATION": 0x6084, "QUICK_STOP_DECELERATION": 0x6085, "ENCODER_RESOLUTION": 0x608F, "VELOCITY_UNIT": 0x60A9,
+    "TARGET_VELOCITY": 0x60FF, "SUPPORTED_MODES": 0x6502,
+})  # fmt: skip
+"""The index of each object."""
 
 
 SERIAL = 4

@@ -10,6 +10,6 @@ from vrg.hal.can.protocols import Protocol
 PROTOCOL = Protocol(
     "moteus",
     axis="vrg.hal.can.moteus.axis:MoteusAxis",
-    drive="vrg.hal.can.workshop.moteus.drive:MoteusDrive",
-    listener="vrg.hal.can.workshop.moteus.listener:MoteusListener",
+    drive="vrg.hal.can.workshop.moteus:MoteusDrive",
+    listener="vrg.hal.can.workshop.moteus:MoteusListener",
 )

@@ -4,38 +4,16 @@ import enum
 
 from vrg.hal.can.moteus.codec import WHOLE, Scale
 
-
-class Register(enum.IntEnum):
-    """The number of each register."""
-
-    MODE = 0x000
-    POSITION = 0x001
-    VELOCITY = 0x002
-    TORQUE = 0x003
-    Q_CURRENT = 0x004
-    VOLTAGE = 0x00D
-    TEMPERATURE = 0x00E
-    FAULT = 0x00F
-    COMMAND_POSITION = 0x020
-    COMMAND_VELOCITY = 0x021
-    COMMAND_FEEDFORWARD_TORQUE = 0x022
-    COMMAND_KP_SCALE = 0x023
-    COMMAND_KD_SCALE = 0x024
-    COMMAND_MAX_TORQUE = 0x025
-    COMMAND_STOP_POSITION = 0x026
-    COMMAND_TIMEOUT = 0x027
-    COMMAND_VELOCITY_LIMIT = 0x028
-    COMMAND_ACCEL_LIMIT = 0x029
-    MILLISECONDS = 0x070
-    MODEL_NUMBER = 0x100
-    FIRMWARE_VERSION = 0x101
-    REGISTER_MAP_VERSION = 0x102
-    MULTIPLEX_ID = 0x110
-    SERIAL_1 = 0x120
-    SERIAL_2 = 0x121
-    SERIAL_3 = 0x122
-    SET_OUTPUT_NEAREST = 0x130
-    REQUIRE_REINDEX = 0x132
+Register = enum.IntEnum("Register", {
+    "MODE": 0x000, "POSITION": 0x001, "VELOCITY": 0x002, "TORQUE": 0x003, "Q_CURRENT": 0x004, "VOLTAGE": 0x00D,
+    "TEMPERATURE": 0x00E, "FAULT": 0x00F, "COMMAND_POSITION": 0x020, "COMMAND_VELOCITY": 0x021,
+    "COMMAND_FEEDFORWARD_TORQUE": 0x022, "COMMAND_KP_SCALE": 0x023, "COMMAND_KD_SCALE": 0x024,
+    "COMMAND_MAX_TORQUE": 0x025, "COMMAND_STOP_POSITION": 0x026, "COMMAND_TIMEOUT": 0x027,
+    "COMMAND_VELOCITY_LIMIT": 0x028, "COMMAND_ACCEL_LIMIT": 0x029, "MILLISECONDS": 0x070, "MODEL_NUMBER": 0x100,
+    "FIRMWARE_VERSION": 0x101, "REGISTER_MAP_VERSION": 0x102, "MULTIPLEX_ID": 0x110, "SERIAL_1": 0x120,
+    "SERIAL_2": 0x121, "SERIAL_3": 0x122, "SET_OUTPUT_NEAREST": 0x130, "REQUIRE_REINDEX": 0x132,
+})  # fmt: skip
+"""The number of each register."""
 
 
 _POSITION, _VELOCITY = Scale(0.01, 0.0001, 0.00001), Scale(0.1, 0.00025, 0.00001)
@@ -74,25 +52,12 @@ WRAP = 65536.0
 """turns after which a position begins anew: a drive counts in 16.48 bits of fixed point, from -32768 turns."""
 
 
-class Mode(enum.IntEnum):
-    """What a drive is doing: the register MODE."""
-
-    STOPPED = 0
-    FAULT = 1
-    ENABLING = 2
-    CALIBRATING = 3
-    CALIBRATION_COMPLETE = 4
-    PWM = 5
-    VOLTAGE = 6
-    VOLTAGE_FOC = 7
-    VOLTAGE_DQ = 8
-    CURRENT = 9
-    POSITION = 10
-    TIMEOUT = 11
-    ZERO_VELOCITY = 12
-    STAY_WITHIN = 13
-    MEASURE_INDUCTANCE = 14
-    BRAKE = 15
+Mode = enum.IntEnum("Mode", {
+    "STOPPED": 0, "FAULT": 1, "ENABLING": 2, "CALIBRATING": 3, "CALIBRATION_COMPLETE": 4, "PWM": 5, "VOLTAGE": 6,
+    "VOLTAGE_FOC": 7, "VOLTAGE_DQ": 8, "CURRENT": 9, "POSITION": 10, "TIMEOUT": 11, "ZERO_VELOCITY": 12,
+    "STAY_WITHIN": 13, "MEASURE_INDUCTANCE": 14, "BRAKE": 15,
+})  # fmt: skip
+"""What a drive is doing: the register MODE."""
 
 
 _FAULTS = {

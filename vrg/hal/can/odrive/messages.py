@@ -11,85 +11,37 @@ PROTOCOL_VERSION = 2
 """The version of CANSimple that these messages are of."""
 
 
-class Command(enum.IntEnum):
-    """The meaning of the low five bits of an identifier."""
-
-    VERSION = 0x00
-    HEARTBEAT = 0x01
-    ESTOP = 0x02
-    ERROR = 0x03
-    RX_SDO = 0x04
-    TX_SDO = 0x05
-    ADDRESS = 0x06
-    SET_AXIS_STATE = 0x07
-    ENCODER_ESTIMATES = 0x09
-    SET_CONTROLLER_MODE = 0x0B
-    SET_INPUT_POS = 0x0C
-    SET_INPUT_VEL = 0x0D
-    SET_INPUT_TORQUE = 0x0E
-    SET_LIMITS = 0x0F
-    SET_TRAJ_VEL_LIMIT = 0x11
-    SET_TRAJ_ACCEL_LIMITS = 0x12
-    SET_TRAJ_INERTIA = 0x13
-    IQ = 0x14
-    TEMPERATURE = 0x15
-    REBOOT = 0x16
-    BUS_VOLTAGE_CURRENT = 0x17
-    CLEAR_ERRORS = 0x18
-    SET_ABSOLUTE_POSITION = 0x19
-    SET_POS_GAIN = 0x1A
-    SET_VEL_GAINS = 0x1B
-    TORQUES = 0x1C
-    POWERS = 0x1D
-    ENTER_DFU_MODE = 0x1F
+Command = enum.IntEnum("Command", {
+    "VERSION": 0x00, "HEARTBEAT": 0x01, "ESTOP": 0x02, "ERROR": 0x03, "RX_SDO": 0x04, "TX_SDO": 0x05, "ADDRESS": 0x06,
+    "SET_AXIS_STATE": 0x07, "ENCODER_ESTIMATES": 0x09, "SET_CONTROLLER_MODE": 0x0B, "SET_INPUT_POS": 0x0C,
+    "SET_INPUT_VEL": 0x0D, "SET_INPUT_TORQUE": 0x0E, "SET_LIMITS": 0x0F, "SET_TRAJ_VEL_LIMIT": 0x11,
+    "SET_TRAJ_ACCEL_LIMITS": 0x12, "SET_TRAJ_INERTIA": 0x13, "IQ": 0x14, "TEMPERATURE": 0x15, "REBOOT": 0x16,
+    "BUS_VOLTAGE_CURRENT": 0x17, "CLEAR_ERRORS": 0x18, "SET_ABSOLUTE_POSITION": 0x19, "SET_POS_GAIN": 0x1A,
+    "SET_VEL_GAINS": 0x1B, "TORQUES": 0x1C, "POWERS": 0x1D, "ENTER_DFU_MODE": 0x1F,
+})  # fmt: skip
+"""The meaning of the low five bits of an identifier."""
 
 
-class AxisState(enum.IntEnum):
-    """What an axis is doing."""
-
-    UNDEFINED = 0
-    IDLE = 1
-    STARTUP_SEQUENCE = 2
-    FULL_CALIBRATION_SEQUENCE = 3
-    MOTOR_CALIBRATION = 4
-    ENCODER_INDEX_SEARCH = 6
-    ENCODER_OFFSET_CALIBRATION = 7
-    CLOSED_LOOP_CONTROL = 8
-    LOCKIN_SPIN = 9
-    ENCODER_DIR_FIND = 10
-    HOMING = 11
-    ENCODER_HALL_POLARITY_CALIBRATION = 12
-    ENCODER_HALL_PHASE_CALIBRATION = 13
-    ANTICOGGING_CALIBRATION = 14
-    HARMONIC_CALIBRATION = 15
-    HARMONIC_CALIBRATION_COMMUTATION = 16
+AxisState = enum.IntEnum("AxisState", {
+    "UNDEFINED": 0, "IDLE": 1, "STARTUP_SEQUENCE": 2, "FULL_CALIBRATION_SEQUENCE": 3, "MOTOR_CALIBRATION": 4,
+    "ENCODER_INDEX_SEARCH": 6, "ENCODER_OFFSET_CALIBRATION": 7, "CLOSED_LOOP_CONTROL": 8, "LOCKIN_SPIN": 9,
+    "ENCODER_DIR_FIND": 10, "HOMING": 11, "ENCODER_HALL_POLARITY_CALIBRATION": 12,
+    "ENCODER_HALL_PHASE_CALIBRATION": 13, "ANTICOGGING_CALIBRATION": 14, "HARMONIC_CALIBRATION": 15,
+    "HARMONIC_CALIBRATION_COMMUTATION": 16,
+})  # fmt: skip
+"""What an axis is doing."""
 
 
-class AxisError(enum.IntFlag):
-    """Why an axis is disarmed."""
-
-    INITIALIZING = 1 << 0
-    SYSTEM_LEVEL = 1 << 1
-    TIMING_ERROR = 1 << 2
-    MISSING_ESTIMATE = 1 << 3
-    BAD_CONFIG = 1 << 4
-    DRV_FAULT = 1 << 5
-    MISSING_INPUT = 1 << 6
-    DC_BUS_OVER_VOLTAGE = 1 << 8
-    DC_BUS_UNDER_VOLTAGE = 1 << 9
-    DC_BUS_OVER_CURRENT = 1 << 10
-    DC_BUS_OVER_REGEN_CURRENT = 1 << 11
-    CURRENT_LIMIT_VIOLATION = 1 << 12
-    MOTOR_OVER_TEMP = 1 << 13
-    INVERTER_OVER_TEMP = 1 << 14
-    VELOCITY_LIMIT_VIOLATION = 1 << 15
-    POSITION_LIMIT_VIOLATION = 1 << 16
-    WATCHDOG_TIMER_EXPIRED = 1 << 24
-    ESTOP_REQUESTED = 1 << 25
-    SPINOUT_DETECTED = 1 << 26
-    BRAKE_RESISTOR_DISARMED = 1 << 27
-    THERMISTOR_DISCONNECTED = 1 << 28
-    CALIBRATION_ERROR = 1 << 30
+AxisError = enum.IntFlag("AxisError", {
+    "INITIALIZING": 1 << 0, "SYSTEM_LEVEL": 1 << 1, "TIMING_ERROR": 1 << 2, "MISSING_ESTIMATE": 1 << 3,
+    "BAD_CONFIG": 1 << 4, "DRV_FAULT": 1 << 5, "MISSING_INPUT": 1 << 6, "DC_BUS_OVER_VOLTAGE": 1 << 8,
+    "DC_BUS_UNDER_VOLTAGE": 1 << 9, "DC_BUS_OVER_CURRENT": 1 << 10, "DC_BUS_OVER_REGEN_CURRENT": 1 << 11,
+    "CURRENT_LIMIT_VIOLATION": 1 << 12, "MOTOR_OVER_TEMP": 1 << 13, "INVERTER_OVER_TEMP": 1 << 14,
+    "VELOCITY_LIMIT_VIOLATION": 1 << 15, "POSITION_LIMIT_VIOLATION": 1 << 16, "WATCHDOG_TIMER_EXPIRED": 1 << 24,
+    "ESTOP_REQUESTED": 1 << 25, "SPINOUT_DETECTED": 1 << 26, "BRAKE_RESISTOR_DISARMED": 1 << 27,
+    "THERMISTOR_DISCONNECTED": 1 << 28, "CALIBRATION_ERROR": 1 << 30,
+})  # fmt: skip
+"""Why an axis is disarmed."""
 
 
 class ControlMode(enum.IntEnum):
@@ -258,25 +210,13 @@ def describe_state(state: int) -> str:
         return f"state {state}"
 
 
-class ProcedureResult(enum.IntEnum):
-    """The second byte after the errors of a heartbeat (ODrive's documentation, firmware 0.6)."""
-
-    SUCCESS = 0
-    BUSY = 1
-    CANCELLED = 2
-    DISARMED = 3
-    NO_RESPONSE = 4
-    POLE_PAIR_CPR_MISMATCH = 5
-    PHASE_RESISTANCE_OUT_OF_RANGE = 6
-    PHASE_INDUCTANCE_OUT_OF_RANGE = 7
-    UNBALANCED_PHASES = 8
-    INVALID_MOTOR_TYPE = 9
-    ILLEGAL_HALL_STATE = 10
-    TIMEOUT = 11
-    HOMING_WITHOUT_ENDSTOP = 12
-    INVALID_STATE = 13
-    NOT_CALIBRATED = 14
-    NOT_CONVERGING = 15
+ProcedureResult = enum.IntEnum("ProcedureResult", {
+    "SUCCESS": 0, "BUSY": 1, "CANCELLED": 2, "DISARMED": 3, "NO_RESPONSE": 4, "POLE_PAIR_CPR_MISMATCH": 5,
+    "PHASE_RESISTANCE_OUT_OF_RANGE": 6, "PHASE_INDUCTANCE_OUT_OF_RANGE": 7, "UNBALANCED_PHASES": 8,
+    "INVALID_MOTOR_TYPE": 9, "ILLEGAL_HALL_STATE": 10, "TIMEOUT": 11, "HOMING_WITHOUT_ENDSTOP": 12,
+    "INVALID_STATE": 13, "NOT_CALIBRATED": 14, "NOT_CONVERGING": 15,
+})  # fmt: skip
+"""The second byte after the errors of a heartbeat (ODrive's documentation, firmware 0.6)."""
 
 
 _ADVICE = {

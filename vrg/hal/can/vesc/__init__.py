@@ -10,6 +10,6 @@ from vrg.hal.can.protocols import Protocol
 PROTOCOL = Protocol(
     "vesc",
     axis="vrg.hal.can.vesc.axis:VescAxis",
-    drive="vrg.hal.can.workshop.vesc.drive:VescDrive",
-    listener="vrg.hal.can.workshop.vesc.listener:VescListener",
+    drive="vrg.hal.can.workshop.vesc:VescDrive",
+    listener="vrg.hal.can.workshop.vesc:VescListener",
 )

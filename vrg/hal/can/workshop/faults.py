@@ -5,8 +5,7 @@ import struct
 from dataclasses import dataclass
 
 from vrg.hal.can.frame import Frame, FrameError
-from vrg.hal.can.link import Link
-from vrg.hal.can.medium import Medium
+from vrg.hal.can.link import Link, Medium
 
 _REQUEST = 0x1E5640_00
 """The 29-bit identifier of a request; its low byte is the id of the node."""

@@ -12,8 +12,7 @@ from msgspec.structs import replace
 
 from vrg.errors import RobotError
 from vrg.hal.can.frame import Filter, Frame
-from vrg.hal.can.link import Link
-from vrg.hal.can.medium import QUIET, SEND_PATIENCE
+from vrg.hal.can.link import QUIET, SEND_PATIENCE, Link
 from vrg.hal.can.sending import FRAME_BITS
 from vrg.hal.can.workshop.emulated import EmulatedDrive
 from vrg.hal.can.workshop.faults import FaultRequest, encode_fault

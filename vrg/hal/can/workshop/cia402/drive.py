@@ -28,10 +28,9 @@ from vrg.hal.can.cia402.errors import HEARTBEAT_LOST, RPDO_TIMEOUT, STO, error_r
 from vrg.hal.can.cia402.units import Cia402Options, Units, units
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.workshop.cia402 import objects as abort
-from vrg.hal.can.workshop.cia402.errors import AbortOption, ErrorBehaviour, HeartbeatConsumer
 from vrg.hal.can.workshop.cia402.objects import Objects, ObjectServer
 from vrg.hal.can.workshop.cia402.pdos import DrivePdos
-from vrg.hal.can.workshop.cia402.states import StateMachine
+from vrg.hal.can.workshop.cia402.states import AbortOption, ErrorBehaviour, HeartbeatConsumer, StateMachine
 from vrg.hal.can.workshop.emulated import Cycle, DriveOptions, EmulatedDrive
 from vrg.hal.can.workshop.faults import FaultKind
 
