@@ -172,9 +172,9 @@ class TestMotors:
         machine = bench.met().machine
         machine.arm(bench.now)
         assert Act.IDLE in bench.pass_time(PROOF_TIMEOUT + 0.1, State.CLOSED_LOOP, on=True)
-        assert machine.arm_again(bench.now) == []
+        assert machine.arm(bench.now) == []
         bench.pass_time(0.05)
-        assert acts(machine.arm_again(bench.now)) == [Act.START] * 2
+        assert acts(machine.arm(bench.now)) == [Act.START] * 2
         assert machine.guard.fault is None
 
 

@@ -206,6 +206,8 @@ class Machine:
     def arm(self, now: float) -> list[Order]:
         """Every axis is to be in closed loop. The first time, the watchdogs of the drives are proved before.
 
+        It is called again and again until all are there.
+
         Raises:
             RobotError: not connected, a fault has latched, or the emergency stop is engaged.
         """
@@ -217,6 +219,10 @@ class Machine:
         if self.guard.wanted:
             # A drive that takes long to start is not left without setpoints meanwhile.
             return [] if self.guard.armed else self.stand(now)
+        if self.guard.ready and self.guard.unproved and not self.guard.off:
+            return []  # a watchdog is tried once more, as soon as its motor is off
+        if self.guard.ready and not self.guard.unproved:
+            log.info("%s: the watchdog of every drive has stopped its motor, as it must", self.name)
         self.base.rebase()
         self.guard.arm(now)
         starved = [report for report in self.reports.values() if report.starved]
@@ -380,19 +386,6 @@ class Machine:
             self._off_told = True
             log.warning("%s: every drive says that its motor is off", self.name)
         return orders
-
-    def arm_again(self, now: float) -> list[Order]:
-        """Arm the robot as the player has asked, once the watchdogs are proved, or are to be tried once more."""
-        guard = self.guard
-        if not guard.ready or (guard.unproved and not guard.off):
-            return []
-        if not guard.unproved:
-            log.info("%s: the watchdog of every drive has stopped its motor, as it must", self.name)
-        try:
-            return self.arm(now)
-        except RobotError as error:
-            log.warning("%s", error)
-            return []
 
     def _is_late(self, now: float) -> bool:
         """True if the robot's own thread sends no setpoints to motors that may turn. The first one may take long.

@@ -191,8 +191,7 @@ class DriveTrain:
         """
         with self._lock:
             self._look()
-            now = self.clock.now()
-            self._obey(self._machine.arm_again(now) or self._machine.arm(now))
+            self._obey(self._machine.arm(self.clock.now()))
             self._look()
             if self._machine.guard.fault:
                 raise RobotError(f"{self.name}: {self._machine.guard.fault}")
