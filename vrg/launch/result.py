@@ -66,11 +66,14 @@ def ended_of(state: RefereeState) -> str:
 
 
 def headline(result: dict[str, Any]) -> str:
-    """How a match ended, in a few words."""
+    """How a match ended, in a few words, and why."""
     if result["ended"] != "game over":
         return sentence(str(result["ended"]))
     if not game_of(result["game"]).competitive:
         return "Over"
+    called = [call["text"] for call in result["calls"] if call["rule"] == "game_over"]
+    if called:
+        return sentence(called[-1].removeprefix("game over: "))
     return "A draw" if result["winner"] == DRAW else sentence(won(str(result["winner"])))
 
 

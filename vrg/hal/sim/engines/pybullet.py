@@ -25,13 +25,16 @@ the other bodies at that speed. It is far taller than they are, so that no body 
 import math
 
 import numpy as np
-import pybullet
 
 from vrg.hal.models import RobotModel
 from vrg.hal.sim.battery import GRAVITY
 from vrg.hal.sim.engines.engine import DRIVE, Engine, Floats, bumper_bit
 from vrg.hal.sim.map import WALL_HEIGHT, Map
 from vrg.hal.sim.shapes import Box, box_gap, circle_gap
+from vrg.modules import silent_errors
+
+with silent_errors():
+    import pybullet
 
 STEP = 0.01
 """The longest physics step, s."""
