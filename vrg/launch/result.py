@@ -66,15 +66,20 @@ def ended_of(state: RefereeState) -> str:
 
 
 def headline(result: dict[str, Any]) -> str:
-    """How a match ended, in a few words, and why."""
+    """How a match ended, in a few words."""
     if result["ended"] != "game over":
         return sentence(str(result["ended"]))
     if not game_of(result["game"]).competitive:
         return "Over"
-    called = [call["text"] for call in result["calls"] if call["rule"] == "game_over"]
-    if called:
-        return sentence(called[-1].removeprefix("game over: "))
     return "A draw" if result["winner"] == DRAW else sentence(won(str(result["winner"])))
+
+
+def conclusion(result: dict[str, Any]) -> str:
+    """How a match ended, and why the game was over if its rules say so, in words."""
+    called = [call["text"] for call in result["calls"] if call["rule"] == "game_over"]
+    # The referee's call reads: game over: blue wins: the time is up.
+    _, _, why = called[-1].removeprefix("game over: ").partition(": ") if called else ("", "", "")
+    return f"{headline(result)}: {why}" if why else headline(result)
 
 
 def summary(result: dict[str, Any]) -> str:
