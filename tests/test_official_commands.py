@@ -1,20 +1,26 @@
 """Which matches the commands of officials reach, without any match that runs."""
 
 import os
+import threading
 from contextlib import ExitStack
 from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
 from click.testing import Result
+from msgspec import structs
 from typer.testing import CliRunner
 
-from vrg.bus.messages import Estop, EstopRelease
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import Estop, EstopRelease, RefereeState, Stage
 from vrg.bus.seats import Roster, Seat, SeatKind
+from vrg.bus.session import open_router, open_session
+from vrg.bus.topics import Keys
 from vrg.cli import make_app
 from vrg.commands import estop as stopping
 from vrg.commands.options import keys_of, whole_target
 from vrg.errors import BusError, ConfigError, CredentialsError
+from vrg.launch.endpoints import free_endpoint
 from vrg.launch.running import RunningMatch, registered
 from vrg.seats.folder import KeysFolder
 
@@ -158,3 +164,36 @@ def test_a_module_in_the_working_folder_is_meant_by_its_file(tmp_path: Path, mon
     assert whole_target("mine:Mine") == whole_target("mine.py:Mine") == f"{tmp_path / 'mine.py'}:Mine"
     assert whole_target("elsewhere.players:Mine") == "elsewhere.players:Mine"
     assert whole_target("sharks-and-minnows") == "sharks-and-minnows"
+
+
+def test_a_release_tells_whether_there_was_a_stop() -> None:
+    """The referee is a thread here: it reports an emergency stop until it hears of the release."""
+    endpoint, keys, ended = free_endpoint(), Keys("m"), threading.Event()
+    state = RefereeState(
+        game="hud", stage=Stage.PLAY_ROUND, halted=None, way_out=None, waiting=(), clock=0.0, total=0.0, round=1,
+        rounds=1, score={}, players=(), zones=(), estop=True,
+    )  # fmt: skip
+
+    def referee() -> None:
+        with open_session(endpoint) as session:
+            mailbox = Mailbox("coordinator/referee")
+            releases = mailbox.subscribe(keys.estop_release)
+            session.attach(mailbox)
+            mailbox.publish(keys.referee_state, state)
+            while not ended.wait(0.01):
+                session.send(mailbox.collect())
+                session.receive()
+                mailbox.handover(0.0)
+                for _ in releases.take():
+                    mailbox.publish(keys.referee_state, structs.replace(state, estop=False))
+
+    with open_router(endpoint):
+        thread = threading.Thread(target=referee)
+        thread.start()
+        try:
+            first, second = (run("estop", "--release", "--match", "m", "--router", endpoint) for _ in range(2))
+        finally:
+            ended.set()
+            thread.join()
+    assert "m: released: go on with" in first.output
+    assert "m: no emergency stop was engaged, so there was nothing to release" in second.output

@@ -1,5 +1,7 @@
 """What only the pybullet engine has to prove."""
 
+import subprocess
+import sys
 from dataclasses import replace
 
 import pybullet
@@ -95,3 +97,10 @@ def test_two_engines_do_not_meet() -> None:
     assert b.state("r").pose.x == pytest.approx(0.4, abs=1e-3)
     a.close()
     b.close()
+
+
+@pytest.mark.parametrize("module", ["vrg.hal.sim.engines.pybullet", "vrg.hal.sim.sensors.renderer"])
+def test_the_import_of_pybullet_prints_nothing(module: str) -> None:
+    program = f"import sys, {module}; print('after', file=sys.stderr)"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=300)
+    assert (done.stdout, done.stderr) == ("", "after\n")

@@ -19,7 +19,7 @@ from vrg.games import strategies_of
 from vrg.launch import in_process, nodes
 from vrg.launch.branch import branch_of, last_instant, play_branch
 from vrg.launch.in_process import Change
-from vrg.launch.result import write_result
+from vrg.launch.result import conclusion, write_result
 from vrg.launch.run_folder import RunFolder
 
 MATCH = """
@@ -73,6 +73,13 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> RunFolder:
     assert ending.state.stage is Stage.GAME_OVER
     write_result(setup, folder, ending.state, "game over")
     return folder
+
+
+def test_the_last_line_tells_who_has_won_and_why(run: RunFolder) -> None:
+    result = json.loads(run.result.read_text())
+    said = next(call["text"] for call in result["calls"] if call["rule"] == "game_over")
+    assert conclusion(result).lower() == said.removeprefix("game over: ").lower()
+    assert ": " in conclusion(result)
 
 
 @pytest.fixture

@@ -115,7 +115,7 @@ def test_what_the_launcher_did_not_make_any_more_is_made_later(tmp_path: Path) -
     (run / "trajectories.png").unlink()
     done = runner.invoke(make_app("result"), ["result", str(run)])
     assert done.exit_code == 0
-    assert " win (" in done.output
+    assert " win: " in done.output
     assert json.loads((run / "result.json").read_text()) == whole
     assert runner.invoke(make_app("plot"), ["plot", str(run)]).exit_code == 0
     assert (run / "trajectories.png").stat().st_size > 10_000

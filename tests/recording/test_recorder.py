@@ -36,7 +36,7 @@ from vrg.hal.sensors.sonar import Sonar, SonarSpec
 from vrg.hal.sensors.touch import Touch
 from vrg.hal.sim.map import WALL_HEIGHT
 from vrg.recording.reader import read_setting, read_tracks
-from vrg.recording.recorder import Recorder
+from vrg.recording.recorder import LINGER, Recorder
 from vrg.types import STILL, Pose, Twist
 
 
@@ -470,3 +470,17 @@ def test_a_stamp_just_below_a_whole_second_is_a_valid_time(tmp_path):
     recorder.stop()
     [(_, _, message)] = messages_of(path, topics="/robot/nemo/pose")
     assert json.loads(message.data)["timestamp"] == {"sec": 1, "nsec": 0}
+
+
+def test_a_recording_ends_with_the_game_although_the_match_goes_on(tmp_path):
+    path = tmp_path / "match.mcap"
+    recorder = Recorder("recorder", Mailbox(), KEYS, path)
+    match = synthetic.Match(KEYS)
+    for tick in range(60):
+        stage = m.Stage.GAME_OVER if tick >= 20 else m.Stage.PLAY_ROUND
+        match.step(recorder, tick / 10, tick, stage=stage)
+    assert not recorder.recording
+    assert recorder.fault is None
+    with path.open("rb") as stream:
+        assert make_reader(stream).get_summary() is not None, "it is finished while the match still runs"
+    assert read_tracks(path)["nemo"].times[-1] == pytest.approx(2.0 + LINGER)

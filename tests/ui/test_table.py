@@ -11,6 +11,7 @@ from rich.console import Console
 
 from tests.ui import synthetic
 from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import Stage
 from vrg.bus.node import Tick
 from vrg.ui.table import TerminalTable, status_line, table
 
@@ -61,6 +62,12 @@ def test_reasons_that_change_all_the_time_do_not_fill_a_log(keys):
         match.step(node, number * 0.25, number, waiting=[f"nemo is {number / 10} m from its mark"])
     assert console.file.getvalue().count("Waiting for: nemo is 0.0 m from its mark") == 1
     assert len(console.file.getvalue().splitlines()) == 2
+
+
+def test_a_log_tells_once_that_the_game_is_over_and_then_no_more(keys):
+    text = shown(keys, Console(file=io.StringIO()), 16.0, stage=Stage.GAME_OVER, winner="sharks")
+    assert text.count("GAME OVER") == 1
+    assert text.count("players in play") == 1
 
 
 def test_a_log_has_no_escape_codes(keys):

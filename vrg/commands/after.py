@@ -29,7 +29,7 @@ def result(run: RunArgument) -> None:
     over = state.stage is Stage.GAME_OVER
     ended = results.ended_of(state) if over else "broken off: its launcher ended before the match"
     found = results.write_result(setup, folder, state, ended)
-    typer.echo(f"{results.headline(found)}{results.summary(found)}")
+    typer.echo(f"{results.conclusion(found)}{results.summary(found)}")
     if found["stops"]["sentence"]:
         typer.echo(found["stops"]["sentence"])
     typer.echo(f"Written to {folder.result}.")

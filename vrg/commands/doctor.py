@@ -24,6 +24,7 @@ from vrg.errors import VrgError
 from vrg.launch.endpoints import free_endpoint
 from vrg.launch.findings import Finding
 from vrg.launch.running import running
+from vrg.modules import silent_errors
 
 
 def _python() -> Finding:
@@ -58,7 +59,8 @@ def _bus() -> Finding:
 
 def _physics() -> Finding:
     try:
-        bullet = importlib.import_module("pybullet")
+        with silent_errors():
+            bullet = importlib.import_module("pybullet")
         client = bullet.connect(bullet.DIRECT)
         bullet.disconnect(physicsClientId=client)
     except (ImportError, RuntimeError) as error:

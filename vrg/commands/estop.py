@@ -50,18 +50,24 @@ def estop(
     with ThreadPoolExecutor(max_workers=len(targets)) as pool:
         asked = [(name, pool.submit(_order_estop, name, at, keys, order)) for name, at, keys in targets]
         errors = {name: error for name, done in asked if (error := done.exception()) is not None}
-    for name, _ in asked:
+    for name, done in asked:
         if name in errors:
             typer.echo(f"{name}: {errors[name]}", err=True)
+        elif not release:
+            typer.echo(f"{name}: emergency stop engaged")
+        elif done.result():
+            typer.echo(f"{name}: released: go on with `vrg official resume`")
         else:
-            done = "released: go on with `vrg official resume`" if release else "emergency stop engaged"
-            typer.echo(f"{name}: {done}")
+            typer.echo(f"{name}: no emergency stop was engaged, so there was nothing to release")
     if errors:
         raise typer.Exit(1)
 
 
-def _order_estop(name: str, endpoint: str, seats: Path | None, order: Estop | EstopRelease) -> None:
+def _order_estop(name: str, endpoint: str, seats: Path | None, order: Estop | EstopRelease) -> bool:
     """Order an emergency stop, or its release, and wait until the referee has confirmed it.
+
+    Returns:
+        False if a release was ordered and no emergency stop was engaged.
 
     Raises:
         BusError: the router cannot be reached, or the referee does not confirm it.
@@ -70,18 +76,32 @@ def _order_estop(name: str, endpoint: str, seats: Path | None, order: Estop | Es
     with open_session(endpoint, patience=ANSWER_PATIENCE, credentials=credentials) as session:
         referee = Referee(session, Keys(name))
         if isinstance(order, Estop):
+            before = True
             referee.mailbox.publish(referee.keys.estop, order)
         else:
+            # Sent in any case: the world may know of a stop of which the referee has not heard yet.
+            before = _reports(referee, estop=None) is not False
             referee.mailbox.publish(referee.keys.estop_release, order)
         referee.send()
-        deadline = time.monotonic() + ANSWER_PATIENCE
-        while time.monotonic() < deadline:
-            referee.receive()
-            latest = referee.state.latest
-            if latest is not None and latest.body.estop == isinstance(order, Estop):
-                return
-            time.sleep(0.02)
-    raise BusError("sent, but the referee has not confirmed it: is the coordinator running?")
+        if _reports(referee, estop=isinstance(order, Estop)) is None:
+            raise BusError("sent, but the referee has not confirmed it: is the coordinator running?")
+    return before
+
+
+def _reports(referee: Referee, *, estop: bool | None) -> bool | None:
+    """Wait until the referee reports that an emergency stop is engaged, or is not; with None either will do.
+
+    Returns:
+        what it reports; None if it does not within ANSWER_PATIENCE.
+    """
+    deadline = time.monotonic() + ANSWER_PATIENCE
+    while time.monotonic() < deadline:
+        referee.receive()
+        latest = referee.state.latest
+        if latest is not None and estop in (None, latest.body.estop):
+            return latest.body.estop
+        time.sleep(0.02)
+    return None
 
 
 def _credentials_for_order(endpoint: str, seats: Path | None, order: Estop | EstopRelease) -> Credentials | None:

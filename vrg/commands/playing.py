@@ -25,7 +25,7 @@ from vrg.errors import ConfigError, LaunchError
 from vrg.launch import in_process, nodes
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.keeping import keep, keep_layout
-from vrg.launch.result import ended_of, headline, plot, summary, write_result
+from vrg.launch.result import conclusion, ended_of, plot, summary, write_result
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.specs import WINDOW, window_of
 from vrg.ui.table import TerminalTable
@@ -213,7 +213,7 @@ def _conclude(
             plot(setup, folder)
         except (OSError, ValueError) as error:
             show.announce(f"no plot of the trajectories: {error}")
-    show.console.print(f"[bold]{escape(headline(result))}[/bold]{summary(result)}", soft_wrap=True)
+    show.console.print(f"[bold]{escape(conclusion(result))}[/bold]{summary(result)}", soft_wrap=True)
     if result["stops"]["sentence"]:
         show.console.print(escape(result["stops"]["sentence"]), soft_wrap=True)
     kept = (folder.result, folder.journal, *folder.recordings(), folder.plot)

@@ -273,11 +273,12 @@ class Match:
         how = "key C or `vrg official resume` continues play"
         if not self.waiting:
             return f"The {how}"
-        more = f" (and {len(self.waiting) - 1} more)" if len(self.waiting) > 1 else ""
-        if self.waiting[0] in self._reasons:  # it is told as the reason of the halt already
-            return f"As soon as this{more} {'are' if more else 'is'} solved, the {how}"
+        others = [why for why in self.waiting if why not in self._reasons]  # those are told as the halt's reasons
+        if not others:
+            return f"As soon as this is solved, the {how}"
         # What to do comes first: a window may cut the end.
-        return shortened(f"The {how} as soon as this is solved: {self.waiting[0]}{more}", LONGEST)
+        solved = "this is solved" if len(others) == len(self.waiting) else "this is solved, and this"
+        return shortened(f"The {how} as soon as {solved}: {'; '.join(others)}", LONGEST)
 
     def _enter(self, stage: Stage) -> Stage:
         self.stage = stage
@@ -371,7 +372,7 @@ class Match:
         if self.winner is None:
             return Outcome(verdict.calls, [self._enter(Stage.INITIALIZE)])
         how = {DRAW: "a draw", NOBODY: "the time is up"}.get(self.winner, won(self.winner))
-        over = announce("game_over", f"game over: {how}")
+        over = announce("game_over", f"game over: {how}{f': {verdict.why}' if verdict.why else ''}")
         return Outcome([*verdict.calls, *over.calls], [self._enter(Stage.GAME_OVER)])
 
 

@@ -163,7 +163,7 @@ class Verdict(Generic[S]):
     Args:
         state: the new state. calls: the calls, in order.
         round_over: True if the round has ended.
-        winner: the winner if the game has ended; only `next_round` may set it.
+        winner: the winner if the game has ended; only `next_round` may set it. why: why it has ended, in words.
         place: where virtual robots are put at once, by player, such as one that is out of play and stands in the way.
     """
 
@@ -171,6 +171,7 @@ class Verdict(Generic[S]):
     calls: Sequence[Call] = field(default_factory=tuple)
     round_over: bool = False
     winner: str | None = None
+    why: str = ""
     place: Mapping[str, Pose] = field(default_factory=dict)
 
 

@@ -74,6 +74,14 @@ def headline(result: dict[str, Any]) -> str:
     return "A draw" if result["winner"] == DRAW else sentence(won(str(result["winner"])))
 
 
+def conclusion(result: dict[str, Any]) -> str:
+    """How a match ended, and why the game was over if its rules say so, in words."""
+    called = [call["text"] for call in result["calls"] if call["rule"] == "game_over"]
+    # The referee's call reads: game over: blue wins: the time is up.
+    _, _, why = called[-1].removeprefix("game over: ").partition(": ") if called else ("", "", "")
+    return f"{headline(result)}: {why}" if why else headline(result)
+
+
 def summary(result: dict[str, Any]) -> str:
     """The score and the time of play in brackets, or nothing if there is neither."""
     points = [f"{team} {score}" for team, score in result["score"].items()]

@@ -3,6 +3,7 @@
 Viewers can only read: the server offers them nothing else.
 """
 
+import math
 from collections import deque
 from pathlib import Path
 from typing import Final
@@ -98,3 +99,5 @@ class LiveRecorder(Recorder):
     """A recorder whose records go to Foxglove. It is a window: it may hear what windows hear, and no more."""
 
     kind = "spectator"
+    linger = math.inf
+    """Viewers stay connected until the match ends."""

@@ -63,12 +63,17 @@ log = logging.getLogger(__name__)
 SKETCH_EVERY: Final = 0.5
 """The match time in s between two sketches of a player that are recorded."""
 
+LINGER: Final = 1.0
+"""The match time in s for which a recording goes on after the game is over, so that it shows how all robots stop."""
+
 FLUSH_EVERY: Final = 1.0
 """s of match time that a killed process loses at most."""
 
 
 class Recorder(Node):
     """Writes what happens in a match to a file.
+
+    The recording ends with the game, also where processes go on because a window is open.
 
     A write that fails, for example on a full disk, ends the recording and nothing else: it is logged once, `fault`
     says why, and what was written stays readable.
@@ -88,6 +93,7 @@ class Recorder(Node):
     """
 
     kind: ClassVar[str] = "recorder"
+    linger: ClassVar[float] = LINGER
 
     def __init__(
         self,
@@ -121,6 +127,9 @@ class Recorder(Node):
         wanted = dict.fromkeys(spec.message for spec in specs if spec.recorded is not Recorded.NONE)
         self._sensors = [mailbox.subscribe(keys.sensor(message)) for message in wanted]
         self._file: Sink | None = None
+        self._over_at: float | None = None
+        """The match time at which the game was over, s."""
+        self._ended = False
         self._flushed = 0.0
         self._pending = False
         self._said: dict[str, m.Report] = {}
@@ -147,7 +156,7 @@ class Recorder(Node):
 
     def tick(self, tick: Tick) -> None:
         """Write what arrived. This never raises for a file that cannot be written."""
-        if self.fault is not None:
+        if self.fault is not None or self._ended:
             return
         try:
             if self._file is None:
@@ -159,6 +168,9 @@ class Recorder(Node):
                 self._file.flush()
                 self._flushed = tick.time
                 self._pending = False
+            if self._over_at is not None and tick.time >= self._over_at + self.linger:
+                self._ended = True
+                self.stop()
         except OSError as error:
             self._fail(error)
 
@@ -217,6 +229,8 @@ class Recorder(Node):
         state = received.body
         if state.game != self._game_name:
             self._game_name, self._game = state.game, game_of(state.game)
+        if state.stage is m.Stage.GAME_OVER and self._over_at is None:
+            self._over_at = received.stamp
         self._roles = {p.name: (p.role, p.state) for p in state.players}
         self._round, self._objects = state.round, state.objects
         if state.zones != self._zones:

@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Call
+from vrg.bus.messages import Call, Stage
 from vrg.bus.node import Node, Tick, due_index
 from vrg.bus.topics import Keys
 from vrg.colours import Rgb
@@ -116,14 +116,17 @@ class TerminalTable(Node):
             self._line(f"{clock_text(call.clock)}  {call.rule}: {call.text}")
         if scene.stage is None:
             return
+        found = banners(scene)
+        told = {banner.heading for banner in found}
+        if scene.stage is Stage.GAME_OVER and told <= self._alarms:
+            return  # all is told
         due = due_index(scene.time, STATUS_EVERY)
         status = due != self._status_due
         self._status_due = due
         if status:
             self._line(status_line(scene))
         # What hinders the match is told when it begins and with each status: its words change all the time.
-        told = {banner.heading for banner in banners(scene)}
-        for banner in banners(scene):
+        for banner in found:
             if status or banner.heading not in self._alarms:
                 self._line(": ".join([banner.heading, "; ".join(banner.lines)] if banner.lines else [banner.heading]))
         self._alarms = told

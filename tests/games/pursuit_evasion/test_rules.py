@@ -554,6 +554,13 @@ def test_who_has_more_points_has_won(captured: int, escaped: int, winner: str) -
     assert rules.next_round(state, field(rules)).winner == winner
 
 
+def test_the_call_at_the_end_tells_why_the_game_is_over() -> None:
+    rules = book()
+    assert rules.next_round(crossing(rules, "i0", "i1"), field(rules)).why == "the time is up for i0, i1"
+    done = rules.initial().with_state(["i0"], "captured").with_state(["i1"], "escaped")
+    assert rules.next_round(done, field(rules)).why == "all intruders are captured, escaped or out"
+
+
 # What is published.
 
 

@@ -1,6 +1,7 @@
 """The rules of RoboFlag about time and the end: rounds, captures, sudden death, and what a halt does not change."""
 
 import pytest
+from msgspec import structs
 
 from tests.games.roboflag.making import AWAY, DT, FLAGS, HOMES, Play, book, field, starts
 from vrg.bus.messages import Stage
@@ -332,3 +333,31 @@ def test_a_match_whose_players_are_all_disqualified_is_a_draw() -> None:
         play.match.disqualify(name, "it has failed", field(play.rules))
     play.tick()
     assert (play.match.over, play.match.winner) == (True, DRAW)
+
+
+@pytest.mark.parametrize(
+    ("points", "number", "why"),
+    [
+        ({"red": 3, "blue": 1}, 1, "3 flags are captured"),
+        ({"red": 1, "blue": 2}, 2, "the time is up"),
+        ({"red": 2, "blue": 1}, 3, "the first capture in sudden death"),
+        ({"red": 1, "blue": 1}, 3, "nobody has captured a flag in sudden death"),
+    ],
+)
+def test_the_call_at_the_end_tells_why_the_game_is_over(points: dict[str, int], number: int, why: str) -> None:
+    rules = short()
+    state = structs.replace(rules.initial(), points=points, round=number)
+    assert rules.next_round(state, field(rules)).why == why
+
+
+def test_why_the_game_is_over_is_announced() -> None:
+    play = Play(short())
+    match = play.match
+    play.capture("blue1")
+    play.ticks(5.0 - 2 * DT)
+    play.pause()
+    play.ticks(5.0)
+    texts: list[str] = []
+    while not match.over:
+        texts += [call.text for call in match.step(0.1, field(play.rules), []).calls]
+    assert texts[-1] == "game over: blue wins: the time is up"

@@ -233,7 +233,9 @@ def test_minnows_win_when_the_passes_are_used_up_and_one_is_left() -> None:
     home = {k: HOME[k] for k in ("m0", "m1", "m2")} | {"s0": (9, 15)}
     verdict = still(rules, home)
     assert verdict.round_over
-    assert rules.next_round(verdict.state, field(rules, home)).winner == "minnows"
+    after = rules.next_round(verdict.state, field(rules, home))
+    assert after.winner == "minnows"
+    assert after.why.startswith("a minnow is left after the last pass")
 
 
 def test_sharks_win_when_no_minnow_is_left_also_in_the_first_pass() -> None:

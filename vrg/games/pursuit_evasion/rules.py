@@ -10,6 +10,7 @@ intruder in play, nor that of a pursuer, except in the calls that it is dispatch
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from msgspec import structs
@@ -137,6 +138,12 @@ class PursuitEvasion(RuleBook[State]):
         else:
             calls.append(Call(rule="all_done", text="no intruder is left"))
         return Verdict(state, calls, round_over=True, place=place)
+
+    def next_round(self, state: State, now: Field) -> Verdict[State]:
+        """End the game after its round: the team with more points has won."""
+        left = sorted(state.in_state(WAITING, CROSSING))
+        why = f"the time is up for {', '.join(left)}" if left else "all intruders are captured, escaped or out"
+        return replace(super().next_round(state, now), why=why)
 
     def _launched(self, state: State, clock: float, calls: list[Call]) -> State:
         due = [name for name in state.in_state(WAITING) if self.launches[name] <= clock]

@@ -86,9 +86,9 @@ class RoboFlag(RuleBook[State]):
         leader = TEAMS[0] if first > second else TEAMS[1]
         last = self._decided(state) or state.round >= ROUNDS
         if last and first != second:
-            return Verdict(state, winner=leader)
+            return Verdict(state, winner=leader, why=self._why(state, leader))
         if state.round >= SUDDEN_DEATH:
-            return Verdict(state, winner=DRAW)
+            return Verdict(state, winner=DRAW, why="nobody has captured a flag in sudden death")
         marks: dict[str, Pose] = {}
         for team in TEAMS:
             starts = {name: start for name, start in self.initial().marks.items() if self.teams[name] == team}
@@ -165,6 +165,12 @@ class RoboFlag(RuleBook[State]):
             elif auction.bidders != bidders:
                 state = opened(state, structs.replace(auction, bidders=bidders))
         return state
+
+    def _why(self, state: State, winner: str) -> str:
+        """Why the game is over, in words."""
+        if self._decided(state):
+            return f"{state.points[winner]} flags are captured"
+        return "the first capture in sudden death" if state.round >= SUDDEN_DEATH else "the time is up"
 
     def _decided(self, state: State) -> bool:
         """Whether a team has captured enough flags to end the game."""

@@ -161,7 +161,7 @@ class SharksAndMinnows(RuleBook[State]):
         """End the game, or let inactive players become sharks and the teams swap ends."""
         winner = self._winner(state)
         if winner is not None:
-            return Verdict(state, winner=winner)
+            return Verdict(state, winner=winner, why=GAME.won_words[winner])
         recruits = [n for n, s in state.states.items() if s == INACTIVE]
         roles = {**state.roles, **dict.fromkeys(recruits, SHARK)}
         goal = opposite(state.goal)

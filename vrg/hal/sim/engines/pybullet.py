@@ -26,7 +26,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import pybullet
 
 from vrg.hal.models import RobotModel
 from vrg.hal.models.drivetrain import Wheel
@@ -34,6 +33,10 @@ from vrg.hal.sim.battery import GRAVITY
 from vrg.hal.sim.engines.engine import DRIVE, Engine, Floats, bumper_bit
 from vrg.hal.sim.map import WALL_HEIGHT, Map
 from vrg.hal.sim.shapes import Box, box_gap, circle_gap
+from vrg.modules import silent_errors
+
+with silent_errors():
+    import pybullet
 
 STEP = 0.01
 """The longest physics step, s."""

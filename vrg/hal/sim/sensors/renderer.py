@@ -12,13 +12,16 @@ from functools import cache
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-import pybullet
 
 from vrg.hal.models import RobotModel
 from vrg.hal.sensors.camera import CameraSpec
 from vrg.hal.sensors.laser import LaserSpec
 from vrg.hal.sim.map import WALL_HEIGHT, Map
 from vrg.hal.sim.sensors.noise import Floats
+from vrg.modules import silent_errors
+
+with silent_errors():
+    import pybullet
 
 if TYPE_CHECKING:
     from vrg.hal.sensors.png import Picture
