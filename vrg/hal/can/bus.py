@@ -150,10 +150,15 @@ class CanBus:
     def _put(self, bus: can.BusABC, frame: Frame) -> None:
         if self._echoes is None:
             bus.send(message_of(frame))
-        else:
-            with self._echo_lock:
-                bus.send(message_of(frame))
-                self._echoes.sent(frame, time.monotonic())
+            return
+        # It may come back before `send` returns, and who receives it must not wait for that.
+        with self._echo_lock:
+            self._echoes.sent(frame, time.monotonic())
+        try:
+            bus.send(message_of(frame))
+        except BaseException:
+            self._is_echo(frame)  # it will not come back
+            raise
 
     def restart(self) -> str | None:
         """Bring the controller back if it is bus-off; see `vrg.hal.can.controller.restart`."""
