@@ -14,7 +14,7 @@ from contextlib import AbstractContextManager
 
 from can_load import BIT_RATE, worst_bits
 from can_peers import CHANNEL, Idler, Listener, counts_ticks, of_command, sent_packets
-from can_robots import PLAYER_RATE, SPEED, Drives, arm, commander, connected, connected_robot, play, robot, train
+from can_robots import AHEAD, PLAYER_RATE, Drives, arm, commander, connected, connected_robot, play, robot, train
 from common import quantile
 
 from vrg.errors import RobotError
@@ -66,7 +66,7 @@ def delays(count: int, tell: Tell) -> list[Row]:
         for done in range(0, count, DELAY_CALLS):
             tell(f"delay of DriveTrain.drive() and Device.drive(), {done} of {count} calls")
             cases = {
-                "DriveTrain.drive()": (lambda: connected(driver), lambda: driver.drive(SPEED, SPEED)),
+                "DriveTrain.drive()": (lambda: connected(driver), lambda: driver.drive(AHEAD)),
                 "Device.drive()": (lambda: connected_robot(own), lambda: play(own)),
             }
             for name, (ready, call) in cases.items():
@@ -155,7 +155,7 @@ def _silences(drives: Drives, times: int, tell: Tell) -> Row:
         """As a player: every 0.1 s, and undaunted."""
         while not ended.wait(1 / PLAYER_RATE):
             try:
-                driver.drive(SPEED, SPEED)
+                driver.drive(AHEAD)
             except RobotError:
                 driver.stand()
 

@@ -175,7 +175,7 @@ class _Match:
 
     def _speeds(self) -> list[float]:
         poses = self._poses.latest
-        return [] if poses is None else [abs(body.v) for body in poses.body.bodies if body.name in MINNOWS]
+        return [] if poses is None else [abs(body.twist.v) for body in poses.body.bodies if body.name in MINNOWS]
 
     def _all_drive(self) -> bool:
         return not self._halted() and bool(self._speeds()) and min(self._speeds()) > DRIVES

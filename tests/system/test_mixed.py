@@ -291,6 +291,7 @@ def test_a_robot_that_was_carried_goes_on_where_an_official_says_that_it_stands(
     observer.wait_until(observer.standing, "all robots to stand")
     before, other = observer.body("ann").pose, observer.body("bob").pose
     place = Pose(round(before.x) + 4.0, round(before.y) - 3.0, math.radians(-60.0))
+    observer.wait_until(lambda: observer.now - observer.heard.reports["ann"][-1].stamp < 0.5, "ann to report")
     said = mixed.command("official", "place", "ann", "--at", f"{place.x:g}", f"{place.y:g}", "-60")
     assert f"ann stands at ({place.x:.2f}, {place.y:.2f}), -60 degrees" in said
     observer.wait_until(lambda: off(observer.body("ann").pose, place) < 0.05, "the world to show ann at its place")

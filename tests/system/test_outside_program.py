@@ -29,8 +29,10 @@ def test_it_hears_the_match_and_drives_a_robot(match: Match) -> None:
             observer.wait_until(lambda: observer.heard.reports["bob"][-1].body.manual, "the program to hold the lease")
             observer.wait_until(lambda: observer.body("bob").twist.w > 0.2, "its robot to turn")
             assert program.stdout is not None
-            lines = [program.stdout.readline() for _ in range(3)]
-            assert any("play_round" in line and "bob at (" in line for line in lines), lines
+            # It prints a line each second, also while it has not heard of the players yet.
+            while "play_round" not in (line := program.stdout.readline()):
+                assert line, "it prints how the match stands until it is ended"
+            assert "bob at (" in line
         finally:
             program.terminate()
     observer.wait_until(lambda: not observer.heard.reports["bob"][-1].body.manual, "the lease to end")

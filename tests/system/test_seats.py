@@ -219,7 +219,7 @@ def test_what_was_recorded_and_is_said_again_moves_no_robot(guarded: Match) -> N
         rogue(guarded, seat(guarded, Seat(SeatKind.OFFICIAL)).folder, put=[old])
         observer.wait_until(lambda: spy.got(*old), "the old command")
     observer.time_passes(0.5, "in which a robot might move")
-    assert all(abs(observer.body("ann", poses).v) < 0.02 for poses in observer.heard.poses[since:])
+    assert all(abs(observer.body("ann", poses).twist.v) < 0.02 for poses in observer.heard.poses[since:])
     assert not observer.heard.reports["ann"][-1].body.manual
     guarded.resume()
     wait_until(partial(logged, guarded, f"player.bob may not publish on {drive}: dropped"), "the log")

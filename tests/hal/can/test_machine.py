@@ -123,7 +123,7 @@ class TestMotors:
 
     def test_setpoints_are_sent_twice(self, bench: Bench) -> None:
         orders = bench.armed().machine.drive([(1, 3.0), (2, 4.0)], bench.now)
-        assert orders == [Order(Act.COMMAND, 1, 3.0), Order(Act.COMMAND, 2, 4.0)] * TIMES
+        assert orders == [Order(Act.COMMAND, 1, (3.0,)), Order(Act.COMMAND, 2, (4.0,))] * TIMES
 
     def test_nothing_drives_that_is_not_armed(self, bench: Bench) -> None:
         with pytest.raises(RobotError, match="expected armed motors to drive, and they are off: arm the robot first"):

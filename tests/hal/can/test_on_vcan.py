@@ -1,6 +1,7 @@
 """A drive with every protocol on a CAN bus of the kernel, in real time; all else is tested on simulated time."""
 
 from collections.abc import Callable
+from contextlib import suppress
 
 import pytest
 
@@ -44,12 +45,12 @@ def go_until(driver: CanDriver, condition: Callable[[], bool]) -> None:
     deadline = REAL_CLOCK.now() + PATIENCE
     while not condition():
         assert REAL_CLOCK.now() < deadline, f"it does not drive: {driver.read()}"
-        try:
-            driver.drive(Twist(0.33, 0.0))
-        except RobotError:
-            if driver.read().latched:
+        with suppress(RobotError):
+            readings = driver.read()
+            if readings.latched:
                 driver.recover()  # the drives, which have no processor of their own, were heard too late
-            elif not driver.read().armed:
+            elif readings.armed:
+                driver.drive(Twist(0.33, 0.0))
+            else:
                 driver.arm()
-        driver.read()
         REAL_CLOCK.sleep(0.05)

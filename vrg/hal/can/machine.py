@@ -55,22 +55,22 @@ class Phase(enum.Enum):
 
 
 class Act(enum.Enum):
-    """What an axis is ordered to do; the words are for the log."""
+    """What an axis is ordered to do: the name of its method."""
 
-    IDLE = "switch off"
-    STOP_NOW = "emergency stop"
-    CLEAR = "clear errors"
-    START = "arm"
+    IDLE = "idle"
+    STOP_NOW = "stop_now"
+    CLEAR = "clear"
+    START = "start"
     COMMAND = "command"
-    POLL = "ask"
+    POLL = "poll"
 
 
 class Order(NamedTuple):
-    """One order to the axis of a node; the velocity in turn/s is that of a COMMAND."""
+    """One order to the axis of a node; the argument of a COMMAND is a velocity in turn/s, that of a POLL the time."""
 
     act: Act
     node: int
-    velocity: float = 0.0
+    arguments: tuple[float, ...] = ()
 
 
 class Step(enum.Enum):
@@ -243,7 +243,7 @@ class Machine:
             raise RobotError(f"{self.name}: {guard.fault}")
         if guard.lapsed is not None:
             raise RobotError(f"{self.name}: {guard.lapsed}: is this computer too busy? Arm again")
-        if not guard.wanted and not guard.proving:
+        if not guard.wanted:
             raise RobotError(f"{self.name}: expected armed motors to drive, and they are off: arm the robot first")
         if deaf > BLIND:
             raise RobotError(f"{self.name}: nothing has been heard of the bus for {deaf:.1f} s")
@@ -265,7 +265,7 @@ class Machine:
         self.guard.command(now)
         for node, velocity in setpoints:
             self._plausibility[node].ask(velocity, now)
-        return [Order(Act.COMMAND, node, velocity) for node, velocity in [*setpoints] * TIMES]
+        return [Order(Act.COMMAND, node, (velocity,)) for node, velocity in [*setpoints] * TIMES]
 
     def disarm(self, now: float) -> list[Order]:
         """The motors are to be off until the robot is armed again."""
@@ -361,7 +361,7 @@ class Machine:
         if self.phase is Phase.RECOVERING or now - self._polled < period:
             return []
         self._polled = now
-        return self._all(Act.POLL)
+        return self._all(Act.POLL, now)
 
     def look(self, now: float) -> list[Order]:
         """Judge; what is wrong, and that the drives have reported that they are off, is logged once."""
@@ -403,7 +403,7 @@ class Machine:
 
     def failed(self, act: Act, words: str) -> None:
         """An order could not be carried out."""
-        told = f"{act.value}: {words}"
+        told = f"{act.value.replace('_', ' ')}: {words}"
         if act not in (Act.COMMAND, Act.POLL) and told != self._complained:
             self._complained = told  # a player that is stopped asks again at every tick
             log.warning("%s: %s", self.name, told)
@@ -415,5 +415,5 @@ class Machine:
         self.guard.told_off(self.heard_until)
         return self._all(Act.STOP_NOW if self.guard.estop and not self.guard.at_drive else Act.IDLE)
 
-    def _all(self, act: Act) -> list[Order]:
-        return [Order(act, node) for node in self.reports]
+    def _all(self, act: Act, *arguments: float) -> list[Order]:
+        return [Order(act, node, arguments) for node in self.reports]

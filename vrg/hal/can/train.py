@@ -10,7 +10,7 @@ import logging
 import math
 import threading
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from vrg.errors import RobotError
@@ -29,14 +29,6 @@ _MEETING_PERIOD = 0.02
 """s between looks at what has been heard while drives are met."""
 _KEPT = 2000
 """Frames that are kept while drives are met, to tell who else speaks on the bus: those of two seconds at least."""
-_DO: dict[Act, Callable[[Axis, float, float], None]] = {
-    Act.IDLE: lambda axis, _velocity, _now: axis.idle(),
-    Act.STOP_NOW: lambda axis, _velocity, _now: axis.stop_now(),
-    Act.CLEAR: lambda axis, _velocity, _now: axis.clear(),
-    Act.START: lambda axis, _velocity, _now: axis.start(),
-    Act.COMMAND: lambda axis, velocity, _now: axis.command(velocity),
-    Act.POLL: lambda axis, _velocity, now: axis.poll(now),
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,11 +124,12 @@ class DriveTrain:
             self._machine.begin(list(self._axes.values()), self.clock.now())
         try:
             self._meet()
-        except RobotError as error:
-            self._give_up()
-            raise RobotError(f"{self.name}: {error}") from None
-        except BaseException:
-            self._give_up()
+        except BaseException as error:
+            with self._lock:
+                self._machine.close()
+            self._bus.stop()
+            if isinstance(error, RobotError):
+                raise RobotError(f"{self.name}: {error}") from None
             raise
         for axis in self._axes.values():
             serial, firmware = axis.serial or "?", axis.firmware or "?"
@@ -164,11 +157,6 @@ class DriveTrain:
         for axis in self._axes.values():
             axis.prepare()
         self._bus.listen_to([wanted for axis in self._axes.values() for wanted in axis.filters])
-
-    def _give_up(self) -> None:
-        with self._lock:
-            self._machine.close()
-        self._bus.stop()
 
     def _who_is_there(self, missing: MissingError) -> str:
         """Which drives are missing, and who has been heard in their place."""
@@ -337,7 +325,7 @@ class DriveTrain:
             if order.act is Act.COMMAND and not done:
                 break
             try:
-                _DO[order.act](self._axes[order.node], order.velocity, self.clock.now())
+                getattr(self._axes[order.node], order.act.value)(*order.arguments)
             except RobotError as error:
                 self._machine.failed(order.act, str(error))
                 done = False

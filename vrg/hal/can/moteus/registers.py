@@ -16,29 +16,20 @@ Register = enum.IntEnum("Register", {
 """The number of each register."""
 
 
-_POSITION, _VELOCITY = Scale(0.01, 0.0001, 0.00001), Scale(0.1, 0.00025, 0.00001)
-_TORQUE, _CURRENT = Scale(0.5, 0.01, 0.001), Scale(1.0, 0.1, 0.001)
-_VOLTAGE, _TIME = Scale(0.5, 0.1, 0.001), Scale(0.01, 0.001, 0.000001)
-_SHARE = Scale(1.0 / 127, 1.0 / 32767, 1.0 / 2147483647)
-
+_R = Register
 SCALES: dict[int, Scale] = {
-    Register.POSITION: _POSITION,
-    Register.VELOCITY: _VELOCITY,
-    Register.TORQUE: _TORQUE,
-    Register.Q_CURRENT: _CURRENT,
-    Register.VOLTAGE: _VOLTAGE,
-    Register.TEMPERATURE: _CURRENT,
-    Register.COMMAND_POSITION: _POSITION,
-    Register.COMMAND_VELOCITY: _VELOCITY,
-    Register.COMMAND_FEEDFORWARD_TORQUE: _TORQUE,
-    Register.COMMAND_KP_SCALE: _SHARE,
-    Register.COMMAND_KD_SCALE: _SHARE,
-    Register.COMMAND_MAX_TORQUE: _TORQUE,
-    Register.COMMAND_STOP_POSITION: _POSITION,
-    Register.COMMAND_TIMEOUT: _TIME,
-    Register.COMMAND_VELOCITY_LIMIT: _VELOCITY,
-    Register.COMMAND_ACCEL_LIMIT: Scale(0.05, 0.001, 0.00001),
-    Register.SET_OUTPUT_NEAREST: _POSITION,
+    register: scale
+    for scale, registers in (
+        (Scale(0.01, 0.0001, 0.00001), (_R.POSITION, _R.COMMAND_POSITION, _R.SET_OUTPUT_NEAREST)),
+        (Scale(0.1, 0.00025, 0.00001), (_R.VELOCITY, _R.COMMAND_VELOCITY, _R.COMMAND_VELOCITY_LIMIT)),
+        (Scale(0.5, 0.01, 0.001), (_R.TORQUE, _R.COMMAND_FEEDFORWARD_TORQUE, _R.COMMAND_MAX_TORQUE)),
+        (Scale(1.0, 0.1, 0.001), (_R.Q_CURRENT, _R.TEMPERATURE)),
+        (Scale(0.5, 0.1, 0.001), (_R.VOLTAGE,)),
+        (Scale(0.01, 0.001, 0.000001), (_R.COMMAND_TIMEOUT,)),
+        (Scale(1.0 / 127, 1.0 / 32767, 1.0 / 2147483647), (_R.COMMAND_KP_SCALE, _R.COMMAND_KD_SCALE)),
+        (Scale(0.05, 0.001, 0.00001), (_R.COMMAND_ACCEL_LIMIT,)),
+    )
+    for register in registers
 }
 """The scales of registers that hold quantities; all others are whole numbers."""
 

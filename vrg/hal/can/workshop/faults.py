@@ -17,25 +17,11 @@ _TICK = 0.01
 """The unit of a duration on the wire, s."""
 
 
-class FaultKind(enum.IntEnum):
-    """The faults. Those that last end by their duration, or by `END`."""
-
-    END = 0
-    SILENCE = 1
-    FREEZE = 2
-    REBOOT = 3
-    ESTOP = 4
-    ERROR = 5
-    NAN = 6
-    JUMP = 7
-    GARBAGE = 8
-    LENGTH = 9
-    REVERSE = 10
-    BLOCK = 11
-    RUNAWAY = 12
-    SCALE = 13
-    STUCK = 14
-
+FaultKind = enum.IntEnum("FaultKind", {
+    "END": 0, "SILENCE": 1, "FREEZE": 2, "REBOOT": 3, "ESTOP": 4, "ERROR": 5, "NAN": 6, "JUMP": 7, "GARBAGE": 8,
+    "LENGTH": 9, "REVERSE": 10, "BLOCK": 11, "RUNAWAY": 12, "SCALE": 13, "STUCK": 14,
+})  # fmt: skip
+"""The faults. Those that last end by their duration, or by `END`."""
 
 WHAT = {
     FaultKind.END: "everything that lasts is over",
