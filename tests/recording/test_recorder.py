@@ -36,7 +36,7 @@ from vrg.hal.sensors.sonar import Sonar, SonarSpec
 from vrg.hal.sensors.touch import Touch
 from vrg.hal.sim.map import WALL_HEIGHT
 from vrg.recording.reader import read_setting, read_tracks
-from vrg.recording.recorder import LINGER, Recorder
+from vrg.recording.recorder import Recorder
 from vrg.types import STILL, Pose, Twist
 
 
@@ -483,4 +483,4 @@ def test_a_recording_ends_with_the_game_although_the_match_goes_on(tmp_path):
     assert recorder.fault is None
     with path.open("rb") as stream:
         assert make_reader(stream).get_summary() is not None, "it is finished while the match still runs"
-    assert read_tracks(path)["nemo"].times[-1] == pytest.approx(2.0 + LINGER)
+    assert read_tracks(path)["nemo"].times[-1] == pytest.approx(2.0 + Recorder.linger)

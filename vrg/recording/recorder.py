@@ -63,9 +63,6 @@ log = logging.getLogger(__name__)
 SKETCH_EVERY: Final = 0.5
 """The match time in s between two sketches of a player that are recorded."""
 
-LINGER: Final = 1.0
-"""The match time in s for which a recording goes on after the game is over, so that it shows how all robots stop."""
-
 FLUSH_EVERY: Final = 1.0
 """s of match time that a killed process loses at most."""
 
@@ -93,7 +90,8 @@ class Recorder(Node):
     """
 
     kind: ClassVar[str] = "recorder"
-    linger: ClassVar[float] = LINGER
+    linger: ClassVar[float] = 1.0
+    """The match time in s for which a recording goes on after the game is over: it shows how all robots stop."""
 
     def __init__(
         self,
@@ -127,9 +125,8 @@ class Recorder(Node):
         wanted = dict.fromkeys(spec.message for spec in specs if spec.recorded is not Recorded.NONE)
         self._sensors = [mailbox.subscribe(keys.sensor(message)) for message in wanted]
         self._file: Sink | None = None
-        self._over_at: float | None = None
-        """The match time at which the game was over, s."""
-        self._ended = False
+        self._ends = math.inf
+        """The match time at which the recording ends, s."""
         self._flushed = 0.0
         self._pending = False
         self._said: dict[str, m.Report] = {}
@@ -156,7 +153,7 @@ class Recorder(Node):
 
     def tick(self, tick: Tick) -> None:
         """Write what arrived. This never raises for a file that cannot be written."""
-        if self.fault is not None or self._ended:
+        if self.fault is not None or (self._file is None and self._ends < math.inf):
             return
         try:
             if self._file is None:
@@ -168,8 +165,7 @@ class Recorder(Node):
                 self._file.flush()
                 self._flushed = tick.time
                 self._pending = False
-            if self._over_at is not None and tick.time >= self._over_at + self.linger:
-                self._ended = True
+            if tick.time >= self._ends:
                 self.stop()
         except OSError as error:
             self._fail(error)
@@ -229,8 +225,8 @@ class Recorder(Node):
         state = received.body
         if state.game != self._game_name:
             self._game_name, self._game = state.game, game_of(state.game)
-        if state.stage is m.Stage.GAME_OVER and self._over_at is None:
-            self._over_at = received.stamp
+        if state.stage is m.Stage.GAME_OVER:
+            self._ends = min(self._ends, received.stamp + self.linger)
         self._roles = {p.name: (p.role, p.state) for p in state.players}
         self._round, self._objects = state.round, state.objects
         if state.zones != self._zones:

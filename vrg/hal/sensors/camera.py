@@ -69,8 +69,7 @@ class Camera(SensorMessage, frozen=True, kw_only=True):
     @property
     def words(self) -> str:
         """The size of the picture and of its file."""
-        width, height = self.size
-        return f"{width} x {height} pixels, {len(self.data) / 1000:.1f} KB"
+        return f"{' x '.join(map(str, self.size))} pixels, {len(self.data) / 1000:.1f} KB"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -96,13 +96,9 @@ class LaserSpec(SensorSpec):
     @property
     def sweep(self) -> Sweep:
         """The sector of its beams."""
-        return Sweep(self._mount, self.fov, self.range_max)
+        return Sweep(Pose(self.x, 0.0, 0.0), self.fov, self.range_max)
 
     def depict(self, reading: Laser) -> Rays:
         """The beams of a scan."""
         ranges = memoryview(reading.data).cast("f")
-        return Rays(self._mount, reading.angle_min, reading.angle_step, ranges, reading.range_max)
-
-    @property
-    def _mount(self) -> Pose:
-        return Pose(self.x, 0.0, 0.0)
+        return Rays(Pose(self.x, 0.0, 0.0), reading.angle_min, reading.angle_step, ranges, reading.range_max)

@@ -21,7 +21,7 @@ class SimDriver(Driver):
     world was set back to a snapshot, so the reading is old.
 
     An emergency stop may come and go without this driver seeing it. If the world has disarmed the robot, the driver
-    disarms itself at the next `read`, `drive` or `arm` and sends a disarmed command, because after an emergency stop
+    disarms itself at the next `drive` or `arm` and sends a disarmed command, because after an emergency stop
     the world arms a robot only after it has heard such a command. The world hears only the last of several commands in
     one tick. So a robot that is disarmed and armed in the same tick is armed by its first command of a later tick.
 
@@ -60,8 +60,8 @@ class SimDriver(Driver):
             raise RobotError(f"{self.name}: expected a connected robot to arm: call connect() first")
         if self._stopped():
             raise RobotError(f"{self.name}: the emergency stop is engaged: release it, then arm")
-        self._armed = True
-        self._agreed = self._mailbox.now
+        if not self._armed:
+            self._armed, self._agreed = True, self._mailbox.now
         self._send(STILL)
 
     def drive(self, twist: Twist) -> None:
@@ -87,7 +87,6 @@ class SimDriver(Driver):
         received = self._states.latest
         if received is None:
             raise StaleDataError(f"{self.name}: expected a reading, but none has come yet: is the world running?")
-        self._stopped()
         state = received.body
         return Readings(
             stamp=received.stamp,

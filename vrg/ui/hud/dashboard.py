@@ -24,8 +24,6 @@ OLD: Final = 0.3
 """The match time in s beyond which the age of a message is shown as alarming."""
 
 
-DRAWN: Final = (Rays, Cones, Picture)
-"""The depictions that have a place of their own, for the first sensor of each."""
 ELSEWHERE: Final = (Ins, Odometry, Battery)
 """The messages of the sensors that the place of the robot, its speed and the line of the battery are from."""
 
@@ -155,7 +153,8 @@ def _link(seen: Telemetry) -> Line:
 
 def _sensors(seen: Telemetry) -> list[Line]:
     """A line for each sensor that is drawn nowhere: what it has measured last, in words."""
-    drawn = [seen.first(depiction) for depiction in DRAWN]
+    # The first sensor of each of these has a place of its own on the display.
+    drawn = [seen.first(depiction) for depiction in (Rays, Cones, Picture)]
     rest = [s for s in seen.sensors if s not in drawn and s.spec.message not in ELSEWHERE]
     told = [words.NO_READING if s.reading is None else s.reading.body.words for s in rest]
     labels = [s.spec.kind if s.spec.name == "main" else f"{s.spec.kind} {s.spec.name}" for s in rest]

@@ -229,16 +229,13 @@ class PicturePainter(Quadrant):
 
     def shows(self, board: Dashboard) -> object:
         """The time of the picture, and its age in words."""
-        return super().shows(board), self._age(board)
+        return super().shows(board), self.told(None, board)
 
-    def _age(self, board: Dashboard) -> str:
+    def told(self, found: Picture | None, board: Dashboard) -> str:
+        """How old it is."""
         sensed = board.seen.first(self.depiction)
         age = None if sensed is None else board.seen.age(sensed.reading)
         return "" if age is None else f"{age:.1f} s"
-
-    def told(self, found: Picture, board: Dashboard) -> str:
-        """How old it is."""
-        return self._age(board)
 
     def plot(self, surface: pygame.Surface, inner: pygame.Rect, found: Picture, board: Dashboard, ui: float) -> None:
         """Draw the picture as large as there is room."""
