@@ -20,10 +20,10 @@ from common import quantile
 from vrg.errors import RobotError
 from vrg.hal.can.bus import message_of
 from vrg.hal.can.link import Link
+from vrg.hal.can.machine import TIMES
 from vrg.hal.can.odrive.codec import node_of
 from vrg.hal.can.odrive.messages import Command
 from vrg.hal.can.opening import open_bus
-from vrg.hal.can.machine import TIMES
 from vrg.hal.can.workshop.faults import FaultKind, FaultRequest, encode_fault
 
 AGE_AIM = 20.0
