@@ -27,6 +27,8 @@ log = logging.getLogger(__name__)
 
 _MEETING_PERIOD = 0.02
 """s between looks at what has been heard while drives are met."""
+_ROUTES = 1000
+"""Identifiers of which it is remembered to which axes their frames go."""
 _KEPT = 2000
 """Frames that are kept while drives are met, to tell who else speaks on the bus: those of two seconds at least."""
 
@@ -343,6 +345,8 @@ class DriveTrain:
                 key = (frame.id, frame.extended)
                 route = self._routes.get(key)
                 if route is None:
+                    if len(self._routes) >= _ROUTES:
+                        self._routes.clear()  # somebody sends random identifiers
                     wanting = [a for a in self._axes.values() if any(f.passes(frame) for f in a.filters)]
                     route = self._routes[key] = tuple(wanting)
                 axes = route
