@@ -45,6 +45,13 @@ print(*(name for name in sys.modules if "workshop" in name))
 """
 
 
+def test_neither_the_launcher_nor_the_fork_server_of_a_match_has_any() -> None:
+    code = "import sys, vrg.commands.playing, vrg.launch.fork_server, vrg.launch.nodes, vrg.launch.serving\n"
+    code += "print(*(name for name in sys.modules if 'workshop' in name))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300, check=True)
+    assert done.stdout.split() == []
+
+
 @pytest.mark.parametrize("protocol", NODES)
 def test_a_process_that_opens_a_driver_has_none_of_it(protocol: str) -> None:
     left, right = NODES[protocol]
