@@ -18,7 +18,8 @@ from vrg.hal.can.axis import Axis, ProtocolOptions
 from vrg.hal.can.base import DriveBase, WheelAxis
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link, Medium
-from vrg.hal.can.machine import ASK_PERIOD, Act, Machine, MissingError, Order, Phase, Step
+from vrg.hal.can.machine import Act, Machine, Order, Phase
+from vrg.hal.can.meeting import ASK_PERIOD, Meeting, MissingError, Step
 from vrg.hal.can.protocols import Protocol
 from vrg.hal.models import RobotModel
 from vrg.types import Pose
@@ -89,12 +90,12 @@ class DriveTrain:
         self.name = name
         self._options = options
         self._unwatched = unwatched
-        self._axis_type = protocol.axis_type
+        self._protocol, self._axis_type = protocol.name, protocol.axis_type
         self._model = model
         self.clock = medium.clock
         self._bus = medium.bus(link, self._on_frame, self._on_trouble, self._on_quiet)
         self._lock = threading.RLock()
-        self._machine = Machine(name, protocol.name, DriveBase(wheel_axes, model), empty)
+        self._machine = Machine(name, DriveBase(wheel_axes, model), empty)
         self._axes: dict[int, Axis] = {}
         self._routes: dict[tuple[int, bool], tuple[Axis, ...]] = {}
         self._heard: deque[Frame] = deque(maxlen=_KEPT)
@@ -124,7 +125,7 @@ class DriveTrain:
                 axis.unwatched = self._unwatched
             self._routes.clear()
             self._heard.clear()
-            self._machine.begin(list(self._axes.values()), self.clock.now())
+            self._machine.begin(list(self._axes.values()))
         try:
             self._meet()
         except BaseException as error:
@@ -144,12 +145,13 @@ class DriveTrain:
         """Open the bus, and take the steps of the meeting."""
         self._bus.listen_to(None)
         self._bus.start()
+        meeting = Meeting(self._protocol, list(self._axes.values()), self.clock.now())
         while True:
             with self._lock:
                 try:
-                    step = self._machine.meet(self.clock.now())
+                    step = meeting.step(self.clock.now())
                 except MissingError as error:
-                    raise RobotError(self._who_is_there(error)) from None
+                    raise RobotError(self._who_is_there(error, meeting.patience)) from None
             if step is Step.SET_UP:
                 break
             if step is Step.ASK:
@@ -161,11 +163,11 @@ class DriveTrain:
             axis.prepare()
         self._bus.listen_to([wanted for axis in self._axes.values() for wanted in axis.filters])
 
-    def _who_is_there(self, missing: MissingError) -> str:
+    def _who_is_there(self, missing: MissingError, patience: float) -> str:
         """Which drives are missing, and who has been heard in their place."""
         from vrg.hal.can.workshop.survey import who_speaks  # noqa: PLC0415 - a match that plays never comes here
 
-        trouble, patience = self._machine.guard.fault, self._machine.patience
+        trouble = self._machine.guard.fault
         return (
             f"{f'{trouble}; ' if trouble else ''}expected {missing} on {self._bus.link} within {patience:g} s, got "
             f"none; heard there: {who_speaks(self._heard, self.clock)}. Are the ids and the protocol right? If nobody "
