@@ -19,13 +19,13 @@ from vrg.coordinator.journal import Journal
 from vrg.coordinator.rulebook import Field
 from vrg.errors import ConfigError
 from vrg.hal.backends import BACKENDS
-from vrg.hal.can.workshop.simulation import Simulation
 from vrg.launch.bounds import DecisionAlarm, MemoryBound
 from vrg.launch.contained import ContainedPlayer
 from vrg.launch.nodes import coordinator_node, player_node, strategy_of, world_node
 from vrg.launch.run_folder import RunFolder, write_json
 
 if TYPE_CHECKING:
+    from vrg.hal.can.workshop.simulation import Simulation
     from vrg.launch.apart import Zygote
 
 
@@ -149,7 +149,7 @@ def play(
     return Ending(coordinator.match.state(Field({}), estop=False), executor.time, failures)
 
 
-def _simulation(setup: MatchSetup) -> Simulation | None:
+def _simulation(setup: MatchSetup) -> "Simulation | None":
     """The emulated motor controllers of the match; None if it has none.
 
     Raises:
@@ -157,6 +157,8 @@ def _simulation(setup: MatchSetup) -> Simulation | None:
     """
     if not setup.physical:
         return None
+    from vrg.hal.can.workshop.simulation import Simulation  # noqa: PLC0415 - no other match needs it
+
     simulation, real = Simulation(), []
     for backend in sorted({player.backend for player in setup.players if player.physical}):
         robots = [player.name for player in setup.players if player.backend == backend]

@@ -487,3 +487,14 @@ class TestLacks:
         pair.guard.command(pair.now + 0.5)
         pair.pass_time(START_TIMEOUT + 0.1)
         assert "node 0: expected closed-loop control, but it is idle: this computer is too busy" in fault_of(pair)
+
+    def test_a_computer_that_was_busy_long_ago_is_not_to_blame(self, pair: Pair) -> None:
+        pair.arm()
+        pair.guard.command(pair.now + 0.5)
+        for _ in range(60):
+            pair.now += 0.05
+            pair.guard.command(pair.now)
+            pair.beat(CLOSED, CLOSED)
+            pair.guard.look(pair.now)
+        pair.pass_time(0.1, IDLE, CLOSED)
+        assert "but it is idle and gives no reason: does it hear this computer" in fault_of(pair)

@@ -4,6 +4,7 @@ import math
 import random
 from collections.abc import Iterator
 from contextlib import suppress
+from dataclasses import replace
 
 import pytest
 
@@ -555,3 +556,66 @@ def test_a_robot_that_is_closed_while_it_is_recovered_keeps_its_bus_closed() -> 
         assert not bench.driver._train.connected
         with pytest.raises(RobotError, match="this one is closed"):
             bench.port.send(Frame(1, b""))
+
+
+@pytest.mark.parametrize("protocol", NODES)
+@pytest.mark.parametrize("under_way", [True, False])
+def test_drives_that_hear_nothing_are_told_with_what_to_do(protocol: str, under_way: bool) -> None:
+    """They report on, and a player goes on asking them to start."""
+    left, right = NODES[protocol]
+    with Drives(protocol, [*left, *right]) as drives:
+        bench = DeviceBench(protocol, left, right)
+        try:
+            bench.device.start()
+            if under_way:
+                gets_going(bench)
+            bench.wire.tamper = lambda frame, by_drive: [(0.0, frame)] if by_drive else []
+            end = bench.now + 5.0
+            while bench.now < end and not bench.device.read().fault:
+                drive_on(bench)
+            fault = bench.device.read().fault or ""
+            told = ("does not hear this computer", "does it hear this computer", "no heartbeat", "it stands, though")
+            assert any(words in fault for words in told), fault
+            assert at_rest(drives)
+        finally:
+            bench.wire.tamper = None
+            bench.close()
+
+
+def test_encoder_messages_that_are_off_are_told_with_what_to_do(drives: Drives, bench: DeviceBench) -> None:
+    driving(bench)
+    off = codec.frame_id(1, messages.Command.ENCODER_ESTIMATES)
+    bench.wire.tamper = lambda frame, by_drive: [] if frame.id == off else [(0.0, frame)]
+    notices(bench)
+    assert_latched(bench, drives, "node 1: no encoder message for 0.5 s, though it is alive: set axis0.config.can.enc")
+
+
+def test_a_supply_that_is_no_battery_of_the_wiring_is_told_with_what_to_do() -> None:
+    with Drives("odrive", [0, 1]) as drives:
+        for drive in drives.drives:
+            drive.options = replace(drive.options, voltage=12.0)
+        bench = DeviceBench("odrive", [0], [1])
+        try:
+            bench.device.start()
+            wait(bench, lambda: bench.device.read().fault, "a fault")
+            assert "its supply has 12 V, where an empty battery has 20 V: charge" in (bench.device.read().fault or "")
+        finally:
+            bench.close()
+
+
+def test_frames_that_are_always_late_are_told_with_what_to_do(drives: Drives, bench: DeviceBench) -> None:
+    """The adapter, or this computer, takes 0.3 s for each of them."""
+    driving(bench)
+    hear, waiting = bench.port.hear, list[tuple[float, Frame]]()
+
+    def late(frame: Frame) -> None:
+        waiting.append((bench.now, frame))
+        while waiting and bench.now - waiting[0][0] >= 0.3:
+            hear(waiting.pop(0)[1])
+
+    bench.port.hear = late  # type: ignore[method-assign]
+    bench.port._look_later = lambda _opened: None  # type: ignore[method-assign]
+    notices(bench)
+    assert "what is heard of the bus is 0.3" in (bench.device.read().fault or "")
+    assert "Close other programs" in (bench.device.read().fault or "")
+    wait(bench, lambda: at_rest(drives), "the motors to stand")

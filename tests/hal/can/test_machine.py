@@ -8,22 +8,8 @@ from vrg.errors import RobotError
 from vrg.hal.can.axis import Report, State
 from vrg.hal.can.base import DriveBase, WheelAxis
 from vrg.hal.can.guard import PROOF_TIMEOUT
-from vrg.hal.can.machine import (
-    ANSWERS_SETTLE,
-    BLIND,
-    HEAR_PATIENCE,
-    LISTEN,
-    OLD,
-    OLD_PATIENCE,
-    POLL_PERIOD,
-    TIMES,
-    Act,
-    Machine,
-    MissingError,
-    Order,
-    Phase,
-    Step,
-)
+from vrg.hal.can.machine import BLIND, OLD, OLD_PATIENCE, POLL_PERIOD, TIMES, Act, Machine, Order, Phase
+from vrg.hal.can.meeting import ANSWERS_SETTLE, HEAR_PATIENCE, LISTEN, Meeting, MissingError, Step
 from vrg.hal.driver import COMMAND_TIMEOUT
 from vrg.hal.models import robot_model
 
@@ -37,8 +23,9 @@ class Bench:
     def __init__(self) -> None:
         self.now = 100.0
         self.reports = [Report(node) for node in NODES]
-        self.machine = Machine("r", "toy", DriveBase(AXES, robot_model("P2AT")))
-        self.machine.begin(self.reports, self.now)
+        self.machine = Machine("r", DriveBase(AXES, robot_model("P2AT")))
+        self.machine.begin(self.reports)
+        self.meeting = Meeting("toy", self.reports, self.now)
 
     def report(self, state: State, *, on: bool, age: float = 0.0) -> list[Order]:
         """Both drives report, and the machine hears it."""
@@ -82,29 +69,29 @@ def acts(orders: Sequence[Order]) -> list[Act]:
 
 class TestMeeting:
     def test_it_listens_asks_settles_and_sets_up(self, bench: Bench) -> None:
-        machine, reports = bench.machine, bench.reports
-        assert machine.meet(bench.now) is Step.WAIT
+        meeting, reports = bench.meeting, bench.reports
+        assert meeting.step(bench.now) is Step.WAIT
         bench.now += LISTEN
-        assert machine.meet(bench.now) is Step.ASK
-        assert machine.meet(bench.now + 0.1) is Step.WAIT
+        assert meeting.step(bench.now) is Step.ASK
+        assert meeting.step(bench.now + 0.1) is Step.WAIT
         for report in reports:
             report.heard = bench.now
-        assert machine.meet(bench.now) is Step.WAIT
-        assert machine.meet(bench.now + ANSWERS_SETTLE) is Step.SET_UP
-        assert machine.phase is Phase.MEETING
+        assert meeting.step(bench.now) is Step.WAIT
+        assert meeting.step(bench.now + ANSWERS_SETTLE) is Step.SET_UP
+        assert bench.machine.phase is Phase.MEETING
 
     def test_one_that_says_nothing_is_named(self, bench: Bench) -> None:
         bench.reports[0].heard = bench.now
         for _ in range(2):
             bench.now += max(LISTEN, HEAR_PATIENCE) - 0.01
-            bench.machine.meet(bench.now)
+            bench.meeting.step(bench.now)
         with pytest.raises(MissingError, match=r"^a heartbeat of toy node 2$"):
-            bench.machine.meet(bench.now + 0.02)
+            bench.meeting.step(bench.now + 0.02)
 
     def test_drives_that_somebody_else_commands_are_asked_nothing(self, bench: Bench) -> None:
         bench.reports[1].odd = "another program commands it too"
         with pytest.raises(RobotError, match="node 2: another program"):
-            bench.machine.meet(bench.now + LISTEN)
+            bench.meeting.step(bench.now + LISTEN)
 
     def test_nothing_is_ordered_before_all_are_met(self, bench: Bench) -> None:
         machine = bench.machine

@@ -15,7 +15,7 @@ from vrg.hal.backends import BACKENDS
 from vrg.hal.clock import RealClock
 from vrg.hal.driver import DriverContext
 from vrg.hal.models import robot_model
-from vrg.hal.can.machine import Machine, Step
+from vrg.hal.can.meeting import Meeting, Step
 from vrg.hal.can.protocols import PROTOCOLS
 
 class Medium:
@@ -35,7 +35,7 @@ class Bus:
 wiring = {{"left": {left}, "right": {right}, "options": {options}}}
 table = {{"interface": "virtual", "channel": "x", "protocol": "{protocol}", "robots": {{"r": wiring}}}}
 context = DriverContext(name="r", model=robot_model("P2AT"), options=table, now=lambda: 0.0, medium=Medium())
-Machine.meet = lambda self, now: Step.SET_UP
+Meeting.step = lambda self, now: Step.SET_UP
 PROTOCOLS.get("{protocol}").axis_type.prepare = lambda self: None
 driver = BACKENDS.get("can")(context)
 driver.connect()
@@ -43,6 +43,13 @@ driver.disarm()
 driver.close()
 print(*(name for name in sys.modules if "workshop" in name))
 """
+
+
+def test_neither_the_launcher_nor_the_fork_server_of_a_match_has_any() -> None:
+    code = "import sys, vrg.commands.playing, vrg.launch.fork_server, vrg.launch.nodes, vrg.launch.serving\n"
+    code += "print(*(name for name in sys.modules if 'workshop' in name))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300, check=True)
+    assert done.stdout.split() == []
 
 
 @pytest.mark.parametrize("protocol", NODES)

@@ -13,6 +13,7 @@ From the bottom up, each module can be read apart:
     base                  wheels from axes, odometry from encoders
     plausibility          whether a motor does what it was asked
     guard                 when the motors must be off
+    meeting               the steps in which a robot meets its drives
     machine               the states of a drive train: events in, orders out
     train                 the thin shell around it: the lock, the threads, the bus and the clock
     settings, calibration the table [backends.can], and the calibration file of a robot

@@ -85,7 +85,7 @@ class Guard:
         self._since = -math.inf
         self.armed_at = -math.inf
         self._commanded = -math.inf
-        self._gap = 0.0
+        self._gap, self._late_at = 0.0, -math.inf
         self._proofs = 0
         self._deaf = Counter[int]()
         self._low: dict[int, float] = {}
@@ -125,13 +125,15 @@ class Guard:
         self._ordered = False
         self._coasting.clear()
         self.armed_at = self._commanded = now
-        self._gap = 0.0
+        self._late_at = -math.inf
         self._obeyed.clear()
         self._proved.clear()
 
     def command(self, now: float) -> None:
         """A setpoint is sent to every motor."""
-        self._gap, self._commanded = max(self._gap, now - self._commanded), now
+        if now - self._commanded > LATE:
+            self._gap, self._late_at = now - self._commanded, now
+        self._commanded = now
 
     def disarm(self) -> None:
         """The player disarms the robot."""
@@ -295,7 +297,7 @@ class Guard:
             problem = problem or self._lack(axis, heard_until)
             due = axis.node in self._obeyed or heard_until - self.armed_at > START_TIMEOUT
             if self.wanted and due and not axis.starved and axis.state in (State.IDLE, State.STARTING):
-                problem = problem or f"expected closed-loop control, but it is idle{self._reason(axis)}"
+                problem = problem or f"expected closed-loop control, but it is idle{self._reason(axis, heard_until)}"
             if problem:
                 return f"node {axis.node}: {problem}"
         return None
@@ -327,10 +329,10 @@ class Guard:
             )
         return None
 
-    def _reason(self, axis: Report) -> str:
+    def _reason(self, axis: Report, heard_until: float) -> str:
         """Why a motor may be off that should be on, in words."""
         if axis.refusal:
             return f" and reports {axis.refusal}"
-        if self._gap > LATE:
+        if heard_until - self._late_at <= START_TIMEOUT:
             return f": this computer is too busy, it sent no setpoint for {self._gap:.2g} s. Close other programs"
         return " and gives no reason: does it hear this computer, and can it start (see `vrg can scan`)?"

@@ -33,16 +33,6 @@ BLIND = 0.3
 """s without news of the bus after which nobody drives: the receive thread has been kept from running."""
 OLD, OLD_PATIENCE = 0.2, 1.0
 """The age in s from which on a frame is old as it is heard, and the s for which all frames may be old."""
-LISTEN = 0.4
-"""s for which a newcomer only listens. Who drives these drives already sends several setpoints in that time."""
-HEAR_PATIENCE = 3.0
-"""s in which nothing new has been heard of drives, after which one that has said nothing at all is given up."""
-ANSWER_PATIENCE = 10.0
-"""s in which nothing new has been heard, after which a drive that is heard but does not say who it is is given up."""
-ANSWERS_SETTLE = 0.2
-"""s more, for a second drive with the same id to answer too."""
-ASK_PERIOD = 0.5
-"""s from one question to a drive that has not answered to the next, and the most that is waited for an answer."""
 
 
 class Phase(enum.Enum):
@@ -73,23 +63,11 @@ class Order(NamedTuple):
     arguments: tuple[float, ...] = ()
 
 
-class Step(enum.Enum):
-    """What comes next in a meeting."""
-
-    WAIT = enum.auto()
-    ASK = enum.auto()
-    SET_UP = enum.auto()
-
-
-class MissingError(RobotError):
-    """A drive has not been heard, or has not answered who it is."""
-
-
 class Machine:
     """See the module.
 
     Args:
-        name: the robot's name, protocol: that of its drives, for messages. base: its wheels and its odometry.
+        name: the robot's name, for messages. base: its wheels and its odometry.
         empty: the voltage of an empty battery, V; 0 where nobody knows.
 
     Attributes:
@@ -98,18 +76,16 @@ class Machine:
             missing.
     """
 
-    def __init__(self, name: str, protocol: str, base: DriveBase, empty: float = 0.0) -> None:
+    def __init__(self, name: str, base: DriveBase, empty: float = 0.0) -> None:
         self.name = name
-        self.protocol = protocol
         self.base = base
         self._empty = empty
         self._complained = ""
-        self._known_at: float | None = None
-        self.begin([], NEVER)
+        self.begin([])
         self.close()
 
-    def begin(self, reports: Sequence[Report], now: float) -> None:
-        """A meeting begins, with drives of which nothing has been heard."""
+    def begin(self, reports: Sequence[Report]) -> None:
+        """A meeting begins (see vrg.hal.can.meeting), with drives of which nothing has been heard."""
         self.phase = Phase.MEETING
         self.reports = {report.node: report for report in reports}
         self.guard = Guard(reports, self._empty)
@@ -119,9 +95,6 @@ class Machine:
         self._old_since = math.inf
         self._told: str | None = None
         self._off_told = True
-        self._began = self._news_at = now
-        self._asked, self._known_at = NEVER, None
-        self._known = (0, 0)
         self._measured = dict.fromkeys(self.reports, NEVER)
 
     def rebind(self, base: DriveBase) -> None:
@@ -138,60 +111,6 @@ class Machine:
         """s since the receive thread was last known to keep up with the bus."""
         return now - self.heard_until
 
-    # How a robot meets its drives.
-
-    def meet(self, now: float) -> Step:
-        """The next step of a meeting: listen, ask every drive who it is, and set it up.
-
-        Nothing is sent to drives that somebody else commands: to be asked and set up would disturb who does.
-
-        Raises:
-            RobotError: a drive does not make sense, or cannot be used.
-            MissingError: a drive has not been heard, or has not answered; its words say which.
-        """
-        if now - self._began < LISTEN:
-            return Step.WAIT
-        reports = self.reports.values()
-        if self._asked == NEVER or self._known_at is not None:
-            self._require([(report.node, report.odd) for report in reports])
-        if self._known_at is None:
-            if not all(report.heard > 0 and report.identified for report in reports):
-                return self._ask(now)
-            self._known_at = now
-        if now - self._known_at < ANSWERS_SETTLE:
-            return Step.WAIT
-        self._require([(report.node, report.problem) for report in reports])
-        return Step.SET_UP
-
-    def _require(self, problems: list[tuple[int, str | None]]) -> None:
-        if words := [f"node {node}: {problem}" for node, problem in problems if problem]:
-            raise RobotError("; ".join(words))
-
-    def _ask(self, now: float) -> Step:
-        """Wait for what drives say of themselves, for as long as there is progress."""
-        reports = self.reports.values()
-        known = (sum(report.heard > 0 for report in reports), sum(report.identified for report in reports))
-        if known != self._known:
-            self._known, self._news_at = known, now
-        if now - max(self._news_at, self._began + LISTEN) >= self.patience:
-            raise MissingError(self._missing())
-        if now - self._asked <= ASK_PERIOD:
-            return Step.WAIT
-        self._asked = now
-        return Step.ASK
-
-    @property
-    def patience(self) -> float:
-        """How many s without anything new the drives are waited for."""
-        return ANSWER_PATIENCE if all(report.heard > 0 for report in self.reports.values()) else HEAR_PATIENCE
-
-    def _missing(self) -> str:
-        """What has not been heard, and of which drives."""
-        silent = [str(node) for node, report in self.reports.items() if report.heard < 0]
-        mute = [str(node) for node, report in self.reports.items() if report.heard >= 0 and not report.identified]
-        which = f"node{'s' if len(silent or mute) > 1 else ''} {', '.join(silent or mute)}"
-        return f"{'a heartbeat' if silent else 'an answer to who they are'} of {self.protocol} {which}"
-
     def met(self, now: float) -> None:
         """Every drive has been met and set up."""
         self.guard.begin(now)
@@ -200,8 +119,6 @@ class Machine:
     def close(self) -> None:
         """The bus is closed from now on."""
         self.phase = Phase.CLOSED
-
-    # What the player asks for.
 
     def arm(self, now: float) -> list[Order]:
         """Every axis is to be in closed loop. The first time, the watchdogs of the drives are proved before.
@@ -306,8 +223,6 @@ class Machine:
             return self.look(now)
         log.info("%s: faults are cleared, the motors are off", self.name)
         return [*self._idle(now), *([] if self.guard.estop else self._all(Act.CLEAR)), *self.look(now)]
-
-    # What is heard, and what follows from it.
 
     def hear(self, nodes: Iterable[int], until: float, now: float, *, news: bool = True) -> list[Order]:
         """All that was on the bus until then has been heard.

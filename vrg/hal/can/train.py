@@ -18,7 +18,8 @@ from vrg.hal.can.axis import Axis, ProtocolOptions
 from vrg.hal.can.base import DriveBase, WheelAxis
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link, Medium
-from vrg.hal.can.machine import ASK_PERIOD, Act, Machine, MissingError, Order, Phase, Step
+from vrg.hal.can.machine import Act, Machine, Order, Phase
+from vrg.hal.can.meeting import ASK_PERIOD, Meeting, MissingError, Step
 from vrg.hal.can.protocols import Protocol
 from vrg.hal.models import RobotModel
 from vrg.types import Pose, Twist
@@ -27,6 +28,8 @@ log = logging.getLogger(__name__)
 
 _MEETING_PERIOD = 0.02
 """s between looks at what has been heard while drives are met."""
+_ROUTES = 1000
+"""Identifiers of which it is remembered to which axes their frames go."""
 _KEPT = 2000
 """Frames that are kept while drives are met, to tell who else speaks on the bus: those of two seconds at least."""
 
@@ -86,12 +89,12 @@ class DriveTrain:
         self.name = name
         self._options = options
         self._unwatched = unwatched
-        self._axis_type = protocol.axis_type
+        self._protocol, self._axis_type = protocol.name, protocol.axis_type
         self._model = model
         self.clock = medium.clock
         self._bus = medium.bus(link, self._on_frame, self._on_trouble, self._on_quiet)
         self._lock = threading.RLock()
-        self._machine = Machine(name, protocol.name, DriveBase(wheel_axes, model), empty)
+        self._machine = Machine(name, DriveBase(wheel_axes, model), empty)
         self._axes: dict[int, Axis] = {}
         self._routes: dict[tuple[int, bool], tuple[Axis, ...]] = {}
         self._heard: deque[Frame] = deque(maxlen=_KEPT)
@@ -121,7 +124,7 @@ class DriveTrain:
                 axis.unwatched = self._unwatched
             self._routes.clear()
             self._heard.clear()
-            self._machine.begin(list(self._axes.values()), self.clock.now())
+            self._machine.begin(list(self._axes.values()))
         try:
             self._meet()
         except BaseException as error:
@@ -141,12 +144,13 @@ class DriveTrain:
         """Open the bus, and take the steps of the meeting."""
         self._bus.listen_to(None)
         self._bus.start()
+        meeting = Meeting(self._protocol, list(self._axes.values()), self.clock.now())
         while True:
             with self._lock:
                 try:
-                    step = self._machine.meet(self.clock.now())
+                    step = meeting.step(self.clock.now())
                 except MissingError as error:
-                    raise RobotError(self._who_is_there(error)) from None
+                    raise RobotError(self._who_is_there(error, meeting.patience)) from None
             if step is Step.SET_UP:
                 break
             if step is Step.ASK:
@@ -158,11 +162,11 @@ class DriveTrain:
             axis.prepare()
         self._bus.listen_to([wanted for axis in self._axes.values() for wanted in axis.filters])
 
-    def _who_is_there(self, missing: MissingError) -> str:
+    def _who_is_there(self, missing: MissingError, patience: float) -> str:
         """Which drives are missing, and who has been heard in their place."""
         from vrg.hal.can.workshop.survey import who_speaks  # noqa: PLC0415 - a match that plays never comes here
 
-        trouble, patience = self._machine.guard.fault, self._machine.patience
+        trouble = self._machine.guard.fault
         return (
             f"{f'{trouble}; ' if trouble else ''}expected {missing} on {self._bus.link} within {patience:g} s, got "
             f"none; heard there: {who_speaks(self._heard, self.clock)}. Are the ids and the protocol right? If nobody "
@@ -341,6 +345,8 @@ class DriveTrain:
                 key = (frame.id, frame.extended)
                 route = self._routes.get(key)
                 if route is None:
+                    if len(self._routes) >= _ROUTES:
+                        self._routes.clear()  # somebody sends random identifiers
                     wanting = [a for a in self._axes.values() if any(f.passes(frame) for f in a.filters)]
                     route = self._routes[key] = tuple(wanting)
                 axes = route

@@ -147,16 +147,6 @@ class TestDrive:
         assert wire.drive.motor.velocity == pytest.approx(20.0, abs=0.3)
         return wire
 
-    def test_halt_stops_it_and_lets_it_go_on(self) -> None:
-        wire = self.turning()
-        wire.write(Object.CONTROLWORD, 0, 0x0F | Control.HALT, 2)
-        wire.advance(1.0)
-        assert abs(wire.drive.motor.velocity) < 0.1
-        assert wire.drive.state is DriveState.OPERATION_ENABLED
-        wire.write(Object.CONTROLWORD, 0, 0x0F, 2)
-        wire.advance(1.0)
-        assert wire.drive.motor.velocity > 10
-
     def test_a_quick_stop_brakes_and_then_switches_off(self) -> None:
         wire = self.turning()
         wire.write(Object.CONTROLWORD, 0, Control.QUICK_STOP, 2)

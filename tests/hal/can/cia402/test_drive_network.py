@@ -54,8 +54,6 @@ def test_what_is_saved_is_there_after_a_start_and_nothing_else() -> None:
     [
         (AbortOption.NOTHING, DriveState.OPERATION_ENABLED),
         (AbortOption.FAULT, DriveState.FAULT),
-        (AbortOption.DISABLE_VOLTAGE, DriveState.SWITCH_ON_DISABLED),
-        (AbortOption.QUICK_STOP, DriveState.QUICK_STOP_ACTIVE),
     ],
 )
 def test_what_it_does_when_the_network_leaves_it(option: AbortOption, state: DriveState) -> None:

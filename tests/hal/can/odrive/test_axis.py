@@ -10,7 +10,7 @@ from vrg.hal.can.axis import State
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.odrive.axis import OdriveAxis
-from vrg.hal.can.odrive.messages import AxisError, AxisState, Command, InputMode, ProcedureResult
+from vrg.hal.can.odrive.messages import AxisError, AxisState, Command, ProcedureResult
 from vrg.hal.can.workshop.listener import Claim
 from vrg.hal.can.workshop.odrive.listener import OdriveListener
 from vrg.hal.simulated_clock import SimulatedClock
@@ -32,7 +32,7 @@ class TestAxis:
         wire.beat()
         wire.axis.start()
         assert wire.said() == [
-            messages.SetControllerMode(messages.ControlMode.VELOCITY, InputMode.PASSTHROUGH),
+            messages.SetControllerMode(messages.VELOCITY_CONTROL, messages.PASSTHROUGH),
             messages.SetInputVel(0.0),
             messages.SetAxisState(CLOSED),
         ]

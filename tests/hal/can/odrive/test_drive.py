@@ -47,7 +47,7 @@ class Bench:
         return frames
 
     def close_loop(self) -> None:
-        self.tell(messages.SetControllerMode(messages.ControlMode.VELOCITY, messages.InputMode.PASSTHROUGH))
+        self.tell(messages.SetControllerMode(messages.VELOCITY_CONTROL, messages.PASSTHROUGH))
         self.tell(messages.SetAxisState(AxisState.CLOSED_LOOP_CONTROL))
 
     @property

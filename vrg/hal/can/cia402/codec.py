@@ -183,7 +183,7 @@ def drive_state(statusword: int) -> DriveState | None:
 
 
 class Control(enum.IntEnum):
-    """Controlwords; HALT is one bit that may be added."""
+    """Controlwords."""
 
     DISABLE_VOLTAGE = 0x00
     QUICK_STOP = 0x02
@@ -191,4 +191,3 @@ class Control(enum.IntEnum):
     SWITCH_ON = 0x07
     ENABLE_OPERATION = 0x0F
     FAULT_RESET = 0x80
-    HALT = 0x100

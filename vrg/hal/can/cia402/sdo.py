@@ -46,29 +46,20 @@ def object_dictionary(node: int) -> ObjectDictionary:
     i8, i16, i32, text = datatypes.INTEGER8, datatypes.INTEGER16, datatypes.INTEGER32, datatypes.VISIBLE_STRING
     objects = ObjectDictionary()  # type: ignore[no-untyped-call]
     ramp = 200 * ENCODER_COUNTS
-    for index, kind, access, default, mappable in (
-        (Object.DEVICE_TYPE, u32, "ro", DEVICE_TYPE, False),
-        (Object.ERROR_REGISTER, u8, "ro", 0, True),
-        (Object.NAME, text, "const", "VRG emulated drive", False),
-        (Object.FIRMWARE, text, "const", "1.0.0", False),
-        (Object.HEARTBEAT_TIME, u16, "rw", 0, False),
-        (Object.ERROR_CODE, u16, "ro", 0, True),
-        (Object.CONTROLWORD, u16, "rw", 0, True),
-        (Object.STATUSWORD, u16, "ro", 0, True),
-        (Object.ABORT_CONNECTION_OPTION, i16, "rw", 1, False),
-        (Object.FAULT_REACTION, i16, "rw", 0, False),
-        (Object.MODE, i8, "rw", 0, True),
-        (Object.MODE_DISPLAY, i8, "ro", 0, True),
-        (Object.POSITION, i32, "ro", 0, True),
-        (Object.VELOCITY, i32, "ro", 0, True),
-        (Object.VOLTAGE, u32, "ro", 0, True),
-        (Object.ACCELERATION, u32, "rw", ramp, True),
-        (Object.DECELERATION, u32, "rw", ramp, True),
-        (Object.QUICK_STOP_DECELERATION, u32, "rw", ramp, True),
-        (Object.VELOCITY_UNIT, u32, "ro", INCREMENTS_PER_S, False),
-        (Object.TARGET_VELOCITY, i32, "rw", 0, True),
+    variables = (
+        (Object.DEVICE_TYPE, u32, "ro", DEVICE_TYPE, False), (Object.ERROR_REGISTER, u8, "ro", 0, True),
+        (Object.NAME, text, "const", "VRG emulated drive", False), (Object.FIRMWARE, text, "const", "1.0.0", False),
+        (Object.HEARTBEAT_TIME, u16, "rw", 0, False), (Object.ERROR_CODE, u16, "ro", 0, True),
+        (Object.CONTROLWORD, u16, "rw", 0, True), (Object.STATUSWORD, u16, "ro", 0, True),
+        (Object.ABORT_CONNECTION_OPTION, i16, "rw", 1, False), (Object.FAULT_REACTION, i16, "rw", 0, False),
+        (Object.MODE, i8, "rw", 0, True), (Object.MODE_DISPLAY, i8, "ro", 0, True),
+        (Object.POSITION, i32, "ro", 0, True), (Object.VELOCITY, i32, "ro", 0, True),
+        (Object.VOLTAGE, u32, "ro", 0, True), (Object.ACCELERATION, u32, "rw", ramp, True),
+        (Object.DECELERATION, u32, "rw", ramp, True), (Object.QUICK_STOP_DECELERATION, u32, "rw", ramp, True),
+        (Object.VELOCITY_UNIT, u32, "ro", INCREMENTS_PER_S, False), (Object.TARGET_VELOCITY, i32, "rw", 0, True),
         (Object.SUPPORTED_MODES, u32, "ro", SUPPORTS_PROFILE_VELOCITY, False),
-    ):
+    )  # fmt: skip
+    for index, kind, access, default, mappable in variables:
         objects.add_object(_variable(index.name, index, 0, kind, access, default, mappable))
     counts, one = ENCODER_COUNTS, 1
     _record(objects, Object.IDENTITY, [(1, u32, "ro", 0), (2, u32, "ro", 1), (3, u32, "ro", 1), (SERIAL, u32, "ro", 0)])

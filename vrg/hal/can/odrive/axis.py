@@ -5,7 +5,7 @@ from pydantic import Field, model_validator
 from vrg.hal.can.axis import NEVER, Axis, ProtocolOptions, Send, State
 from vrg.hal.can.frame import Filter, Frame, FrameError
 from vrg.hal.can.odrive import codec, messages
-from vrg.hal.can.odrive.messages import AxisError, Command, InputMode, describe_result
+from vrg.hal.can.odrive.messages import AxisError, Command, describe_result
 from vrg.hal.clock import Clock
 
 
@@ -151,7 +151,7 @@ class OdriveAxis(Axis):
         self._send(codec.encode(self.node, messages.SetInputVel(velocity)))
 
     def _order_start(self) -> None:
-        mode = messages.SetControllerMode(messages.ControlMode.VELOCITY, InputMode.PASSTHROUGH)
+        mode = messages.SetControllerMode(messages.VELOCITY_CONTROL, messages.PASSTHROUGH)
         self._send(codec.encode(self.node, mode))
         self._send(codec.encode(self.node, messages.SetInputVel(0.0)))
         self._send(codec.encode(self.node, messages.SetAxisState(messages.AxisState.CLOSED_LOOP_CONTROL)))

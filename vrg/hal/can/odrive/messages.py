@@ -44,20 +44,8 @@ AxisError = enum.IntFlag("AxisError", {
 """Why an axis is disarmed."""
 
 
-class ControlMode(enum.IntEnum):
-    """What a drive controls."""
-
-    TORQUE = 1
-    VELOCITY = 2
-    POSITION = 3
-
-
-class InputMode(enum.IntEnum):
-    """What is done to a setpoint before it is followed."""
-
-    INACTIVE = 0
-    PASSTHROUGH = 1
-    VEL_RAMP = 2
+VELOCITY_CONTROL, PASSTHROUGH = 2, 1
+"""A control mode, and the input mode that follows a setpoint as it is."""
 
 
 class Version(NamedTuple):
@@ -131,7 +119,7 @@ class EncoderEstimates(NamedTuple):
 
 
 class SetControllerMode(NamedTuple):
-    """How the drive is to take setpoints: a ControlMode and an input mode."""
+    """How the drive is to take setpoints."""
 
     control_mode: int
     input_mode: int

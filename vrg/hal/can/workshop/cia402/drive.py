@@ -17,7 +17,6 @@ from vrg.hal.can.cia402.codec import (
     PROFILE_VELOCITY,
     SAVE,
     SERIAL,
-    Control,
     DriveState,
     Function,
     Nmt,
@@ -170,18 +169,8 @@ class Cia402Drive(EmulatedDrive):
         return self._cut_off(_COMMUNICATION) if self._energised and state != Nmt.OPERATIONAL else []
 
     def _cut_off(self, code: int) -> list[Frame]:
-        """Nobody commands the motor any more: what 0x6007 says is done."""
-        match self.objects[Object.ABORT_CONNECTION_OPTION, 0]:
-            case AbortOption.NOTHING:
-                return []
-            case AbortOption.DISABLE_VOLTAGE:
-                self._control(Control.DISABLE_VOLTAGE)
-                return []
-            case AbortOption.QUICK_STOP:
-                self._control(Control.QUICK_STOP)
-                return []
-            case _:
-                return self._fail(code)
+        """Nobody commands the motor any more: it has a fault, unless 0x6007 says that it goes on."""
+        return [] if self.objects[Object.ABORT_CONNECTION_OPTION, 0] == AbortOption.NOTHING else self._fail(code)
 
     def _lose_master(self) -> list[Frame]:
         """The master's heartbeat has not come in time."""
@@ -247,10 +236,12 @@ class Cia402Drive(EmulatedDrive):
         register = error_register(code or self._machine.error)
         return Frame(Function.EMCY | self.node, struct.pack("<HB5x", code, register))
 
-    def _fail(self, code: int, *, brakes: bool | None = None) -> list[Frame]:
-        """A fault has come up: by 0x605E it lets go of the motor at once (0), or brakes it first."""
-        if brakes is None:
-            brakes = self._energised and self.objects[Object.FAULT_REACTION, 0] != 0
+    def _fail(self, code: int) -> list[Frame]:
+        """A fault has come up: it lets go of the motor at once, or brakes it first if 0x605E says so.
+
+        Safe torque off cuts the current, whatever the fault reaction is.
+        """
+        brakes = code != STO and self._energised and self.objects[Object.FAULT_REACTION, 0] != 0
         self._machine.fail(code, brakes=brakes)
         return [self._emergency(code)]
 
@@ -265,7 +256,7 @@ class Cia402Drive(EmulatedDrive):
         braking = self._machine.state is not DriveState.OPERATION_ENABLED
         aim, ramp = 0.0, Object.QUICK_STOP_DECELERATION
         if not braking:
-            if not self._machine.word & Control.HALT and self.objects[Object.MODE, 0] == PROFILE_VELOCITY:
+            if self.objects[Object.MODE, 0] == PROFILE_VELOCITY:
                 aim = self._aim
             ramp = Object.ACCELERATION if abs(aim) > abs(self._speed) else Object.DECELERATION
         change = self._units.turns_per_s(self.objects[ramp, 0]) * dt
@@ -292,8 +283,7 @@ class Cia402Drive(EmulatedDrive):
         return self._fail(RPDO_TIMEOUT)
 
     def _press_estop(self) -> list[Frame]:
-        # Safe torque off cuts the current, whatever the fault reaction is.
-        return self._fail(STO, brakes=False)
+        return self._fail(STO)
 
     def _latch(self, bits: int) -> list[Frame]:
         return self._fail(bits & 0xFFFF or _OVERCURRENT)

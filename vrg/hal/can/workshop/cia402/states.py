@@ -85,8 +85,6 @@ class AbortOption(enum.IntEnum):
 
     NOTHING = 0
     FAULT = 1
-    DISABLE_VOLTAGE = 2
-    QUICK_STOP = 3
 
 
 class ErrorBehaviour(enum.IntEnum):

@@ -1,0 +1,97 @@
+"""How a robot meets its drives, step by step: every one must say who it is before it is set up. Numbers alone.
+
+Nothing is sent to drives that somebody else commands: to be asked and set up would disturb who does.
+"""
+
+import enum
+from collections.abc import Sequence
+
+from vrg.errors import RobotError
+from vrg.hal.can.axis import NEVER, Report
+
+LISTEN = 0.4
+"""s for which a newcomer only listens. Who drives these drives already sends several setpoints in that time."""
+HEAR_PATIENCE = 3.0
+"""s in which nothing new has been heard of drives, after which one that has said nothing at all is given up."""
+ANSWER_PATIENCE = 10.0
+"""s in which nothing new has been heard, after which a drive that is heard but does not say who it is is given up."""
+ANSWERS_SETTLE = 0.2
+"""s more, for a second drive with the same id to answer too."""
+ASK_PERIOD = 0.5
+"""s from one question to a drive that has not answered to the next, and the most that is waited for an answer."""
+
+
+class Step(enum.Enum):
+    """What comes next in a meeting."""
+
+    WAIT = enum.auto()
+    ASK = enum.auto()
+    SET_UP = enum.auto()
+
+
+class MissingError(RobotError):
+    """A drive has not been heard, or has not answered who it is."""
+
+
+class Meeting:
+    """See the module. Times are monotonic, s.
+
+    Args:
+        protocol: the name of the drives' protocol, for messages. reports: what the drives report. now: it begins.
+    """
+
+    def __init__(self, protocol: str, reports: Sequence[Report], now: float) -> None:
+        self._protocol = protocol
+        self._reports = reports
+        self._began = self._news_at = now
+        self._asked = NEVER
+        self._known_at: float | None = None
+        self._known = (0, 0)
+
+    def step(self, now: float) -> Step:
+        """The next step: listen, ask every drive who it is, and set it up.
+
+        Raises:
+            RobotError: a drive does not make sense, or cannot be used.
+            MissingError: a drive has not been heard, or has not answered; its words say which.
+        """
+        if now - self._began < LISTEN:
+            return Step.WAIT
+        if self._asked == NEVER or self._known_at is not None:
+            self._require([(report.node, report.odd) for report in self._reports])
+        if self._known_at is None:
+            if not all(report.heard > 0 and report.identified for report in self._reports):
+                return self._ask(now)
+            self._known_at = now
+        if now - self._known_at < ANSWERS_SETTLE:
+            return Step.WAIT
+        self._require([(report.node, report.problem) for report in self._reports])
+        return Step.SET_UP
+
+    def _require(self, problems: list[tuple[int, str | None]]) -> None:
+        if words := [f"node {node}: {problem}" for node, problem in problems if problem]:
+            raise RobotError("; ".join(words))
+
+    def _ask(self, now: float) -> Step:
+        """Wait for what drives say of themselves, for as long as there is progress."""
+        known = (sum(report.heard > 0 for report in self._reports), sum(report.identified for report in self._reports))
+        if known != self._known:
+            self._known, self._news_at = known, now
+        if now - max(self._news_at, self._began + LISTEN) >= self.patience:
+            raise MissingError(self._missing())
+        if now - self._asked <= ASK_PERIOD:
+            return Step.WAIT
+        self._asked = now
+        return Step.ASK
+
+    @property
+    def patience(self) -> float:
+        """How many s without anything new the drives are waited for."""
+        return ANSWER_PATIENCE if all(report.heard > 0 for report in self._reports) else HEAR_PATIENCE
+
+    def _missing(self) -> str:
+        """What has not been heard, and of which drives."""
+        silent = [str(report.node) for report in self._reports if report.heard < 0]
+        mute = [str(report.node) for report in self._reports if report.heard >= 0 and not report.identified]
+        which = f"node{'s' if len(silent or mute) > 1 else ''} {', '.join(silent or mute)}"
+        return f"{'a heartbeat' if silent else 'an answer to who they are'} of {self._protocol} {which}"
