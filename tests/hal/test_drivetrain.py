@@ -39,7 +39,7 @@ def test_speeds_and_twist_are_inverses(drivetrain: Drivetrain, v: float, w: floa
 @pytest.mark.parametrize("drivetrain", [SKID, DIFFERENTIAL, OMNI])
 @given(v=parts, w=parts, side=parts, v_max=st.floats(0.05, 5))
 def test_a_limit_slows_all_parts_alike(drivetrain: Drivetrain, v: float, w: float, side: float, v_max: float) -> None:
-    twist = Twist(v, w, side)
+    twist = Twist(v, w, side if drivetrain is OMNI else 0.0)
     sent = drivetrain.limited(twist, v_max)
     fastest = max(map(abs, drivetrain.speeds(Twist(v_max, 0.0))))
     assert max(map(abs, drivetrain.speeds(sent))) <= fastest * (1 + 1e-9)
@@ -49,6 +49,11 @@ def test_a_limit_slows_all_parts_alike(drivetrain: Drivetrain, v: float, w: floa
         assert kept == pytest.approx([kept[0]] * len(kept))
     if max(map(abs, drivetrain.speeds(twist))) <= fastest:
         assert sent == twist
+
+
+def test_what_the_body_cannot_do_is_left_out() -> None:
+    assert SKID.limited(Twist(0.2, 0.1, 5.0), 1.0) == Twist(0.2, 0.1)
+    assert OMNI.limited(Twist(0.2, 0.1, 0.1), 1.0) == Twist(0.2, 0.1, 0.1)
 
 
 def test_wheels_alone_tell_how_a_differential_drive_turns() -> None:

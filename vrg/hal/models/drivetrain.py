@@ -69,7 +69,7 @@ class Drivetrain:
             for row in range(3)
         )
 
-    @property
+    @cached_property
     def holonomic(self) -> bool:
         """True if the body can also drive sideways. Its motors then speed up together, or it would turn meanwhile."""
         return any(side for _, _, side in self.rates)
@@ -103,8 +103,11 @@ class Drivetrain:
     def limited(self, twist: Twist, v_max: float) -> Twist:
         """Return the motion, slowed down so that no axis turns faster than any does at `v_max` m/s straight ahead.
 
-        All parts of the twist are scaled by the same factor, so that the robot keeps its curve.
+        All parts of the twist are scaled by the same factor, so that the robot keeps its curve. What the body cannot
+        do, such as to drive sideways, is left out.
         """
+        if twist.side and not self.holonomic:
+            twist = Twist(twist.v, twist.w)
         limit = max(abs(ahead) for ahead, _, _ in self.rates) * v_max
         fastest = max(map(abs, self.speeds(twist)))
         if fastest <= limit:
