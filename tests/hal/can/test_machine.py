@@ -184,6 +184,12 @@ class TestWhatIsHeard:
         assert machine.hear([1], bench.now, bench.now, news=False) == []
         assert Act.IDLE in acts(machine.hear([1], bench.now, bench.now + 0.02, news=False))
 
+    def test_an_estimate_that_cannot_be_switches_off_at_once(self, bench: Bench) -> None:
+        machine = bench.armed().machine
+        bench.reports[0].velocity, bench.reports[0].measured = 1e6, bench.now + 0.001
+        assert acts(machine.hear([1], bench.now + 0.001, bench.now + 0.001, news=False)) == [Act.IDLE] * 2
+        assert "its encoder says 1e+06 turn/s" in (machine.guard.fault or "")
+
 
 class TestRecovery:
     def test_it_clears_what_has_latched_and_leaves_the_motors_off(self, bench: Bench) -> None:

@@ -240,7 +240,7 @@ class Machine:
             return []
         self._judge_age(now - until, now)
         orders = self._poll(now)
-        if news or now - self._looked >= LOOK_PERIOD:
+        if news or self.guard.fault != self._told or now - self._looked >= LOOK_PERIOD:
             orders += self.look(now)
         return orders
 
