@@ -42,7 +42,7 @@ class Match:
                 self.time = stamp
             case "referee/state", 5:
                 self.referee = body
-            case "poses", 4:
+            case "poses", 5:
                 self.places = {seen["name"]: seen["pose"] for seen in body["bodies"]}
 
     def line(self, player: str) -> str:
