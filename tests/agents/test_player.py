@@ -334,6 +334,14 @@ def test_a_planner_changes_what_the_strategy_and_a_human_want(bench: Bench) -> N
     assert planner.wanted is None
 
 
+def test_a_planner_is_not_asked_for_a_motion_that_is_not_finite(bench: Bench) -> None:
+    bench.strategy.planner = planner = Halving("a", MODEL)
+    bench.strategy.act = lambda _view: Twist(float("nan"), 0.0)  # type: ignore[method-assign]
+    bench.tick()
+    assert planner.wanted is None
+    assert "Ahead.act: expected finite" in (bench.report().fault or "")
+
+
 @pytest.mark.parametrize("answer", [None, Twist(float("nan"), 0.0), Twist("fast", 0.0)])
 def test_a_planner_that_answers_nonsense_fails_with_its_name(bench: Bench, answer: Any) -> None:
     bench.strategy.planner = planner = Halving("a", MODEL)

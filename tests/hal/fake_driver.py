@@ -40,11 +40,10 @@ class FakeDriver(Driver):
         self.told.append("arm")
         self.armed = True
 
-    def drive(self, twist: Twist) -> Twist:
+    def drive(self, twist: Twist) -> None:
         if not self.armed:
             raise RobotError("not armed")
         self.told.append(f"drive {twist.v:.2f} {twist.w:.2f}")
-        return twist
 
     def read(self) -> Readings:
         if self.blind:

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from tests.hal.omni import OMNI
 from vrg.hal.models import robot_model
 from vrg.hal.sim.battery import GRAVITY, Batteries
+from vrg.types import Twist
 
 P2AT = robot_model("P2AT")
 
@@ -15,6 +17,13 @@ def drawn(dt: float, way: float = 0.0, before: float = 0.0, after: float = 0.0) 
     angle = way / P2AT.drivetrain.wheel_radius
     batteries.draw(dt, np.array([(angle, angle)]), np.array([(after, 0.0, 0.0)]))
     return float(batteries.used[0])
+
+
+def test_a_robot_on_omni_wheels_pays_for_its_own_way_ahead() -> None:
+    speeds = OMNI.drivetrain.speeds(Twist(0.7, 0.0))
+    batteries = Batteries([OMNI], np.zeros(1), np.zeros((1, 3)), np.array([(0.7, 0.0, 0.0)]))
+    batteries.draw(10.0, 10.0 * np.array([speeds]), np.array([(0.7, 0.0, 0.0)]))
+    assert float(batteries.used[0]) == pytest.approx(drawn(10.0, 7.0, before=0.7, after=0.7))
 
 
 def test_standing_draws_the_idle_power() -> None:

@@ -1,6 +1,7 @@
 """Drivetrains: twists and the speeds of axes."""
 
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -8,7 +9,7 @@ from hypothesis import strategies as st
 from msgspec.structs import astuple
 
 from vrg.hal.models.drivetrain import Drivetrain, Wheel, skid_steer
-from vrg.types import Twist
+from vrg.types import STILL, Twist
 
 SKID = skid_steer(wheel_radius=0.1, wheel_width=0.05, wheelbase=0.3, track=0.4, effective_track=0.6)
 DIFFERENTIAL = Drivetrain(
@@ -56,6 +57,21 @@ def test_what_the_body_cannot_do_is_left_out() -> None:
     assert OMNI.limited(Twist(0.2, 0.1, 0.1), 1.0) == Twist(0.2, 0.1, 0.1)
 
 
+@pytest.mark.parametrize("drivetrain", [SKID, DIFFERENTIAL, OMNI])
+@pytest.mark.parametrize("twist", [Twist(1e308, 1e308), Twist(-1e308, 0.0), Twist(1e300, -1e308, 1e308)])
+def test_a_limit_of_huge_numbers_is_finite(drivetrain: Drivetrain, twist: Twist) -> None:
+    sent = drivetrain.limited(twist, 0.7)
+    assert sent.is_finite
+    assert 0.0 < max(map(abs, drivetrain.speeds(sent))) <= 7.0 * (1 + 1e-9)
+    assert sent.v * twist.v >= 0.0
+
+
+def test_a_limit_of_nothing_stops_it_and_one_below_does_not_turn_it_round() -> None:
+    for v_max in (0.0, -1.0):
+        assert SKID.limited(Twist(0.5, 0.1), v_max) == STILL
+        assert SKID.limited(STILL, v_max) == STILL
+
+
 def test_wheels_alone_tell_how_a_differential_drive_turns() -> None:
     assert DIFFERENTIAL.effective_track == pytest.approx(0.4)
     assert DIFFERENTIAL.twist((-1.0, 1.0)).w == pytest.approx(2 * 0.1 / 0.4)
@@ -70,6 +86,16 @@ def test_skid_steer_goes_exactly_straight_and_turns_exactly_in_place() -> None:
 def test_an_omni_drive_goes_sideways() -> None:
     speeds = OMNI.speeds(Twist(0.0, 0.0, 0.5))
     assert speeds == pytest.approx([0.5 / 0.1 * math.sin(at) for at in [w.heading for w in OMNI.wheels]])
+
+
+def test_what_does_not_fit_together_is_refused_when_it_is_made() -> None:
+    with pytest.raises(ValueError, match="wheels of the axes 0 to 1, got one of 2"):
+        replace(DIFFERENTIAL, wheels=(*DIFFERENTIAL.wheels, Wheel(x=0.0, y=0.0, axis=2)))
+    with pytest.raises(ValueError, match="rates of 2 axes, got those of 1"):
+        replace(DIFFERENTIAL, rates=SKID.rates[:1])
+    toed = tuple(Wheel(x=0.0, y=y, axis=n, heading=0.1 - 0.2 * n) for n, y in enumerate((0.2, -0.2)))
+    with pytest.raises(ValueError, match="hinder each other"):
+        Drivetrain(axes=("left", "right"), wheels=toed, wheel_radius=0.1, wheel_width=0.05)
 
 
 def test_an_axis_without_a_wheel_is_refused_by_its_name() -> None:

@@ -13,6 +13,7 @@ from tests.hal.omni import OMNI
 from vrg.errors import ConfigError, WorldError
 from vrg.geometry import along_arc
 from vrg.hal.models import MODELS, robot_model
+from vrg.hal.models.drivetrain import Wheel
 from vrg.hal.sim.engines import ENGINES
 from vrg.hal.sim.engines.engine import Engine
 from vrg.hal.sim.map import load_map
@@ -394,6 +395,21 @@ class TestKinematicBodies:
             return engine.poses[0].tobytes()
 
         assert drive() == drive(Pose(5, 5, 0), Pose(-3, 1, 2))
+
+
+def test_a_castor_takes_no_brake_away(make: Make) -> None:
+    ways = []
+    for castors in ((), (Wheel(x=0.0, y=0.0),)):
+        engine = make()
+        drivetrain = replace(P2AT.drivetrain, wheels=(*P2AT.drivetrain.wheels, *castors))
+        engine.add("a", replace(P2AT, drivetrain=drivetrain), Pose(0.0, 0.0, 0.0))
+        forward(engine, "a", 0.6)
+        run(engine, 2.0)
+        before = engine.state("a").pose.x
+        engine.command("a", None)
+        run(engine, 1.0)
+        ways.append(engine.state("a").pose.x - before)
+    assert ways[0] == pytest.approx(ways[1], rel=0.02)
 
 
 class TestOmniWheels:

@@ -76,6 +76,22 @@ def test_odometry_turns_round_and_round_within_half_a_turn() -> None:
     assert said["a", Odometry].pose.theta == pytest.approx(5.0 - math.tau, abs=1e-2)
 
 
+def test_the_odometry_of_a_robot_depends_on_no_other_one_and_on_no_one_who_looks() -> None:
+    def poses(names: list[str], look: bool = False) -> list[Odometry]:
+        suite, found = make(*names), []
+        for tick in range(1, 200):
+            for robot, _, message in suite.sense(instant(tick, [P2AT] * len(names), (5.0, 4.7))):
+                if robot == "a" and isinstance(message, Odometry):
+                    found.append(message)
+            if look:
+                suite.remember("a")
+        return found
+
+    alone = poses(["a"])
+    assert poses(["a", "b", "c", "d", "e", "f"]) == alone
+    assert poses(["a"], look=True) == alone
+
+
 def test_noise_makes_odometry_drift_by_about_a_per_cent() -> None:
     names = [f"r{n}" for n in range(20)]
     said = drive(make(*names), names, 1000, 5.0, 5.0)

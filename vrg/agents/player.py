@@ -155,19 +155,16 @@ class Player(Node):
             if self._warn_once(problem):
                 log.warning("%s", self._strategy.complaint(problem))
         lease, manual = view.me.lease, self._device.lease(view.time)
-        twist = action.twist if self._makes_sense(action.twist) else STILL
+        sensible = self._makes_sense(action.twist)
         self._manual = manual is not None and lease is None
         if lease is not None:
             self._mode = "Referee"
         elif self._manual:
             self._mode = "Manual"
-        if not view.me.may_move:
-            twist = STILL
-        elif lease is not None:
-            twist = lease
-        else:
-            twist = planned(self._strategy, view, manual or twist)
-        self._send(twist)
+        wanted = manual or (action.twist if sensible else STILL)
+        if sensible or manual is not None:
+            wanted = planned(self._strategy, view, wanted)
+        self._send(lease or wanted if view.me.may_move else STILL)
 
     def give_way(self, why: str) -> None:
         """Stop the robot and report why, in place of a tick: the strategy has failed."""

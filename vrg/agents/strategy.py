@@ -158,13 +158,15 @@ def decided(strategy: Strategy, view: View) -> tuple[Action, str]:
 
 
 def planned(strategy: Strategy, view: View, twist: Twist) -> Twist:
-    """What the planner makes of a wanted motion, with Python's own numbers.
+    """What the planner makes of a motion that a strategy or a human wants, with Python's own numbers.
+
+    It is not asked where the robot may not move, where the referee drives it, and for a motion that is not finite.
 
     Raises:
         StrategyError: the planner raises an exception, ends the program, or returns something else.
     """
     planner = strategy.planner
-    if planner is None:
+    if planner is None or not view.me.may_move or view.me.lease is not None or not twist.is_finite:
         return twist
     try:
         answer = planner.plan(view, twist)
@@ -187,7 +189,7 @@ def action_of(answer: object) -> Action:
     NaN and infinity pass here. The robot's device refuses them, which becomes a fault of the player.
 
     Raises:
-        TypeError: the answer is neither a twist of two numbers nor an action.
+        TypeError: the answer is neither a twist of numbers nor an action.
     """
     action = answer if isinstance(answer, Action) else Action(answer)  # type: ignore[arg-type]
     twist = action.twist
@@ -198,5 +200,5 @@ def action_of(answer: object) -> Action:
     try:
         plain = Twist(float(twist.v), float(twist.w), float(twist.side))
     except (TypeError, ValueError, OverflowError):
-        raise TypeError(f"expected a Twist of two numbers, got {twist!r}") from None
+        raise TypeError(f"expected a Twist of numbers, got {twist!r}") from None
     return replace(action, twist=plain)

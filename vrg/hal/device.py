@@ -205,6 +205,8 @@ class Device:
                 raise RobotError(f"{self.name}: expected a finite motion, got {twist}")
             twist = self._gate.passed(self.name, twist, self._mailbox.now)
             sent = self.features.limited(twist, self._limit)
+            if not sent.is_finite:
+                raise RobotError(f"{self.name}: expected limits that keep a motion finite, got {sent} of {twist}")
             self._driver.drive(sent)
             return sent
 

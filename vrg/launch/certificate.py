@@ -143,7 +143,7 @@ def _in_real_time(stop: Stop, incident: Incident, events: Sequence[Event], motio
     age, last = (link.age, link.time) if (link := event.links.get(WORLD)) else (0.0, event.time or 0.0)
     began = event.monotonic - age - max(0.0, last - incident.time)
     samples = [
-        (e.monotonic - began, e.x, e.y, e.v, e.w)
+        (e.monotonic - began, e.x, e.y, Twist(e.v, e.w, e.side))
         for e in events
         if e.what is What.MEASURED and e.process == stop.robot and e.monotonic >= began and _near(e, incident)
     ]
@@ -154,7 +154,7 @@ def _in_real_time(stop: Stop, incident: Incident, events: Sequence[Event], motio
     # The next world begins at the incident with every robot at rest: how this one moved is known from just before.
     before = incident.time - JUST_BEFORE
     rested = motion.rests_at(before)
-    rests = rests_of(times, [rested, *(at_rest(Twist(v, w)) for *_, v, w in samples)])
+    rests = rests_of(times, [rested, *(at_rest(twist) for *_, twist in samples)])
     if rested:
         rests[0] = replace(rests[0], begin=-HOLD)  # it stood already
     if rests and rests[-1].end == math.inf and times[-1] - rests[-1].begin < HOLD:
@@ -163,9 +163,9 @@ def _in_real_time(stop: Stop, incident: Incident, events: Sequence[Event], motio
         stop.robot,
         True,
         times,
-        [start[0], *(x for _, x, _, _, _ in samples)],
-        [start[1], *(y for _, _, y, _, _ in samples)],
-        [motion.speed(before), *(v for *_, v, _ in samples)],
+        [start[0], *(x for _, x, _, _ in samples)],
+        [start[1], *(y for _, _, y, _ in samples)],
+        [motion.speed(before), *(math.hypot(twist.v, twist.side) for *_, twist in samples)],
         rests,
     )
     then = replace(incident, time=0.0, until=math.inf, soonest=incident.soonest - incident.time)

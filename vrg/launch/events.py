@@ -67,7 +67,7 @@ class Event(Struct, frozen=True, kw_only=True, omit_defaults=True):
         text: what happened, in words. status: the exit status of a process that has ended.
         number: the number of the referee's call, for HALT.
         links: what was heard of each sender by then, by the name of the player, or `referee`, or `world`.
-        x, y: where a physical robot was measured while match time stood, m. v, w: its velocity then, m/s and rad/s.
+        x, y: where a physical robot was measured while match time stood, m. v, w, side: its twist then.
     """
 
     what: What
@@ -82,6 +82,7 @@ class Event(Struct, frozen=True, kw_only=True, omit_defaults=True):
     y: float = 0.0
     v: float = 0.0
     w: float = 0.0
+    side: float = 0.0
 
 
 class EventLog:

@@ -209,7 +209,7 @@ class Listening:
         pose = measured.pose
         event = Event(
             what=What.MEASURED, process=robot, monotonic=round(at, 4), time=self._clock.time, x=pose.x, y=pose.y,
-            v=measured.twist.v, w=measured.twist.w,
+            v=measured.twist.v, w=measured.twist.w, side=measured.twist.side,
         )  # fmt: skip
         self._log.write(event)
 

@@ -3,6 +3,7 @@
 A file that is torn, because its recorder was killed or its disk was full, is read as far as it goes.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -192,7 +193,7 @@ class _Moves:
         rests = self._spells() if self.rests else rests_of(times, list(map(at_rest, twists)))
         return Motion(
             name, self.physical, times, [p[1] for p in self.places], [p[2] for p in self.places],
-            [twist.v for twist in twists], rests,
+            [math.hypot(twist.v, twist.side) for twist in twists], rests,
         )  # fmt: skip
 
     def _spells(self) -> list[Rest]:

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vrg.agents.perception.scan import Scan, make_scan, moved, scan_of
+from vrg.agents.perception.scan import Scan, make_scan, scan_of
+from vrg.geometry import along_arc
 from vrg.hal.models.lms200 import lms200
 from vrg.hal.sensors.depiction import Rays
 from vrg.hal.sensors.laser import Laser
@@ -120,7 +121,7 @@ def test_every_point_is_as_far_from_the_laser_as_its_range_says(pose: Pose, moun
 def test_an_even_motion_is_what_many_small_steps_lead_to(pose: Pose, v: float, w: float, dt: float) -> None:
     steps = 2000
     turns = pose.theta + w * dt * (np.arange(steps) + 0.5) / steps
-    there = moved(pose, Twist(v, w), dt)
+    there = along_arc(pose, Twist(v, w), dt)
     assert there.x == pytest.approx(pose.x + v * dt / steps * np.cos(turns).sum(), abs=1e-4)
     assert there.y == pytest.approx(pose.y + v * dt / steps * np.sin(turns).sum(), abs=1e-4)
     assert there.theta == pytest.approx(pose.theta + w * dt)
@@ -129,5 +130,5 @@ def test_an_even_motion_is_what_many_small_steps_lead_to(pose: Pose, v: float, w
 @settings(deadline=None, max_examples=50)
 @given(places, st.floats(-2, 2), st.floats(-3, 3), st.floats(0, 2))
 def test_who_goes_back_the_way_that_it_came_is_where_it_was(pose: Pose, v: float, w: float, dt: float) -> None:
-    back = moved(moved(pose, Twist(v, w), dt), Twist(v, w), -dt)
+    back = along_arc(along_arc(pose, Twist(v, w), dt), Twist(v, w), -dt)
     assert (back.x, back.y, back.theta) == pytest.approx((pose.x, pose.y, pose.theta), abs=1e-9)

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from tests.games.pursuit_evasion.making import book, field, out
-from vrg.agents.perception.scan import moved
 from vrg.agents.strategy import View
 from vrg.bus.messages import Stage
 from vrg.coordinator.match import Match
 from vrg.games.pursuit_evasion.intruder import Intruder
 from vrg.games.pursuit_evasion.state import State
+from vrg.geometry import along_arc
 from vrg.hal.models import robot_model
 from vrg.hal.readings import Readings
 from vrg.types import STILL, Pose, Twist
@@ -43,7 +43,7 @@ def driven(player: Intruder, pose: Pose, ticks: int, rng: np.random.Generator | 
     for _ in range(ticks):
         noise = (0.0, 0.0, 0.0) if rng is None else (rng.standard_normal(3) * (0.02, 0.02, 0.009)).tolist()
         measured = Pose(pose.x + noise[0], pose.y + noise[1], pose.theta + noise[2])
-        pose = moved(pose, act(player, "crossing", measured), 0.1)
+        pose = along_arc(pose, act(player, "crossing", measured), 0.1)
         way.append(pose)
     return way
 

@@ -95,7 +95,7 @@ def test_also_what_a_finer_laser_sees_fits_into_a_message(beams: int) -> None:
 
 
 GOOD: dict[str, Any] = {
-    "pose": [1.0, 2.0, 3.0, 0.1, 0.2],
+    "pose": [1.0, 2.0, 3.0, 0.1, 0.2, 0.0],
     "seen": [[1.0, 2.0, 3.0, 0.1, 0.0, 0.1]],
     "free": [[1.0, 2.0, 0.0, -1.5, 0.01], b"\x10\x20"],
 }

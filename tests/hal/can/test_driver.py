@@ -12,6 +12,7 @@ from tests.hal.omni import OMNI
 from vrg.errors import ConfigError, StaleDataError
 from vrg.hal.can.driver import CanDriver
 from vrg.hal.can.link import Link
+from vrg.hal.can.odrive.axis import OdriveAxis
 from vrg.hal.driver import DriverContext
 from vrg.hal.models import robot_model
 from vrg.hal.models.description import RobotModel
@@ -122,6 +123,29 @@ def test_a_robot_on_omni_wheels_drives_sideways_by_the_motors_of_its_axes() -> N
 def test_motors_of_other_axes_than_the_models_are_refused_by_name() -> None:
     with pytest.raises(ConfigError, match=r"motors of the axes left, back, right of this model, got left, rear"):
         omni({"left": [0], "rear": [2]})
+
+
+def test_an_axis_with_a_bug_keeps_no_other_motor_on(monkeypatch: pytest.MonkeyPatch, drives: Drives) -> None:
+    with driver() as robot:
+        while not robot.read().armed:
+            robot.arm()
+            Lab.simulation.clock.sleep(0.05)
+        for _ in range(20):
+            robot.drive(Twist(0.3, 0.0))
+            Lab.simulation.clock.sleep(0.05)
+        assert abs(drives.drives[1].motor.velocity) > 5.0
+
+        def broken(self: OdriveAxis) -> None:
+            if self.node == 0:
+                raise ValueError("a bug")
+            real(self)
+
+        real = OdriveAxis.stop_now
+        monkeypatch.setattr(OdriveAxis, "stop_now", broken)
+        robot.emergency_stop()
+        Lab.simulation.clock.sleep(0.15)
+        assert abs(drives.drives[1].motor.velocity) < 1.0, "sooner than by its watchdog"
+        assert "a bug" in (robot.read().fault or "")
 
 
 def test_a_robot_without_wiring_cannot_be_made() -> None:

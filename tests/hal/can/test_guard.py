@@ -214,7 +214,7 @@ class TestOff:
         pair.arm()
         pair.pass_time(1.0, CLOSED, CLOSED)
         pair.guard.disarm()
-        pair.guard.told_off(pair.now)
+        pair.guard.ordered_off(pair.now)
         return pair
 
     def test_it_is_off_once_every_drive_has_said_so(self, told: Pair) -> None:
@@ -289,7 +289,7 @@ class TestOwnWords:
         ],
     )
     def test_a_fault_or_an_estop_is_not_off(self, pair: Pair, state: AxisState, error: int) -> None:
-        pair.guard.told_off(pair.now)
+        pair.guard.ordered_off(pair.now)
         orders = 0
         for _ in range(20):
             pair.now += 0.1
@@ -448,21 +448,26 @@ class TestLacks:
             pair.guard.look(pair.now)
         assert fault_of(pair).startswith("node 1: no encoder message for 0.5 s, though it is alive: set axis0.config")
 
-    def test_a_supply_that_no_battery_of_the_wiring_can_have_is_a_fault(self) -> None:
+    def test_a_supply_that_no_battery_of_the_wiring_can_have_is_a_fault_of_a_robot_that_is_armed(self) -> None:
         pair = Pair(empty=20.0)
+
+        def low(volts: float, seconds: float, state: int) -> None:
+            for pause in (seconds, 0.1):
+                pair.wires[1].hear(messages.BusVoltageCurrent(volts, 0.0), pair.now)
+                pair.pass_time(pause, state, state)
+
+        low(0.0, 3.0, IDLE)
+        assert pair.guard.fault is None, "somebody may have cut the power of motors that are off"
+        pair.guard.unproved = False
+        pair.arm()
+        pair.pass_time(0.2, CLOSED, CLOSED)
         for volts, seconds in ((12.0, 0.5), (24.0, 0.1), (17.0, 3.0)):
-            pair.wires[1].hear(messages.BusVoltageCurrent(volts, 0.0), pair.now)
-            pair.pass_time(seconds)
-            pair.wires[1].hear(messages.BusVoltageCurrent(volts, 0.0), pair.now)
-            pair.pass_time(0.1)
+            low(volts, seconds, CLOSED)
         assert pair.guard.fault is None, "it may be low for a moment, and a battery may be a little below empty"
-        pair.wires[1].hear(messages.BusVoltageCurrent(12.0, 0.0), pair.now)
-        pair.pass_time(1.1)
-        pair.wires[1].hear(messages.BusVoltageCurrent(12.0, 0.0), pair.now)
-        pair.pass_time(0.1)
+        low(12.0, 1.1, CLOSED)
         assert fault_of(pair) == (
-            "node 1: its supply has 12 V, where an empty battery has 20 V: charge the battery, or correct `supply` in "
-            "the wiring of this robot"
+            "node 1: its supply has 12 V, where an empty battery has 20 V: is the emergency switch released? Charge "
+            "the battery, or correct `supply` in the wiring of this robot"
         )
 
     def test_a_drive_that_hears_no_orders_is_told_of_after_three_starts(self, pair: Pair) -> None:

@@ -1,5 +1,6 @@
 """The states of a drive train, by events and orders: no axis, no bus, no clock and no thread."""
 
+import math
 from collections.abc import Sequence
 
 import pytest
@@ -103,6 +104,12 @@ class TestMeeting:
 
 
 class TestMotors:
+    @pytest.mark.parametrize("velocity", [math.nan, math.inf, -math.inf])
+    def test_a_setpoint_that_is_not_finite_is_refused(self, bench: Bench, velocity: float) -> None:
+        machine = bench.armed().machine
+        with pytest.raises(RobotError, match="finite setpoints"):
+            machine.drive([(1, 1.0), (2, velocity)], bench.now)
+
     def test_a_start_is_an_order_to_each_axis(self, bench: Bench) -> None:
         machine = bench.met().machine
         bench.reports[1].starved = True
@@ -166,6 +173,16 @@ class TestMotors:
 
 
 class TestWhatIsHeard:
+    def test_after_a_recovery_the_age_of_what_is_heard_is_judged_anew(self, bench: Bench) -> None:
+        machine = bench.met().machine
+        bench.pass_time(2 * OLD_PATIENCE, age=OLD + 0.1)
+        assert machine.guard.fault is not None
+        machine.recover(bench.now)
+        bench.now += 1.0
+        machine.recovered(None, bench.now)
+        bench.pass_time(0.1, age=OLD + 0.1)
+        assert machine.guard.fault is None
+
     def test_frames_that_are_always_old_are_a_fault_with_what_to_do(self, bench: Bench) -> None:
         machine = bench.met().machine
         bench.pass_time(OLD_PATIENCE / 2, age=OLD + 0.1)

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from vrg.geometry import compose
 from vrg.hal.sensors.depiction import Rays
-from vrg.types import Pose, Twist, Vector
+from vrg.types import Pose, Vector
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -96,15 +96,3 @@ def scan_of(rays: Rays, pose: Pose) -> Scan:
         angle_step=rays.step,
         range_max=rays.range_max,
     )
-
-
-def moved(pose: Pose, twist: Twist, dt: float) -> Pose:
-    """The pose of a robot after `dt` s (before, if it is negative) of an even motion.
-
-    It is the exact arc of a circle in its form with the chord: length v dt sin(a) / a, in the middle direction, where
-    a is half of the turn.
-    """
-    half = twist.w * dt / 2
-    chord = twist.v * dt * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
-    middle = pose.theta + half
-    return Pose(pose.x + chord * math.cos(middle), pose.y + chord * math.sin(middle), pose.theta + 2 * half)

@@ -32,7 +32,7 @@ _Step = Annotated[float, Meta(ge=1e-3, le=7.0)]
 class _Said(Struct, frozen=True, omit_defaults=True):
     """What is said, without names inside, which would make it longer, and with the bounds of its numbers."""
 
-    pose: tuple[Metres, Metres, Radians, Speed, AngularSpeed]
+    pose: tuple[Metres, Metres, Radians, Speed, AngularSpeed, Speed]
     seen: list[tuple[Metres, Metres, Seconds, Variance, Covariance, Variance]]
     free: tuple[tuple[Metres, Metres, Radians, Radians, _Step], bytes] | None = None
 
@@ -59,7 +59,7 @@ def words(pose: Pose, twist: Twist, sightings: Sequence[Sighting], snapshot: Sna
         steps = np.clip(np.floor(coarse.free / STEP), 0, 255).astype(np.uint8)
         free = ((*coarse.origin, coarse.heading, coarse.angle_min, coarse.angle_step), steps.tobytes())
     seen = [(s.x, s.y, s.time, s.xx, s.xy, s.yy) for s in sightings[:SIGHTINGS_AT_ONCE]]
-    said = _Said((pose.x, pose.y, pose.theta, twist.v, twist.w), seen, free)
+    said = _Said((pose.x, pose.y, pose.theta, twist.v, twist.w, twist.side), seen, free)
     return msgspec.to_builtins(said, builtin_types=(bytes,), enc_hook=plain)
 
 
@@ -73,10 +73,10 @@ def understood(said: Any) -> Words | None:
         )
     except ValueError:  # msgspec's ValidationError is one, too
         return None
-    x, y, theta, v, w = found.pose
+    x, y, theta, v, w, side = found.pose
     snapshot = None
     if found.free is not None:
         (a, b, heading, first, step), steps = found.free
         ranges = np.frombuffer(steps, dtype=np.uint8).astype(np.float64) * STEP
         snapshot = Snapshot((a, b), heading, first, step, ranges)
-    return Words(Pose(x, y, theta), Twist(v, w), seen, snapshot)
+    return Words(Pose(x, y, theta), Twist(v, w, side), seen, snapshot)

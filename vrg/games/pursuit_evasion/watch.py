@@ -7,18 +7,18 @@ from msgspec.structs import replace
 
 from vrg.agents.perception.background import Snapshot, returns_of, snapshot, unusual
 from vrg.agents.perception.clusters import clusters, sighting_of
-from vrg.agents.perception.scan import Scan, moved, scan_of
+from vrg.agents.perception.scan import Scan, scan_of
 from vrg.agents.perception.tracking import Tracker
 from vrg.agents.strategy import View
 from vrg.bus.messages import Sighting
 from vrg.bus.radio import Heard
 from vrg.games.pursuit_evasion.talk import Words, understood
-from vrg.geometry import wrap
+from vrg.geometry import along_arc, wrap
 from vrg.hal.models import RobotModel
 from vrg.hal.sensors.depiction import Rays
 from vrg.hal.sensors.ins import Ins
 from vrg.hal.sensors.odometry import Odometry
-from vrg.types import STILL, Pose, Twist, Vector
+from vrg.types import STILL, Pose, Vector
 
 SNAPSHOT_SCANS = 5
 """The number of scans in a snapshot of the empty scene."""
@@ -111,7 +111,7 @@ class Watch:
             name: (pose.x, pose.y)
             for name, (stamp, said) in self.mates.items()
             if now - stamp <= MATE_FORGOTTEN or said.twist == STILL
-            for pose in [moved(said.pose, said.twist, min(max(now - stamp, 0.0), MATE_FORGOTTEN))]
+            for pose in [along_arc(said.pose, said.twist, min(max(now - stamp, 0.0), MATE_FORGOTTEN))]
         }
 
     def team(self, view: View, now: float) -> dict[str, tuple[Vector, float]]:
@@ -152,7 +152,7 @@ class Watch:
         ins, odometry = view.readings.latest(Ins), view.readings.latest(Odometry)
         measured = view.time if ins is None else ins.stamp
         twist = STILL if odometry is None else odometry.value.twist
-        return moved(view.pose, Twist(twist.v, twist.w), stamp - measured)
+        return along_arc(view.pose, twist, stamp - measured)
 
 
 def out_of_play(view: View) -> dict[str, tuple[Vector, float]]:

@@ -3,7 +3,6 @@
 From the bottom up, each module can be read apart:
 
     frame, link           a CAN frame, and how a bus is reached
-    medium                buses and time as everything here gets them: those of this computer, or simulated ones
     troubles, opening     what goes wrong with a bus, in words; how it is opened, and its controller restarted
     sending               how quickly frames may be sent, and own frames that come back
     bus                   a CAN bus: frames in and out, whatever the adapter

@@ -161,7 +161,7 @@ class CanBus:
             raise
 
     def restart(self) -> str | None:
-        """Bring the controller back if it is bus-off; see `vrg.hal.can.controller.restart`."""
+        """Bring the controller back if it is bus-off; see `vrg.hal.can.opening.restart`."""
         return restart(self.link)
 
     def stop(self) -> None:

@@ -52,7 +52,7 @@ class CanDriver(Driver):
         axes = wiring.wheel_axes(model.drivetrain.axes, calibration)
         unwatched = wiring.watchdog == "unsafe"
         link, protocol, own = settings.link(name), settings.protocol_of(name), settings.options_of(name)
-        medium, empty = context.medium or RealMedium(), wiring.supply[0]
+        medium, empty = context.medium or RealMedium(), wiring.empty
         self._train = DriveTrain(
             name, medium, link, protocol, axes, model, options=own, unwatched=unwatched, empty=empty
         )

@@ -79,7 +79,7 @@ class Guard:
         self.stray: int | None = None
         self._excused: dict[int, float] = {}
         self._on_since: dict[int, float] = {}
-        self._told_off = -math.inf
+        self._ordered_off = -math.inf
         self._ordered = True
         self._coasting: dict[int, tuple[float, float]] = {}
         self._since = -math.inf
@@ -180,12 +180,12 @@ class Guard:
     @property
     def off(self) -> bool:
         """True if every drive itself has said that its motor is off since it was told so, and no motor turns on."""
-        told = all(axis.on is False and axis.told > self._told_off for axis in self._axes)
+        told = all(axis.on is False and axis.told > self._ordered_off for axis in self._axes)
         return not self.wanted and told and self.stray is None
 
-    def told_off(self, heard_until: float) -> None:
+    def ordered_off(self, heard_until: float) -> None:
         """Every drive has been told to switch its motor off."""
-        self._told_off = heard_until
+        self._ordered_off = heard_until
         if not self._ordered:
             self._ordered = True
             speeds = {axis.node: abs(axis.velocity) for axis in self._axes}
@@ -214,12 +214,12 @@ class Guard:
             lapsed = f"node {starved}: its watchdog has stopped its motor, as no setpoint came in time"
             self.wanted, self.lapsed = False, None if again or self.fault or self.estop else lapsed
             self.ready = again and not self.fault
-            self.told_off(heard_until)
+            self.ordered_off(heard_until)
             return True
         self._find_stray(heard_until)
-        if not self.wanted and not self.off and heard_until - self._told_off >= REPEAT:
+        if not self.wanted and not self.off and heard_until - self._ordered_off >= REPEAT:
             # The order may have been lost on the bus.
-            self.told_off(heard_until)
+            self.ordered_off(heard_until)
             return True
         return False
 
@@ -320,12 +320,13 @@ class Guard:
         measured = max(axis.measured, self._since, self._excused.get(axis.node, -math.inf))
         if heard_until - measured > HEARTBEAT_TIMEOUT and axis.heard - measured > HEARTBEAT_TIMEOUT / 2:
             return f"no encoder message for {HEARTBEAT_TIMEOUT:g} s, though it is alive: {axis.encoder_advice}"
-        if axis.voltage is None or axis.voltage >= LOW_SUPPLY * self._empty:
+        # Motors that are off draw nothing, and somebody may have cut their power on purpose.
+        if not self.wanted or axis.voltage is None or axis.voltage >= LOW_SUPPLY * self._empty:
             self._low.pop(axis.node, None)
         elif axis.supplied - self._low.setdefault(axis.node, axis.supplied) >= LOW_PATIENCE:
             return (
-                f"its supply has {axis.voltage:.3g} V, where an empty battery has {self._empty:g} V: charge the "
-                "battery, or correct `supply` in the wiring of this robot"
+                f"its supply has {axis.voltage:.3g} V, where an empty battery has {self._empty:g} V: is the emergency "
+                "switch released? Charge the battery, or correct `supply` in the wiring of this robot"
             )
         return None
 

@@ -93,8 +93,8 @@ class Machine:
         self.rebind(self.base)
         self.heard_until = self._looked = self._polled = self._ordered = self._commanded = NEVER
         self._old_since = math.inf
-        self._told: str | None = None
-        self._off_told = True
+        self._fault_logged: str | None = None
+        self._off_logged = True
         self._measured = dict.fromkeys(self.reports, NEVER)
 
     def rebind(self, base: DriveBase) -> None:
@@ -154,6 +154,8 @@ class Machine:
             RobotError: the emergency stop, a fault, not armed, or nothing has been heard of the bus.
         """
         guard, deaf = self.guard, self.deaf(now)
+        if not all(math.isfinite(velocity) for _, velocity in setpoints):
+            raise RobotError(f"{self.name}: expected finite setpoints in turn/s, got {dict(setpoints)}")
         if guard.estop:
             raise RobotError(f"{self.name}: the emergency stop is engaged: release it, then arm again")
         if guard.fault:
@@ -216,6 +218,7 @@ class Machine:
         if self.phase is not Phase.RECOVERING:
             return []  # it was closed meanwhile
         self.phase = Phase.MET
+        self._old_since = math.inf
         # What a person needs to know from now on is this, and no longer what was wrong before.
         self.guard.begin(now)
         if problem:
@@ -240,7 +243,7 @@ class Machine:
             return []
         self._judge_age(now - until, now)
         orders = self._poll(now)
-        if news or self.guard.fault != self._told or now - self._looked >= LOOK_PERIOD:
+        if news or self.guard.fault != self._fault_logged or now - self._looked >= LOOK_PERIOD:
             orders += self.look(now)
         return orders
 
@@ -287,18 +290,18 @@ class Machine:
         if self._is_late(now):
             guard.lapse(f"its motors were switched off, as no setpoint came for {COMMAND_TIMEOUT:g} s")
             off = True
-            guard.told_off(self.heard_until)
+            guard.ordered_off(self.heard_until)
         off |= guard.look(self.heard_until)
         # Where the bus is not heard any more, the order is repeated all the same.
         again = self.deaf(now) > REPEAT and now - self._ordered >= REPEAT and self.phase is not Phase.RECOVERING
         off |= again and not guard.wanted and not guard.off
         orders = self._idle(now) if off else []
-        if guard.fault != self._told:
-            self._told, self._off_told = guard.fault, False
-            if self._told:
-                log.error("%s: %s: its motors are told to be off until it is recovered", self.name, self._told)
-        if self._told and not self._off_told and guard.off:
-            self._off_told = True
+        if guard.fault != self._fault_logged:
+            self._fault_logged, self._off_logged = guard.fault, False
+            if self._fault_logged:
+                log.error("%s: %s: its motors are told to be off until it is recovered", self.name, self._fault_logged)
+        if self._fault_logged and not self._off_logged and guard.off:
+            self._off_logged = True
             log.warning("%s: every drive says that its motor is off", self.name)
         return orders
 
@@ -327,7 +330,7 @@ class Machine:
     def _idle(self, now: float) -> list[Order]:
         """Switch every motor off. The match's emergency stop has a shorter way to do so than the others."""
         self._ordered = now
-        self.guard.told_off(self.heard_until)
+        self.guard.ordered_off(self.heard_until)
         return self._all(Act.STOP_NOW if self.guard.estop and not self.guard.at_drive else Act.IDLE)
 
     def _all(self, act: Act, *arguments: float) -> list[Order]:

@@ -107,6 +107,11 @@ class RobotWiring(Table):
         return value
 
     @property
+    def empty(self) -> float:
+        """The voltage of an empty battery, V; 0 where nobody has written it."""
+        return self.supply[0] if "supply" in self.model_fields_set else 0.0
+
+    @property
     def nodes(self) -> list[int]:
         """The node ids of all motors."""
         return [node for nodes in self._by_axis.values() for node in nodes]

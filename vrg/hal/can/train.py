@@ -291,7 +291,7 @@ class DriveTrain:
                 fault = "the emergency stop was pressed at a drive: release it by `vrg estop --release`"
             told = [(axis.voltage, axis.supplied) for axis in axes.values() if axis.voltage is not None]
             return TrainState(
-                age=max(0.0, now - min((axis.measured for axis in axes.values()), default=-math.inf)),
+                age=max(0.0, now - min(axis.measured for axis in axes.values())),
                 speeds=base.speeds({node: axis.velocity for node, axis in axes.items()}),
                 angles=base.angles,
                 odometry=base.pose,
@@ -330,8 +330,10 @@ class DriveTrain:
                 break
             try:
                 getattr(self._axes[order.node], order.act.value)(*order.arguments)
-            except RobotError as error:
-                self._machine.failed(order.act, str(error))
+            except Exception as error:
+                if not isinstance(error, RobotError):
+                    log.exception("%s: node %d: %s", self.name, order.node, order.act.value)
+                self._machine.failed(order.act, str(error) or repr(error))
                 done = False
         return done
 

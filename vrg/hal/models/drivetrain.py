@@ -50,8 +50,14 @@ class Drivetrain:
     rates: tuple[Rates, ...] = ()
 
     def __post_init__(self) -> None:
+        count = len(self.axes)
+        if strange := [wheel.axis for wheel in self.wheels if wheel.axis is not None and not 0 <= wheel.axis < count]:
+            raise ValueError(f"expected wheels of the axes 0 to {count - 1}, got one of {strange[0]}")
         if not self.rates:
-            object.__setattr__(self, "rates", tuple(self._rates(axis) for axis in range(len(self.axes))))
+            object.__setattr__(self, "rates", tuple(self._rates(axis) for axis in range(count)))
+        if len(self.rates) != count:
+            raise ValueError(f"expected rates of {count} axes, got those of {len(self.rates)}")
+        _ = self.motions  # a drivetrain that has none is refused here
 
     @cached_property
     def motions(self) -> tuple[tuple[float, ...], ...]:
@@ -78,7 +84,7 @@ class Drivetrain:
     def effective_track(self) -> float:
         """The track in m of a unicycle that turns as this robot does: w = (v_right - v_left) / effective_track.
 
-        Of other drivetrains it is how far its wheels would have to be apart for how far they turn.
+        Of other drivetrains it is the track of such a unicycle whose wheels turn as fast as these do on average.
         """
         return 2 * self.wheel_radius * sum(abs(turn) for _, turn, _ in self.rates) / len(self.rates)
 
@@ -105,15 +111,26 @@ class Drivetrain:
 
         All parts of the twist are scaled by the same factor, so that the robot keeps its curve. What the body cannot
         do, such as to drive sideways, is left out.
+
+        Args:
+            twist: finite. v_max: m/s; below 0 it counts as 0.
         """
         if twist.side and not self.holonomic:
             twist = Twist(twist.v, twist.w)
-        limit = max(abs(ahead) for ahead, _, _ in self.rates) * v_max
+        limit = self._fastest_rate * max(0.0, v_max)
         fastest = max(map(abs, self.speeds(twist)))
         if fastest <= limit:
             return twist
+        if not math.isfinite(fastest):
+            # The speeds of the axes are beyond what a float holds, though the twist is not.
+            largest = max(abs(twist.v), abs(twist.w), abs(twist.side))
+            return self.limited(Twist(twist.v / largest, twist.w / largest, twist.side / largest), v_max)
         scale = limit / fastest
         return Twist(twist.v * scale, twist.w * scale, twist.side * scale)
+
+    @cached_property
+    def _fastest_rate(self) -> float:
+        return max(abs(ahead) for ahead, _, _ in self.rates)
 
     def _rates(self, axis: int) -> Rates:
         """The mean of what the wheels of an axis must turn for each unit of the twist."""
@@ -140,7 +157,7 @@ def _inverse(matrix: Sequence[Sequence[float]]) -> list[list[float]]:
     rows = [[*row, *(float(n == number) for n in range(size))] for number, row in enumerate(matrix)]
     for n, row in enumerate(rows):
         if abs(row[n]) <= 1e-12 * matrix[n][n]:
-            raise ValueError("expected axes that can set each part of the twist alone")
+            raise ValueError("expected axes that can set each part of a twist alone, got some that hinder each other")
         row[:] = [value / row[n] for value in row]
         for other in rows[:n] + rows[n + 1 :]:
             other[:] = [value - other[n] * own for value, own in zip(other, row, strict=True)]

@@ -15,7 +15,8 @@ class Batteries:
     """The batteries of a fleet of robots. Each array has one row per robot.
 
     Energy drawn = idle power * time + (rolling resistance * way + gain of kinetic energy) / efficiency. Braking does
-    not charge the battery, and the friction of skidding wheels in a turn is not counted.
+    not charge the battery, and the friction of skidding wheels in a turn is not counted. The way is that of the wheels,
+    by the scale at which it is the body's own straight ahead.
 
     Args:
         models: the models of the robots.
@@ -30,7 +31,7 @@ class Batteries:
         self._idle = np.array([m.idle_w for m in models])
         self._drag = np.array([m.mass * GRAVITY * m.rolling / m.drive_efficiency for m in models])
         self._inertia = np.array([m.mass / 2 / m.drive_efficiency for m in models])
-        self._per_rad = np.array([m.drivetrain.wheel_radius / len(m.drivetrain.axes) for m in models])
+        self._per_rad = np.array([1 / sum(abs(ahead) for ahead, _, _ in m.drivetrain.rates) for m in models])
         self._angles, self._squared = angles.copy(), _squared_speed(velocities)
 
     @property

@@ -131,9 +131,12 @@ class Fleet:
         self._batteries = Batteries(models, used, engine.angles[self._rows], engine.velocities[self._rows])
 
     def drive(self, now: float, name: str, twist: Twist, armed: bool, estop: bool) -> None:
-        """Take in a drive command. One for a robot that is not in the world is ignored: the robot may still come."""
+        """Take in a drive command. One for a robot that is not in the world is ignored: the robot may still come.
+
+        One that is not finite is ignored, too, as a robot is then braked that gets no other.
+        """
         member = self.find(name)
-        if member is not None:
+        if member is not None and twist.is_finite:
             member.interlock.drive(now, twist, armed, estop)
 
     def limit(self, name: str, v_max: float) -> None:

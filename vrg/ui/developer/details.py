@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from vrg.bus.names import chunk_of
 from vrg.bus.topics import key_matches
-from vrg.types import Pose
+from vrg.types import Pose, Twist
 from vrg.ui.deeds import LOW_BATTERY
 from vrg.ui.developer import words
 from vrg.ui.developer.insight import Insight
@@ -35,7 +35,7 @@ def _told(insight: Insight, player: ScenePlayer) -> Iterator[Item]:
     if report is None:
         return
     body = report.body
-    yield Item("none" if body.command is None else _twist(body.command.v, body.command.w), label="command")
+    yield Item("none" if body.command is None else _twist(body.command), label="command")
     stopped = ", emergency stop latched" if body.estop else ""
     yield Item(f"{'armed' if body.armed else 'not armed'}{stopped}", label="robot")
     if body.battery is not None:
@@ -81,5 +81,6 @@ def _pose(pose: Pose) -> str:
     return f"{pose.x:.2f}, {pose.y:.2f} m, {math.degrees(pose.theta):.0f}°"
 
 
-def _twist(v: float, w: float) -> str:
-    return f"{v + 0.0:.2f} m/s, {math.degrees(w) + 0.0:.0f} °/s"
+def _twist(twist: Twist) -> str:
+    side = f", {twist.side:.2f} m/s to the left" if twist.side else ""
+    return f"{twist.v + 0.0:.2f} m/s{side}, {math.degrees(twist.w) + 0.0:.0f} °/s"

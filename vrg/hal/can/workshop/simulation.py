@@ -175,7 +175,7 @@ class Port:
         self._on_trouble = on_trouble
         self._on_quiet = on_quiet
         self._strict = strict
-        self._told: str | None = None
+        self._fault_logged: str | None = None
         self._wanted: list[Filter] | None = None
         self._opened = 0
         self._open = False
@@ -193,7 +193,7 @@ class Port:
             return
         if self._wire.missing is not None:
             raise RobotError(f"{self.link}: {self._wire.missing}")
-        self._open, self._told = True, None
+        self._open, self._fault_logged = True, None
         self._opened += 1
         self._waiting.clear()
         self._wire._ports.append(self)
@@ -268,9 +268,9 @@ class Port:
             return
         now, trouble = self._wire.clock.now(), self._wire.trouble
         if not self._frozen:
-            if trouble is not None and trouble != self._told:
+            if trouble is not None and trouble != self._fault_logged:
                 self._call(self._on_trouble, f"{self.link}: {trouble}")
-            self._told = trouble
+            self._fault_logged = trouble
             if now - self._heard >= 0.99 * QUIET:
                 self._heard = now
                 self._call(self._on_quiet, now)

@@ -293,8 +293,8 @@ class BulletEngine(Engine):
             force_ahead += along
             force_aside += across
             moment += at_x * across - at_y * along
-        # The friction that gives the model's brake, times a wheel's load.
-        grip = model.brake * model.mass / len(model.drivetrain.wheels)
+        # The friction that gives the model's brake, times the load of a wheel that a motor can hold.
+        grip = model.brake * model.mass / len(stretches)
         force_ahead, force_aside = force_ahead * grip, force_aside * grip
         force = (force_ahead * c - force_aside * s, force_ahead * s + force_aside * c, 0.0)
         pybullet.applyExternalForce(body, -1, force, place, pybullet.WORLD_FRAME, physicsClientId=client)
@@ -413,7 +413,7 @@ def _damped(model: RobotModel) -> float:
     The less inertia a body has, the more a physics step of friction changes the slip, when it turns above all.
     """
     inertia = (model.length**2 + model.width**2) / 12
-    wheels = model.drivetrain.wheels
+    wheels = [wheel for wheel in model.drivetrain.wheels if wheel.axis is not None]
     turning = sum(wheel.x**2 + wheel.y**2 for wheel in wheels) / len(wheels) / inertia
     return model.brake * STEP * max(1.0, turning) / DAMPING
 

@@ -6,7 +6,7 @@ result, for all ticks since the last time at once, because numpy takes little lo
 
 import math
 from collections.abc import Sequence
-from itertools import groupby
+from itertools import accumulate, groupby
 from typing import Any
 
 import numpy as np
@@ -44,8 +44,10 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
         self._turned: Floats = np.zeros(0)
         """The angle of one count, rad, with the calibration error of the axis."""
         self._slip: Floats = np.zeros(0)
-        self._motions: Floats = np.zeros((0, 0))
-        """How much each column adds to the way ahead, the turn, and the way to the left of each robot."""
+        self._motions: Floats = np.zeros((0, 3))
+        """How much each column adds to the way ahead, the turn, and the way to the left of its robot."""
+        self._starts: list[int] = []
+        """The first column of each robot."""
 
     def resize(self, mounted: Sequence[Mounted[OdometrySpec]], now: Instant) -> None:
         """Adapt to a change of the list of robots, or of their rows. The odometry of robots that stay goes on."""
@@ -69,15 +71,14 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
         self._per_rad = np.repeat([_ticks(m) / math.tau for m in mounted], counts)
         self._slip = np.repeat([m.spec.slip_noise for m in mounted], counts)
         scale = np.ones(sum(counts))
-        self._motions = np.zeros((sum(counts), 3 * len(mounted)))
-        column = 0
-        for index, m in enumerate(mounted):
-            own = slice(column, column + _axes(m))
+        self._motions = np.zeros((sum(counts), 3))
+        self._starts = [0, *accumulate(counts)][:-1]
+        for m, start in zip(mounted, self._starts, strict=True):
+            own = slice(start, start + _axes(m))
             if self.surroundings.noise:
                 rng = generator(self.surroundings.seed, m.robot, f"scale of odometry {m.spec.name}")
                 scale[own] += m.spec.scale_noise * rng.standard_normal(_axes(m))
-            self._motions[own, 3 * index : 3 * index + 3] = np.transpose(m.model.drivetrain.motions)
-            column = own.stop
+            self._motions[own] = np.transpose(m.model.drivetrain.motions)
         self._turned = scale / self._per_rad
         self._angles = [now.angles.copy()]
 
@@ -114,7 +115,8 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
             drawn = [noise.of(self._ticks).reshape(len(ways), -1) for noise in self._noises]
             ways *= 1.0 + np.concatenate(drawn, axis=1) * self._slip
         self._ticks = []
-        moved = (ways @ self._motions).reshape(len(ways), -1, 3)
+        # Not as a product of matrices, whose last bits depend on the computer and on the other robots.
+        moved = np.add.reduceat(ways[:, :, np.newaxis] * self._motions, self._starts, axis=1)
         ahead, turn, aside = moved[:, :, 0], moved[:, :, 1], moved[:, :, 2]
         path = np.empty((len(ways) + 1, len(self.poses), 3))
         path[0] = self.poses

@@ -121,7 +121,7 @@ class OdriveListener(Listener):
     def __init__(self, send: Send, clock: Clock) -> None:
         super().__init__(send, clock)
         self.endpoints: Endpoints | None = None
-        self._told: dict[tuple[int, int], int] = {}
+        self._fault_logged: dict[tuple[int, int], int] = {}
 
     def claim(self, frame: Frame) -> Claim:
         """A heartbeat is likely one, and so is every frame of a node that has sent one."""
@@ -155,7 +155,7 @@ class OdriveListener(Listener):
             case messages.BusVoltageCurrent(voltage):
                 node.voltage = voltage
             case messages.TxSdo(endpoint=endpoint, value=value):
-                self._told[node.node, endpoint] = value
+                self._fault_logged[node.node, endpoint] = value
 
     def greet(self) -> None:
         """Ask every drive for its serial number."""
@@ -185,11 +185,11 @@ class OdriveListener(Listener):
             RobotError: there is no answer. ValueError: there is no such endpoint, or its firmware has other numbers.
         """
         endpoint = self._endpoint(node, setting)
-        self._told.pop((node.node, endpoint.number), None)
+        self._fault_logged.pop((node.node, endpoint.number), None)
         self._send(codec.encode(node.node, messages.RxSdo(_READ, endpoint.number)))
-        if not self._clock.wait(lambda: (node.node, endpoint.number) in self._told, ANSWER_PATIENCE):
+        if not self._clock.wait(lambda: (node.node, endpoint.number) in self._fault_logged, ANSWER_PATIENCE):
             raise RobotError(f"odrive {node.node}: expected an answer to {setting}, got none")
-        return endpoint.words(self._told[node.node, endpoint.number])
+        return endpoint.words(self._fault_logged[node.node, endpoint.number])
 
     def write(self, node: Found, setting: str, value: str) -> None:
         """Change an endpoint.
