@@ -40,7 +40,7 @@ class Match:
         match key.removeprefix(self.root), version:
             case "clock", 1:
                 self.time = stamp
-            case "referee/state", 5:
+            case "referee/state", 6:
                 self.referee = body
             case "poses", 5:
                 self.places = {seen["name"]: seen["pose"] for seen in body["bodies"]}

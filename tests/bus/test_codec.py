@@ -253,7 +253,7 @@ def test_any_reader_of_messagepack_understands_the_wire() -> None:
     payload = encode(Received("k", 3.25, 7, m.Drive(twist=Twist(1.5, -2.0)), "player/ann"), "player/ann/1f")
     assert msgpack.unpackb(payload) == [
         2,
-        2,
+        3,
         "player/ann/1f",
         "k",
         7,
@@ -263,14 +263,14 @@ def test_any_reader_of_messagepack_understands_the_wire() -> None:
 
 
 def test_any_writer_of_messagepack_is_understood() -> None:
-    payload = msgpack.packb([2, 2, "x", "k", 7, 3.25, {"twist": {"v": 1.5, "w": -2}, "armed": True}])
+    payload = msgpack.packb([2, 3, "x", "k", 7, 3.25, {"twist": {"v": 1.5, "w": -2}, "armed": True}])
     assert decode(payload, m.Drive, "k").body == m.Drive(twist=Twist(1.5, -2.0))
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1001.0, "fast", None])
 def test_a_speed_that_is_no_speed_is_refused_by_its_field(value: object) -> None:
     payload = msgpack.packb(
-        [2, 2, "x", "vrg/m/robot/a/drive", 0, 0.0, {"twist": {"v": value, "w": 0.0}, "armed": True}]
+        [2, 3, "x", "vrg/m/robot/a/drive", 0, 0.0, {"twist": {"v": value, "w": 0.0}, "armed": True}]
     )
     with pytest.raises(MessageError, match=r"vrg/m/robot/a/drive: .*twist"):
         decode(payload, m.Drive, "vrg/m/robot/a/drive")
@@ -279,13 +279,13 @@ def test_a_speed_that_is_no_speed_is_refused_by_its_field(value: object) -> None
 @pytest.mark.parametrize(
     ("wire", "told"),
     [
-        ([1, 2, "x", "k", 0, 0.0, {"twist": {"v": 0.0, "w": 0.0}}], "format 2, got 1: run the same release"),
-        ([2, 1, "x", "k", 0, 0.0, {"twist": {"v": 0.0, "w": 0.0}}], "version 2 of Drive, got 1"),
-        ([2, 2, "x", "k", 0, math.nan, {"twist": {"v": 0.0, "w": 0.0}}], "expected a message"),
-        ([2, 2, "x", "k", -1, 0.0, {"twist": {"v": 0.0, "w": 0.0}}], "expected a message"),
-        ([2, 2, "x" * 401, "k", 0, 0.0, {"twist": {"v": 0.0, "w": 0.0}}], "expected a message"),
-        ([2, 2, "x", "k", 0, 0.0, {"twist": {"v": 0.0}}], "w"),
-        ([2, 2, "x", "k", 0, 0.0, {"twist": {"v": 0.0, "w": 0.0}, "speed": 1}], "speed"),
+        ([1, 3, "x", "k", 0, 0.0, {"twist": {"v": 0.0, "w": 0.0}}], "format 2, got 1: run the same release"),
+        ([2, 1, "x", "k", 0, 0.0, {"twist": {"v": 0.0, "w": 0.0}}], "version 3 of Drive, got 1"),
+        ([2, 3, "x", "k", 0, math.nan, {"twist": {"v": 0.0, "w": 0.0}}], "expected a message"),
+        ([2, 3, "x", "k", -1, 0.0, {"twist": {"v": 0.0, "w": 0.0}}], "expected a message"),
+        ([2, 3, "x" * 401, "k", 0, 0.0, {"twist": {"v": 0.0, "w": 0.0}}], "expected a message"),
+        ([2, 3, "x", "k", 0, 0.0, {"twist": {"v": 0.0}}], "w"),
+        ([2, 3, "x", "k", 0, 0.0, {"twist": {"v": 0.0, "w": 0.0}, "speed": 1}], "speed"),
         ([2, 0, 0.0, {"twist": {"v": 0.0, "w": 0.0}}], "of format 2"),
         ({"twist": 0.0}, "of format 2"),
     ],

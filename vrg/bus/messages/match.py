@@ -144,7 +144,7 @@ class RefereeState(Message, frozen=True, kw_only=True):
         estop: True while the emergency stop is engaged.
     """
 
-    version = 5
+    version = 6
 
     game: Name
     stage: Stage

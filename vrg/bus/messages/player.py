@@ -39,7 +39,7 @@ class Report(Message, frozen=True, kw_only=True):
         battery: the charge of its robot's battery, from 1 (full) to 0 (empty); None where that is not measured.
     """
 
-    version = 5
+    version = 6
 
     mode: Text
     armed: bool

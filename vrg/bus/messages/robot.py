@@ -16,7 +16,7 @@ class Drive(Message, frozen=True, kw_only=True):
         armed: False means that its motors must be off.
     """
 
-    version = 2
+    version = 3
 
     twist: Twist
     armed: bool = True

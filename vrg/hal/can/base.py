@@ -44,7 +44,7 @@ class Estimate(Struct, frozen=True):
 
 
 class DriveBase:
-    """See the module. It has no bus and no clock.
+    """The motors of one robot as the axes of its drivetrain, and its odometry. It has no bus and no clock.
 
     Args:
         axes: how the motors are wired; an axis without any stands, as where one motor is tried alone.

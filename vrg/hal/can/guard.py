@@ -42,7 +42,7 @@ GRACE = 0.5
 
 
 class Guard:
-    """See the module. Times are monotonic, s.
+    """Keeps the reasons for which the motors of one robot must be off. Times are monotonic, s.
 
     `look` is told the time until which the bus has been heard, where the others are told the time that it is: a process
     that was kept from running finds heartbeats that wait to be read, and a drive is not dead for that.

@@ -64,7 +64,7 @@ class Order(NamedTuple):
 
 
 class Machine:
-    """See the module.
+    """The states of one drive train: events come in, and orders go out.
 
     Args:
         name: the robot's name, for messages. base: its wheels and its odometry.

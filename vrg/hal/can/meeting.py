@@ -34,7 +34,7 @@ class MissingError(RobotError):
 
 
 class Meeting:
-    """See the module. Times are monotonic, s.
+    """The steps by which a robot meets its drives. Times are monotonic, s.
 
     Args:
         protocol: the name of the drives' protocol, for messages. reports: what the drives report. now: it begins.

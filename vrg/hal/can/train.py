@@ -60,7 +60,7 @@ class TrainState:
 
 
 class DriveTrain:
-    """See the module.
+    """Drives the axes of one robot on a bus.
 
     Args:
         name: the robot's name, for messages. medium: the buses. link: which of them is its own.

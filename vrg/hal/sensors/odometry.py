@@ -17,6 +17,7 @@ class Odometry(SensorMessage, frozen=True, kw_only=True):
     """
 
     kind = "odometry"
+    version = 2
 
     pose: Pose
     twist: Twist
