@@ -61,6 +61,11 @@ class Twist(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True,
     side: Speed = 0.0
 
     @property
+    def speed(self) -> float:
+        """The speed of the body, m/s: below 0 where it drives straight back."""
+        return math.hypot(self.v, self.side) if self.side else self.v
+
+    @property
     def is_finite(self) -> bool:
         """True if all numbers are finite."""
         return math.isfinite(self.v) and math.isfinite(self.w) and math.isfinite(self.side)

@@ -165,7 +165,7 @@ def _in_real_time(stop: Stop, incident: Incident, events: Sequence[Event], motio
         times,
         [start[0], *(x for _, x, _, _ in samples)],
         [start[1], *(y for _, _, y, _ in samples)],
-        [motion.speed(before), *(math.hypot(twist.v, twist.side) for *_, twist in samples)],
+        [motion.speed(before), *(twist.speed for *_, twist in samples)],
         rests,
     )
     then = replace(incident, time=0.0, until=math.inf, soonest=incident.soonest - incident.time)

@@ -3,7 +3,6 @@
 A file that is torn, because its recorder was killed or its disk was full, is read as far as it goes.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -193,7 +192,7 @@ class _Moves:
         rests = self._spells() if self.rests else rests_of(times, list(map(at_rest, twists)))
         return Motion(
             name, self.physical, times, [p[1] for p in self.places], [p[2] for p in self.places],
-            [math.hypot(twist.v, twist.side) for twist in twists], rests,
+            [twist.speed for twist in twists], rests,
         )  # fmt: skip
 
     def _spells(self) -> list[Rest]:

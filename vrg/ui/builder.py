@@ -199,7 +199,7 @@ class SceneBuilder:
             state=status.state,
             may_move=status.may_move,
             mark=status.mark,
-            speed=body.twist.v if body is not None else None,
+            speed=None if body is None else body.twist.speed,
             battery=report.battery if report else None,
             mode=report.mode if report else "",
             armed=report.armed if report else False,

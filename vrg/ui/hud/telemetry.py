@@ -46,7 +46,7 @@ class Telemetry:
         state: the referee's state, with the poses that the player's team is told. me: the player in it.
         report: what the player's process says of itself, with the match time of that.
         pose: where the robot is by its own measurement. pose_age: the match time since then, s.
-        speed: the speed ahead by the robot's wheels, m/s.
+        speed: the speed by the robot's wheels, m/s; below 0 where it drives straight back.
         sensors: the sensors of the robot, in the order of its model.
         player_age, robot_age, referee_age: the match time in s since the newest report of the player, the newest
             reading of any of its sensors, and the newest state of the referee were made.
@@ -111,7 +111,7 @@ class Receiver:
             report=report,
             pose=pose,
             pose_age=None if stamp is None else max(0.0, now - stamp),
-            speed=None if odometry is None else odometry.body.twist.v,
+            speed=None if odometry is None else odometry.body.twist.speed,
             sensors=sensors,
             player_age=None if report is None else max(0.0, now - report.stamp),
             robot_age=max(0.0, now - max(stamps)) if stamps else None,
