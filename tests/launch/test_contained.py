@@ -104,7 +104,7 @@ CULPRITS = {
     "Nan": "it fails too often: Nan.act: expected finite numbers of m/s and rad/s, got Twist(v=nan, w=0.0)",
     "Leaves": "it fails too often: SystemExit (broken.py, line 40, in act)",
     "Nibbles": "MemoryError (broken.py, line 63, in act)",
-    "Odd": "it fails too often: Odd.act: expected a Twist of two numbers, got Twist(v=1000000",
+    "Odd": "it fails too often: Odd.act: expected a Twist of numbers, got Twist(v=1000000",
     "Interrupts": "it fails too often: KeyboardInterrupt: two lines \\udcff (broken.py, line 73, in act)",
     "Silly": "it fails too often: Silly.act: expected a Twist(v, w) or an Action, got 'left' (broken.py, line 44,",
 }
