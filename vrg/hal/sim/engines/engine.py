@@ -74,7 +74,8 @@ class Engine(ABC):
         self._targets: Floats = np.zeros((0, 2))
         self._braking: npt.NDArray[np.bool_] = np.zeros(0, dtype=bool)
         self._slew: Floats = np.zeros((0, 1))
-        self._holonomic: npt.NDArray[np.bool_] = np.zeros(0, dtype=bool)
+        self._holonomic: list[int] = []
+        """The rows of the robots that can drive sideways."""
 
     def add(self, name: str, model: RobotModel, pose: Pose, kinematic: bool = False) -> None:
         """Put a robot into the world, at rest and with its wheels braked.
@@ -98,7 +99,7 @@ class Engine(ABC):
             setattr(self, field, np.pad(old, ((0, 1), (0, axes - old.shape[1]))))
         self.kinematic = np.append(self.kinematic, kinematic)
         self._braking = np.append(self._braking, True)
-        self._holonomic = np.append(self._holonomic, model.drivetrain.holonomic)
+        self._find_holonomic()
         self._slew = np.vstack((self._slew, (model.brake / model.drivetrain.wheel_radius,)))
         self._added(len(self.names) - 1)
 
@@ -120,9 +121,9 @@ class Engine(ABC):
             "_targets",
             "_braking",
             "_slew",
-            "_holonomic",
         ):
             setattr(self, field, np.delete(getattr(self, field), row, axis=0))
+        self._find_holonomic()
 
     def place(self, name: str, pose: Pose) -> None:
         """Put a robot somewhere else, at rest. The caller must check that it fits there.
@@ -214,6 +215,9 @@ class Engine(ABC):
         self.place(name, pose)
         self.angles[self.row(name), : len(angles)] = angles
 
+    def _find_holonomic(self) -> None:
+        self._holonomic = [row for row, model in enumerate(self.models) if model.drivetrain.holonomic]
+
     @abstractmethod
     def _added(self, row: int) -> None:
         """Called after a robot has been appended."""
@@ -234,7 +238,7 @@ class Engine(ABC):
         """The speeds of the axes that the motors aim for at the end of a step: `speeds`, moved towards the targets."""
         change = self._targets - self.speeds
         limit = self._slew * dt
-        if self._holonomic.any():
+        if self._holonomic:
             most = np.abs(change[self._holonomic]).max(axis=1, keepdims=True)
             change[self._holonomic] *= np.minimum(1.0, limit[self._holonomic] / np.maximum(most, 1e-12))
         np.minimum(change, limit, out=change)

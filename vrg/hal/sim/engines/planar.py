@@ -76,7 +76,7 @@ class PlanarEngine(Engine):
         x += way * cos
         y += way * sin
         far = np.abs(way) + np.abs(turned) * self._reach
-        if self._holonomic.any():
+        if self._holonomic:
             x -= aside * sin
             y += aside * cos
             far += np.abs(aside)
