@@ -28,7 +28,7 @@ from can_trials import Row, Tell, spread
 from common import quantile
 
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Estop, Message, Official, OfficialAction, RefereeState, Stage
+from vrg.bus.messages import Estop, EstopRelease, Message, Official, OfficialAction, RefereeState, Stage
 from vrg.bus.session import Session, open_session
 from vrg.bus.topics import Keys, Qos, Topic
 from vrg.hal.can.bus import CanBus
@@ -123,7 +123,7 @@ class _Official:
         self._mailbox = Mailbox()
         self._states = self._mailbox.subscribe(keys.referee_state)
         session.attach(self._mailbox)
-        for topic in (keys.estop, keys.official):
+        for topic in (keys.estop, keys.estop_release, keys.official):
             if not session.wait_for_listener(topic.key, Qos.EVENT, PATIENCE):
                 raise TimeoutError(f"nobody listens to {topic.key}")
 
@@ -135,9 +135,13 @@ class _Official:
         latest = self._states.latest
         return latest.body if latest is not None else None
 
-    def estop(self, engaged: bool) -> float:
-        """Publish it; s of time.time() just before."""
-        return self._say(self._keys.estop, Estop(engaged=engaged, by="benchmark"))
+    def estop(self) -> float:
+        """Engage the emergency stop; s of time.time() just before."""
+        return self._say(self._keys.estop, Estop(by="benchmark"))
+
+    def release(self) -> None:
+        """Release it."""
+        self._say(self._keys.estop_release, EstopRelease(by="benchmark"))
 
     def resume(self) -> None:
         """Once nothing hinders it; waits until play goes on."""
@@ -261,7 +265,7 @@ def rows(driven: int, standing: int, tell: Tell, udp: bool = False) -> tuple[lis
             bus.look()
             bus.frames.clear()
             arrivals.clear()
-            at = official.estop(True)
+            at = official.estop()
             time.sleep(STOPS_WITHIN if number < driven else HELD)
             _wait_for(lambda at=at: bus.look() or len(bus.estops(at)) == len(NODES), "the Estop frames")  # type: ignore[misc]
             took = bus.estops(at).values()
@@ -270,7 +274,7 @@ def rows(driven: int, standing: int, tell: Tell, udp: bool = False) -> tuple[lis
             passed += [(arrival - at) * 1e3 for arrival in arrivals[:1]]
             if number < driven:
                 halts.append(bus.stopped(at) * 1e3)
-            official.estop(False)
+            official.release()
             if number < driven:
                 official.resume()
             else:
