@@ -161,9 +161,9 @@ class Player(Node):
             self._mode = "Referee"
         elif self._manual:
             self._mode = "Manual"
-        wanted = manual or (action.twist if sensible else STILL)
+        wanted = STILL
         if sensible or manual is not None:
-            wanted = planned(self._strategy, view, wanted)
+            wanted = planned(self._strategy, view, manual or action.twist)
         self._send(lease or wanted if view.me.may_move else STILL)
 
     def give_way(self, why: str) -> None:

@@ -18,7 +18,7 @@ from vrg.hal.clock import REAL_CLOCK, Clock, Task
 from vrg.hal.driver import Driver
 from vrg.hal.estop import EstopLatch, EstopOrders
 from vrg.hal.gate import REFEREE_TIMEOUT, RefereeGate
-from vrg.hal.location import Location, Place
+from vrg.hal.location import Location
 from vrg.hal.models import RobotModel
 from vrg.hal.readings import Readings, samples_of
 from vrg.hal.sensors.ins import Ins
@@ -74,8 +74,8 @@ class Device:
         self._location = (
             Location(keys, mailbox, self.name, start, fed=localisation == FEED) if driver.physical else None
         )
-        self._place: Place | None = None
-        self._twist = STILL
+        self._measured: tuple[MeasuredPose, float] | None = None
+        """What the world is to hear of the last `read`, and its stamp, s."""
         self._synthesised: list[tuple[str, Inlet[SensorMessage]]] = []
         if driver.physical:
             self._synthesised = [
@@ -149,8 +149,8 @@ class Device:
         else:
             place = self._location.measured(own)
             age = readings.age
-        self._place = place
-        self._twist = STILL if odometry is None else odometry.value.twist
+        twist = STILL if odometry is None else odometry.value.twist
+        self._measured = (MeasuredPose(pose=place.pose, twist=twist), place.stamp) if place.publish else None
         return Readings(
             stamp=self._mailbox.now - age,
             age=age,
@@ -163,10 +163,9 @@ class Device:
 
     def report(self) -> None:
         """Publish to the world where a physical robot was at the last `read`."""
-        place, self._place = self._place, None
-        if self._location is not None and place is not None and place.publish:
-            pose = MeasuredPose(pose=place.pose, twist=self._twist)
-            self._mailbox.publish(self._location.topic, pose, stamp=place.stamp)
+        measured, self._measured = self._measured, None
+        if self._location is not None and measured is not None:
+            self._mailbox.publish(self._location.topic, measured[0], stamp=measured[1])
 
     def lease(self, now: float) -> Twist | None:
         """The motion that a human asks for who holds the lease at match time `now`, or None where nobody holds it."""

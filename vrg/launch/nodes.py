@@ -6,7 +6,7 @@ processes only a player's own process imports a student's code.
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from vrg.blame import failure_of
 from vrg.bus.mailbox import Mailbox
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from vrg.coordinator.coordinator import Coordinator
     from vrg.coordinator.journal import Journal
     from vrg.hal.can.link import Medium
+    from vrg.hal.models import RobotModel
     from vrg.hal.sim.node import WorldNode
     from vrg.recording.live import LiveRecorder
     from vrg.recording.recorder import Recorder
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
     from vrg.ui.hud.node import Hud
     from vrg.ui.spectator import Spectator
     from vrg.ui.web.node import WebNode
+
+T = TypeVar("T")
 
 
 def world_node(setup: MatchSetup) -> "WorldNode":
@@ -103,22 +106,27 @@ def strategy_of(setup: MatchSetup, name: str) -> "Strategy":
     from vrg.games import PLANNERS
 
     player = setup.player(name)
-    kind = strategy_class(player.strategy, Path(setup.base))
-    try:
-        strategy = kind(name, player.robot)
-    except (Exception, SystemExit) as error:
-        raise ConfigError([f"{player.strategy}: cannot be made: {failure_of(error)}"]) from error
+    strategy = _made(player.strategy, strategy_class(player.strategy, Path(setup.base)), name, player.robot)
     # numpy's older generators take no more than 32 bits.
     strategy.seed = setup.draw(team_seed(player.team)) % 2**32
     if setup.planner is not None:
         planner = PLANNERS.get(setup.planner)
         if not issubclass(planner, Planner):
             raise ConfigError([f"{setup.planner}: expected a subclass of vrg.agents.planner.Planner, got {planner!r}"])
-        try:
-            strategy.planner = planner(name, player.robot)
-        except (Exception, SystemExit) as error:
-            raise ConfigError([f"{setup.planner}: cannot be made: {failure_of(error)}"]) from error
+        strategy.planner = _made(setup.planner, planner, name, player.robot)
     return strategy
+
+
+def _made(target: str, kind: "Callable[[str, RobotModel], T]", name: str, robot: "RobotModel") -> T:
+    """Make what `target` names, a strategy or a planner, for a player and its robot.
+
+    Raises:
+        ConfigError: it cannot be made.
+    """
+    try:
+        return kind(name, robot)
+    except (Exception, SystemExit) as error:
+        raise ConfigError([f"{target}: cannot be made: {failure_of(error)}"]) from error
 
 
 def player_node(

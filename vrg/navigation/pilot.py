@@ -95,7 +95,7 @@ class Pilot:
             )
             target = next(ways, [target])[0]
         wanted = scaled((target[0] - here[0], target[1] - here[1]), speed)
-        return self._past(now, pose, wanted, neighbours, _Free(bounds, solid))
+        return self._past(now, pose, wanted, neighbours, _free(bounds, solid))
 
     def head(
         self,
@@ -107,7 +107,7 @@ class Pilot:
         walls: Sequence[tuple[Region, float]] = (),
     ) -> Twist:
         """The twist that drives with a wanted velocity (m/s in the map's frame), past the bodies that are near."""
-        return self._past(now, pose, wanted, neighbours, _Free(bounds, _solid(walls, (pose.x, pose.y))))
+        return self._past(now, pose, wanted, neighbours, _free(bounds, _solid(walls, (pose.x, pose.y))))
 
     def _past(self, now: float, pose: Pose, wanted: Vector, neighbours: Sequence[Neighbour], bounds: Bounds) -> Twist:
         here = (pose.x, pose.y)
@@ -158,6 +158,10 @@ def _solid(walls: Sequence[tuple[Region, float]], here: Vector) -> list[Region]:
     # Whoever is nearer to a wall than it should be must be able to leave it, but not to drive into it.
     margins = [(wall, min(margin, wall.distance(*here) - ROOM)) for wall, margin in walls]
     return [grown(wall, margin) for wall, margin in margins if margin > 0.0]
+
+
+def _free(region: Bounds, walls: Sequence[Region]) -> Bounds:
+    return _Free(region, walls) if walls else region
 
 
 class _Free:

@@ -219,8 +219,7 @@ def read_motions(path: Path | Sequence[Path]) -> dict[str, Motion]:
                 position = decode(data, PoseInFrame, topic).pose.position
                 moves.places.append((stamp, position.x, position.y))
             case ["", "robot", name, "twist"] if name in found:
-                twist = decode(data, TwistRecord, topic)
-                found[name].twists.append((stamp, Twist(twist.v, twist.w, twist.side)))
+                found[name].twists.append((stamp, decode(data, TwistRecord, topic).twist))
             case ["", "robot", name, "rest"] if name in found:
                 found[name].add_rest(stamp, decode(data, RestRecord, topic))
     return {name: moves.motion(name) for name, moves in found.items()}

@@ -13,7 +13,7 @@ from vrg.recording.foxglove import PoseInFrame, SceneUpdate, heading_of
 from vrg.recording.mcap_reading import decode, records_in
 from vrg.recording.records import BatteryRecord, CallRecord, EstopRecord, ReportRecord, StateRecord, TwistRecord
 from vrg.recording.sketches import strokes_of
-from vrg.types import STILL, Pose, Twist
+from vrg.types import STILL, Pose
 
 T = TypeVar("T")
 Timed = list[tuple[float, T]]
@@ -84,8 +84,7 @@ class _Reading:
                 place = Pose(pose.position.x, pose.position.y, heading_of(pose.orientation))
                 self._bodies[name] = m.Body(name=name, pose=place, twist=STILL, physical=physical)
             case ["", "robot", name, "twist"] if name in self._bodies:
-                twist = decode(data, TwistRecord, topic)
-                self._bodies[name] = replace(self._bodies[name], twist=Twist(twist.v, twist.w, twist.side))
+                self._bodies[name] = replace(self._bodies[name], twist=decode(data, TwistRecord, topic).twist)
             case ["", "scene"]:
                 self._end_instant(stamp)
             case ["", "referee", "state"]:

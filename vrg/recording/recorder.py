@@ -265,11 +265,7 @@ class Recorder(Node):
         report, player = received.body, name_in(received.key)
         at = fg.time_of(received.stamp)
         if report.command is not None:
-            self._write(
-                f"/robot/{player}/command",
-                TwistRecord(at, report.command.v, report.command.w, report.command.side),
-                received,
-            )
+            self._write(f"/robot/{player}/command", TwistRecord.of(at, report.command), received)
         if report.battery is not None and self._charge.get(player) != (charge := round(report.battery, 3)):
             self._charge[player] = charge
             self._write(f"/robot/{player}/battery", BatteryRecord(at, charge), received)
@@ -316,9 +312,7 @@ class Recorder(Node):
             pose = fg.pose_of(body.pose.x, body.pose.y, body.pose.theta)
             in_frame = fg.PoseInFrame(at, fg.FRAME, pose)
             self._write(f"/robot/{body.name}/pose", in_frame, received, physical=body.physical)
-            self._write(
-                f"/robot/{body.name}/twist", TwistRecord(at, body.twist.v, body.twist.w, body.twist.side), received
-            )
+            self._write(f"/robot/{body.name}/twist", TwistRecord.of(at, body.twist), received)
             self._write_rest(body, received)
             role, state = self._roles.get(body.name, ("robot", ""))
             colour, model = self._game.style(role, state).colour, self._models.get(body.name)

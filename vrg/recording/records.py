@@ -10,7 +10,7 @@ from msgspec import Struct
 
 from vrg.bus.messages import Auction, FieldObject, Sighting, Zone
 from vrg.recording.foxglove import Time
-from vrg.types import Pose
+from vrg.types import Pose, Twist
 
 
 class PlayerRecord(Struct, frozen=True, gc=False):
@@ -68,6 +68,16 @@ class TwistRecord(Struct, frozen=True, gc=False):
     v: float
     w: float
     side: float = 0.0
+
+    @classmethod
+    def of(cls, at: Time, twist: Twist) -> "TwistRecord":
+        """The record of a motion at a time."""
+        return cls(at, twist.v, twist.w, twist.side)
+
+    @property
+    def twist(self) -> Twist:
+        """The motion."""
+        return Twist(self.v, self.w, self.side)
 
 
 class RestRecord(Struct, frozen=True, gc=False):

@@ -49,14 +49,14 @@ def gets_going(bench: DeviceBench) -> None:
         drive_on(bench)
 
 
-def drive_on(bench: DeviceBench) -> None:
+def drive_on(bench: DeviceBench, twist: Twist = AHEAD, seconds: float = 0.1) -> None:
     """What a player goes on doing: drive, or arm where it is not armed."""
     with suppress(RobotError):
         if bench.device.read().armed:
-            bench.device.drive(AHEAD)
+            bench.device.drive(twist)
         else:
             bench.device.arm()
-    bench.advance(0.1)
+    bench.advance(seconds)
 
 
 def notices(bench: DeviceBench) -> None:

@@ -507,12 +507,7 @@ class TestProvedWatchdogs:
                 bench.device.start()
                 end = bench.now + 5.0
                 while bench.now < end and bench.speed < 0.6:
-                    with suppress(RobotError):
-                        if bench.device.read().armed:
-                            bench.device.drive(FAST)
-                        else:
-                            bench.device.arm()
-                    bench.advance(0.02)
+                    drive_on(bench, FAST, 0.02)
                 fault = bench.device.read().fault
                 assert (fault is None) == (bench.speed >= 0.6), fault
                 if watchdog in (0.2, 0.25):

@@ -112,16 +112,7 @@ class Engine(ABC):
         row = self.row(name)
         self._removed(row)
         del self.names[row], self.models[row], self.touch[row]
-        for field in (
-            "kinematic",
-            "poses",
-            "velocities",
-            "angles",
-            "speeds",
-            "_targets",
-            "_braking",
-            "_slew",
-        ):
+        for field in ("kinematic", "poses", "velocities", "angles", "speeds", "_targets", "_braking", "_slew"):
             setattr(self, field, np.delete(getattr(self, field), row, axis=0))
         self._find_holonomic()
 
