@@ -3,18 +3,20 @@
 import io
 import os
 import socket
+from types import SimpleNamespace
 
 import pytest
 import typer
 from rich.console import Console
 from typer.testing import CliRunner
 
+from tests.system.harness import wait_until
 from tests.test_machines import load
 from vrg.cli import make_app
 from vrg.commands.page import open_page, print_links
 from vrg.commands.play import web_address
 from vrg.errors import LaunchError
-from vrg.launch import child
+from vrg.launch import child, managed
 from vrg.launch.child import split_options, title
 from vrg.launch.endpoints import free_port
 from vrg.launch.fork_server import ForkServer
@@ -95,16 +97,16 @@ def test_the_page_runs_where_the_match_is_launched_and_its_tokens_are_in_no_argu
 
 
 def test_a_process_is_given_its_secret_at_each_start(tmp_path, monkeypatch):
-    code = "import sys; print(len(sys.stdin.readline().strip()), flush=True)"
-    monkeypatch.setattr(ProcessSpec, "interpreter", property(lambda _: ("-c", code)))
+    (tmp_path / "listening.py").write_text("import sys; print(len(sys.stdin.readline().strip()), flush=True)")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.setattr(managed, "child", SimpleNamespace(__name__="listening"))
     process = ManagedProcess(
         ProcessSpec("web", ("web",), "x/y/z", 1, 1, secret="t0ken"), tmp_path / "log", ForkServer()
     )
     for _ in range(2):
         process.start()
-        assert process._process is not None
-        assert process._process.wait(60) == 0
-        process.wait_stopped(0.0)
+        wait_until(lambda: process.exit_status is not None, "it to end")
+        assert process.exit_status == 0
     assert (tmp_path / "log").read_text().split() == ["5", "5"]
 
 

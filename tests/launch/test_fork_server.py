@@ -1,79 +1,165 @@
-"""The fork server, with nodes that end at once."""
+"""The fork server, with processes that end at once or that leave others behind."""
 
 import json
 import os
+import signal
 import socket
 import subprocess
 import sys
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 
 import psutil
 import pytest
 
 from tests.system.harness import wait_until
-from vrg.launch.fork_server import fork_server
+from vrg.launch.fork_server import UNKNOWN, Child, ForkServer, fork_server
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="it is started only on Linux")
 
-NONSENSE = ("router", "not an endpoint")
-
-
-def test_a_node_that_is_being_forked_is_known_although_somebody_says_stop(tmp_path: Path) -> None:
-    stop = threading.Event()
-    with fork_server() as server, (tmp_path / "log").open("wb") as log:
-        server.stop = stop
-        assert server.fork(NONSENSE, log) is not None
-        stop.set()
-        forked = server.fork(NONSENSE, log)
-        assert forked is not None
-        assert forked.wait(60.0) == 1
-
-
-def test_nobody_waits_for_a_server_that_still_loads_once_somebody_says_stop(tmp_path: Path) -> None:
-    stop = threading.Event()
-    stop.set()
-    with fork_server() as server, (tmp_path / "log").open("wb") as log:
-        server.stop = stop
-        assert server.fork(NONSENSE, log) is None
-        assert not server.alive
-
-
-STUCK = """
-import os, signal, sys, time
-from vrg.launch import fork_server
-
-fork_server.ORPHANED = 0.1
-fork_server._preload = lambda: None
+PROGRAM = """
+import os, subprocess, sys, time
 
 
 def main(arguments):
-    if arguments[0] == "ends":
-        return 0
+    what = arguments[0]
+    if what == "ends":
+        return int(arguments[1])
+    if what == "litters":
+        # One in its own group, one in another session, and one whose parent has ended.
+        sleep = [sys.executable, "-c", "import time; time.sleep(3600.0)"]
+        started = [subprocess.Popen(sleep), subprocess.Popen(sleep, start_new_session=True)]
+        if os.fork() == 0:
+            os.setsid()
+            lost = subprocess.Popen(sleep)
+            print(lost.pid, flush=True)
+            os._exit(0)
+        os.wait()
+        for process in started:
+            print(process.pid, flush=True)
     print(os.getpid(), flush=True)
-    time.sleep(3600.0)
+    if what != "litters" or arguments[1] == "stays":
+        time.sleep(3600.0)
+    return 0
 
 
-fork_server.child.main = main
-fork_server.main()
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
 """
 
 
-def test_a_node_that_is_stuck_is_ended_although_an_answer_was_waiting_for_the_launcher(tmp_path: Path) -> None:
+@pytest.fixture(autouse=True)
+def program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "littering.py").write_text(PROGRAM, encoding="utf-8")
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}:{os.getcwd()}")
+
+
+@pytest.fixture
+def server() -> Iterator[ForkServer]:
+    with fork_server(preload=["littering"]) as server:
+        yield server
+
+
+def run(server: ForkServer, log: Path, *arguments: str, forked: bool = True) -> Child:
+    with log.open("ab") as output:
+        return server.run("littering", arguments, output, forked=forked)
+
+
+def test_a_process_that_is_being_forked_is_known_although_stop_is_set(server: ForkServer, tmp_path: Path) -> None:
+    server.stop = stop = threading.Event()
+    run(server, tmp_path / "log", "ends", "0")
+    stop.set()
+    forked = run(server, tmp_path / "log", "ends", "3")
+    assert server.alive
+    assert forked.wait(60.0)
+    assert forked.poll() == 3
+
+
+def test_no_process_waits_for_a_server_that_still_loads_once_stop_is_set(server: ForkServer, tmp_path: Path) -> None:
+    server.stop = stop = threading.Event()
+    stop.set()
+    spawned = run(server, tmp_path / "log", "ends", "3")
+    assert not server.alive
+    assert spawned.wait(60.0)
+    assert spawned.poll() == 3, "it has an interpreter of its own"
+
+
+def test_an_end_that_is_reported_late_keeps_its_status(server: ForkServer, tmp_path: Path) -> None:
+    """A busy machine may let the server wait for its turn for a long time."""
+    child = run(server, tmp_path / "log", "sleeps")
+    child.send_signal(signal.SIGTERM)
+    wait_until(lambda: _ended(child.pid), "the process to end")
+    late, server.receive = server.receive, lambda: None  # type: ignore[method-assign]
+    for _ in range(100):
+        assert child.poll() is None
+    server.receive = late  # type: ignore[method-assign]
+    wait_until(lambda: child.poll() is not None, "the report")
+    assert child.poll() == -signal.SIGTERM
+    assert server.alive
+
+
+def test_a_server_that_is_frozen_is_given_up(server: ForkServer, tmp_path: Path) -> None:
+    child = run(server, tmp_path / "log", "sleeps")
+    (process,) = (p for p in psutil.Process().children() if "vrg.launch.forking" in p.cmdline())
+    process.suspend()
+    child.kill()
+    wait_until(lambda: child.poll() is not None, "the end to be seen")
+    assert child.poll() == UNKNOWN
+    assert not server.alive
+
+
+@pytest.mark.parametrize("how", ["ends", "killed", "server killed", "interpreter of its own"])
+def test_what_a_process_has_started_ends_with_it(server: ForkServer, tmp_path: Path, how: str) -> None:
+    log = tmp_path / "log"
+    forked = how != "interpreter of its own"
+    child = run(server, log, "litters", "ends" if how == "ends" else "stays", forked=forked)
+    wait_until(lambda: len(log.read_text().split()) == 4, "all to be started")
+    left = {int(word) for word in log.read_text().split()} - {child.pid}
+    if how == "server killed":
+        (process,) = (p for p in psutil.Process().children() if "vrg.launch.forking" in p.cmdline())
+        process.kill()
+        process.wait()
+    if how != "ends":
+        child.kill()
+    wait_until(lambda: child.poll() is not None, "the end to be seen")
+    # What has a session of its own is found only by the server.
+    found = left if how in ("ends", "killed") else {pid for pid in left if _group(pid) == child.pid}
+    wait_until(lambda: all(map(_ended, found)), f"{found} to be ended")
+    for pid in left - found:
+        os.kill(pid, signal.SIGKILL)
+
+
+def _group(pid: int) -> int | None:
+    try:
+        return os.getpgid(pid)
+    except ProcessLookupError:
+        return None
+
+
+def _ended(pid: int) -> bool:
+    try:
+        return psutil.Process(pid).status() == psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return True
+
+
+def test_a_process_that_is_stuck_is_ended_although_an_answer_was_waiting(tmp_path: Path) -> None:
     """A connection that is closed with something unread is reset, which is another end than a closed one."""
     ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     log = tmp_path / "log"
+    code = "from vrg.launch import forking; import socket; forking.serve(socket.socket(fileno=0), patience=0.1)"
     with theirs, log.open("wb") as output:
-        server = subprocess.Popen([sys.executable, "-c", STUCK], stdin=theirs.fileno())
-        for what in ("sleeps", "ends"):
-            leash, hold = os.pipe()
-            socket.send_fds(ours, [json.dumps([what]).encode()], [leash, output.fileno()])
-            os.close(leash)
-            os.close(hold)
-    wait_until(lambda: log.read_text().strip(), "the node to run")
-    node = int(log.read_text())
+        server = subprocess.Popen([sys.executable, "-c", code], stdin=theirs.fileno())
+        for what in (["sleeps"], ["ends", "0"]):
+            stream, hold = socket.socketpair()
+            socket.send_fds(ours, [json.dumps(["littering", *what]).encode()], [stream.fileno(), output.fileno()])
+            stream.close()
+            hold.close()
+    wait_until(lambda: log.read_text().strip(), "the process to run")
+    stuck = int(log.read_text())
     # The pids of both, and the status of the one that has ended, are never read.
     wait_until(lambda: len(psutil.Process(server.pid).children()) == 1, "the other one to end")
     ours.close()
-    wait_until(lambda: not psutil.pid_exists(node), "the node to be ended")
+    wait_until(lambda: not psutil.pid_exists(stuck), "the process to be ended")
     assert server.wait(30.0) == 0

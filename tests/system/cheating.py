@@ -34,6 +34,15 @@ def fill():
             file.write(bytes(1_000_000))
 
 
+def nest():
+    # Their path is longer than the system takes.
+    os.chdir(OWN)
+    for _ in range(20):
+        os.makedirs("n" * 250, exist_ok=True)
+        os.chdir("n" * 250)
+    os.chdir("/usr")
+
+
 ATTEMPTS = dict(
     memory=lambda: open(f"/proc/{{PARENT}}/mem", "rb"),
     world=lambda: (RUN / "world.snapshot").read_bytes(),
@@ -66,6 +75,7 @@ class Cheat(SharksAndMinnowsPlayer):
         global TRIED
         if not TRIED and view.referee.clock > 1.0:
             TRIED = True
+            nest()
             for name, attempt in ATTEMPTS.items():
                 try:
                     attempt()

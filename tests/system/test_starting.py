@@ -156,7 +156,7 @@ def test_a_stall_that_hits_everybody_kills_nobody(match: Match, with_launcher: b
 def test_a_match_goes_on_without_its_fork_server(start: Callable[..., Match], fault: signal.Signals) -> None:
     match = start(patient(long_match("forkless")))
     observer = match.observer
-    (server,) = (p for p in psutil.Process(match.launcher.pid).children() if "vrg.launch.fork_server" in p.cmdline())
+    (server,) = (p for p in psutil.Process(match.launcher.pid).children() if "vrg.launch.forking" in p.cmdline())
     before = {name: match.child(name).pid for name in PLAYERS}
     server.send_signal(fault)
     os.kill(before["bob"], signal.SIGKILL)

@@ -5,6 +5,7 @@ import logging
 import os
 import select
 import signal
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
@@ -61,13 +62,22 @@ class Stop:
 
 @contextmanager
 def stop_on_signals() -> Iterator[Stop]:
-    """A Stop that SIGINT and SIGTERM set. The former handlers are put back at the end."""
+    """A Stop that SIGINT, SIGTERM and SIGHUP set. The former handlers are put back at the end.
+
+    SIGHUP comes when the terminal is closed. What is written to it from then on is lost, and is no error. A process
+    that was started to outlive its terminal, as by nohup, ignores it.
+    """
     stop = Stop()
 
     def handle(number: int, _frame: FrameType | None) -> None:
+        if number == signal.SIGHUP:
+            _leave_terminal()
         stop.set(number)
 
-    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
+    numbers = [signal.SIGINT, signal.SIGTERM]
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
+        numbers.append(signal.SIGHUP)
+    before = {number: signal.signal(number, handle) for number in numbers}
     try:
         yield stop
     finally:
@@ -75,3 +85,13 @@ def stop_on_signals() -> Iterator[Stop]:
             signal.signal(number, handler)
         if stop.signal is not None:
             log.info("stopped by %s", signal.Signals(stop.signal).name)
+
+
+def _leave_terminal() -> None:
+    """Let what is written to a terminal, or read from it, go nowhere."""
+    for descriptor in (0, 1, 2):
+        with contextlib.suppress(OSError):
+            if stat.S_ISCHR(os.fstat(descriptor).st_mode):
+                nothing = os.open(os.devnull, os.O_RDWR)
+                os.dup2(nothing, descriptor)
+                os.close(nothing)

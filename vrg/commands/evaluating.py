@@ -1,6 +1,5 @@
 """What `vrg compare` and `vrg tournament` share: their options, and how an experiment is prepared, played and shown."""
 
-import contextlib
 import os
 import sys
 import time
@@ -91,7 +90,7 @@ def experiment(targets: Sequence[str], wish: Wish, name: str, *, mirror: bool = 
     from vrg.evaluation.games import Pairing
     from vrg.evaluation.running import Experiment
     from vrg.evaluation.series import Series
-    from vrg.launch.apart import Zygote
+    from vrg.launch.fork_server import ForkServer
     from vrg.launch.sandbox.seal import missing
 
     console = make_console()
@@ -100,12 +99,16 @@ def experiment(targets: Sequence[str], wish: Wish, name: str, *, mirror: bool = 
 
         require_ray()
     lacking = missing()
-    # It is forked before this process has read the match.
-    with contextlib.nullcontext() if lacking is not None else Zygote() as zygote:
+    apart = ForkServer()
+    if lacking is None:
+        apart.start_as_fork()  # before this process has read the match
+    try:
         setup = load_match(match_path(wish.match), engine=wish.engine, lasers=wish.lasers, sandbox=wish.sandbox)
         teams = contenders.teams_of(setup)
         found = contenders.contenders([whole_target(target) for target in targets])
-        contenders.check(setup, found, zygote)
+        contenders.check(setup, found, apart if lacking is None else None)
+    finally:
+        apart.close()
     playing = [contenders.with_strategies(setup, dict.fromkeys(teams, contender.target)) for contender in found]
     if lacking is not None and any(map(seals, playing)):
         console.print(

@@ -1,6 +1,8 @@
 """Plays a match as processes, on this machine or several, and shows on the terminal how it goes."""
 
+import contextlib
 import threading
+import traceback
 from collections.abc import Iterable
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -31,6 +33,7 @@ from vrg.launch.listening import Listening
 from vrg.launch.remote.reaching import hand_out_keys, reach, remote_hosts, router_endpoints
 from vrg.launch.remote.remote_host import RemoteHost
 from vrg.launch.run_folder import RunFolder
+from vrg.launch.seats import LAUNCHER
 from vrg.launch.specs import LIVE, WEB, specs
 from vrg.launch.supervisor import Supervisor
 from vrg.ui.table import TerminalTable
@@ -138,6 +141,13 @@ def _run(
             launched.run(stop, progress=ready, started=started, ending=ending, until_closed=show.window)
         except LaunchError as failure:
             return launched.state, failure
+        except Exception as error:
+            # A fault of VRG itself. What was played until then still has a result.
+            path = launched.folder.logs / f"{LAUNCHER}.log"
+            with contextlib.suppress(OSError), path.open("a", encoding="utf-8") as log:
+                traceback.print_exception(error, file=log)
+            what = f"{type(error).__name__}: {error}"
+            return launched.state, LaunchError(f"the launcher itself has failed ({what}); see {path}")
         return launched.state, None
 
 

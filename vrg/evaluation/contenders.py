@@ -11,7 +11,8 @@ from msgspec import Struct
 from vrg.bus.names import normal
 from vrg.config.setup import MatchSetup, PlayerSetup
 from vrg.errors import ConfigError
-from vrg.launch.apart import Zygote
+from vrg.launch.apart import strategy_apart
+from vrg.launch.fork_server import ForkServer
 from vrg.launch.nodes import strategy_of
 from vrg.launch.run_folder import RunFolder
 
@@ -80,11 +81,11 @@ def seen_from(base: Path, target: str) -> str:
     return target
 
 
-def check(setup: MatchSetup, found: Sequence[Contender], zygote: Zygote | None = None) -> None:
+def check(setup: MatchSetup, found: Sequence[Contender], apart: ForkServer | None = None) -> None:
     """Check that every strategy can play for every player.
 
     Args:
-        zygote: forks the processes of the strategies that are to be sealed; None makes all of them in this process.
+        apart: forks the processes of the strategies that are to be sealed; None makes all of them in this process.
 
     Raises:
         ConfigError: one cannot be imported or made. The error lists all such problems, each of them once.
@@ -95,8 +96,8 @@ def check(setup: MatchSetup, found: Sequence[Contender], zygote: Zygote | None =
             playing = with_strategies(setup, dict.fromkeys(teams_of(setup), contender.target))
             for player in playing.players:
                 try:
-                    if zygote is not None and playing.sandboxed(player.name, seats=True):
-                        zygote.strategy(playing, player.name, RunFolder(Path(place))).close()
+                    if apart is not None and playing.sandboxed(player.name, seats=True):
+                        strategy_apart(apart, playing, player.name, RunFolder(Path(place))).close()
                     else:
                         strategy_of(playing, player.name)
                 except ConfigError as error:

@@ -6,24 +6,21 @@ own game with it. The processes are forked from a server that has loaded VRG, an
 """
 
 import contextlib
-import multiprocessing
 import os
-import sys
-import threading
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from multiprocessing.connection import Connection, wait
-from multiprocessing.context import ForkServerContext
 from pathlib import Path
 
 import msgspec
 from msgspec import structs
 
 from vrg.config.setup import MatchSetup
+from vrg.errors import LaunchError
 from vrg.evaluation import playing
 from vrg.evaluation.games import FAILED, Played
 from vrg.games import GAMES
 from vrg.hal.sim.engines import ENGINES
+from vrg.launch.fork_server import ForkServer
 from vrg.launch.sandbox.seal import missing
 
 _NODES = (
@@ -37,13 +34,12 @@ _NODES = (
 """The modules that every game needs, and that are imported only when its nodes are made or when it lines up."""
 _LONGEST = 10_000_000
 """The number of bytes that a result may have."""
-_main_lock = threading.Lock()
 PATIENCE = 2.0
 """The real time in s that a process may need to end when its game has ended."""
 
 
-def server_for(setup: MatchSetup) -> ForkServerContext:
-    """The server that forks the processes of games.
+def server_for(setup: MatchSetup) -> ForkServer:
+    """A server that forks the processes of games. It is to be closed.
 
     Args:
         setup: a match; what its game and its engine need is loaded in advance.
@@ -51,11 +47,10 @@ def server_for(setup: MatchSetup) -> ForkServerContext:
     # With a thread for each core in each process, the linear algebra of one game would slow the others.
     for library in ("OPENBLAS", "OMP", "MKL"):
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
-    context = multiprocessing.get_context("forkserver")
+    server = ForkServer()
     rules = GAMES.get(setup.game).rules.partition(":")[0]
-    engine = ENGINES.get(setup.engine).__module__
-    context.set_forkserver_preload([playing.__name__, rules, engine, *_NODES])
-    return context
+    server.start([playing.__name__, rules, ENGINES.get(setup.engine).__module__, *_NODES])
+    return server
 
 
 class GameProcess:
@@ -67,22 +62,27 @@ class GameProcess:
 
     Attributes:
         answer: it can be read when one of the processes has ended.
+
+    Raises:
+        LaunchError: no process can be started.
     """
 
-    def __init__(self, server: ForkServerContext, setup: MatchSetup, seed: int, folder: Path, limit: float) -> None:
+    def __init__(self, server: ForkServer, setup: MatchSetup, seed: int, folder: Path, limit: float) -> None:
         self._server, self._folder, self._limit = server, folder, limit
         self._setup = structs.replace(setup, seed=seed)
         self._told: Played | None = None
         self._begin(sealed=seals(setup) and missing() is None)
 
     def _begin(self, *, sealed: bool) -> None:
-        self.answer, theirs = self._server.Pipe()
-        arguments = theirs, self._folder, self._limit, sealed
-        self._process = self._server.Process(target=playing.main, args=arguments, daemon=True)
-        with _main_hidden():
-            self._process.start()
-        theirs.close()
-        with contextlib.suppress(BrokenPipeError):  # `result` tells of a process that has ended
+        arguments = [str(self._folder), str(self._limit), *(["sealed"] if sealed else [])]
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            with (self._folder / "process.log").open("ab") as log:
+                self._process = self._server.run(playing.__name__, arguments, log)
+        except OSError as error:
+            raise LaunchError(f"{self._folder}: no game can be played: {error}") from error
+        self.answer = Connection(self._process.stream.detach())
+        with contextlib.suppress(OSError):  # `result` tells of a process that has ended
             self.answer.send_bytes(msgspec.json.encode((self._setup, self._told)))
 
     def result(self) -> Played | None:
@@ -92,10 +92,10 @@ class GameProcess:
             # A strategy may have written to this pipe, too: what comes is checked, and nothing in it is run.
             result = msgspec.json.decode(self.answer.recv_bytes(_LONGEST), type=Played)
             # A thread that a strategy has left behind may keep the process from ending.
-            self._process.join(PATIENCE)
+            self._process.wait(PATIENCE)
         except EOFError:
-            self._process.join()
-            problem = f"the process of the game has ended with status {self._process.exitcode}"
+            self._process.wait(PATIENCE)
+            problem = f"the process of the game has ended with status {self._process.poll()}"
         except (OSError, msgspec.DecodeError) as error:
             problem = f"the process of the game has not answered as a game does: {error}"
         self.kill()
@@ -110,11 +110,10 @@ class GameProcess:
         return result
 
     def kill(self) -> None:
-        """End the game now."""
-        self._process.kill()
-        self._process.join()
+        """End the game now. Idempotent."""
         self.answer.close()
-        self._process.close()
+        self._process.kill()
+        self._process.wait(PATIENCE)
 
 
 def seals(setup: MatchSetup) -> bool:
@@ -130,17 +129,3 @@ def ended(games: Sequence[GameProcess], timeout: float) -> list[tuple[GameProces
 
 def _connection(game: GameProcess) -> Connection:
     return game.answer
-
-
-@contextmanager
-def _main_hidden() -> Iterator[None]:
-    """Keep the process of a game from loading this process' main program, such as that of a worker of a cluster."""
-    main = vars(sys.modules["__main__"])
-    with _main_lock:
-        hidden: dict[str, object] = {name: main[name] for name in ("__file__", "__spec__") if name in main}
-        main.pop("__file__", None)
-        main["__spec__"] = None
-        try:
-            yield
-        finally:
-            main.update(hidden)

@@ -1,6 +1,7 @@
 """Folders as bytes, so that they can travel to another computer and back."""
 
 import io
+import os
 import tarfile
 from pathlib import Path
 
@@ -16,7 +17,8 @@ def packed(folder: Path) -> bytes:
     content = io.BytesIO()
     try:
         with tarfile.open(fileobj=content, mode="w:gz") as tar:
-            for file in sorted(path for path in folder.rglob("*") if path.is_file() and not path.is_symlink()):
+            found = (Path(place, name) for place, _, names in os.walk(folder) for name in names)
+            for file in sorted(path for path in found if path.is_file() and not path.is_symlink()):
                 tar.add(file, file.relative_to(folder).as_posix(), recursive=False)
     except OSError as error:
         raise LaunchError(f"{folder}: cannot be sent: {error.strerror}") from None

@@ -3,8 +3,8 @@
 import contextlib
 import faulthandler
 import logging
-import multiprocessing
 import os
+import select
 import signal
 import sys
 import threading
@@ -26,7 +26,7 @@ from vrg.coordinator.rulebook import Field
 from vrg.errors import VrgError
 from vrg.evaluation.games import BROKEN_OFF, FAILED, INVALID, OVER, Played
 from vrg.launch import in_process
-from vrg.launch.apart import Zygote
+from vrg.launch.fork_server import ForkServer
 from vrg.launch.judged import judge_run
 from vrg.launch.nodes import open_journal
 from vrg.launch.run_folder import RunFolder
@@ -34,19 +34,19 @@ from vrg.launch.sandbox.seal import missing
 from vrg.launch.seats import disqualification
 
 
-def played(setup: MatchSetup, folder: RunFolder, limit: float, zygote: Zygote | None = None) -> Played:
+def played(setup: MatchSetup, folder: RunFolder, limit: float, apart: ForkServer | None = None) -> Played:
     """Play a match in this process, and return what `judged` cannot find out later.
 
     Args:
         folder: for the journal and the logs.
         limit: the match time in s after which it is broken off.
-        zygote: see `vrg.launch.in_process.play`.
+        apart: see `vrg.launch.in_process.play`.
     """
     folder.prepare()
     began = time.perf_counter()
     try:
         with open_journal(setup, folder) as journal:
-            ending = in_process.play(setup.at_rate(0.0), journal, limit=limit, logs=folder.logs, zygote=zygote)
+            ending = in_process.play(setup.at_rate(0.0), journal, limit=limit, logs=folder.logs, apart=apart)
     except VrgError as error:
         return Played(ended=FAILED, problem=str(error), wall_time=time.perf_counter() - began)
     return Played(
@@ -129,42 +129,44 @@ def counted(calls: Iterable[tuple[str, str]]) -> dict[str, dict[str, int]]:
     return found
 
 
-def main(pipe: Connection, folder: Path, limit: float, sealed: bool) -> None:
+def main(arguments: Sequence[str]) -> int:
     """Play a game, or judge one, as the main function of a process.
 
-    What the process prints goes to `process.log` in the folder. It ends when the process that has started it ends.
+    On its standard input come, when the processes of strategies can no longer learn of it, the match as JSON and what
+    came out of the game if it was played; a `Played` is sent there. The process ends when this is closed.
 
     Args:
-        pipe: the match comes from it as JSON, when the processes of strategies can no longer learn of it, and what came
-            out of the game if it was played; a `Played` is sent there.
-        folder: for the journal and the logs.
-        limit: the match time in s after which the game is broken off.
-        sealed: True seals the strategies that are to be.
+        arguments: the folder for the journal and the logs; the match time in s after which the game is broken off; and
+            `sealed` to seal the strategies that are to be.
     """
+    folder, limit, sealed = Path(arguments[0]), float(arguments[1]), "sealed" in arguments[2:]
+    pipe = Connection(os.dup(0))
+    with open(os.devnull, "rb") as nothing:
+        os.dup2(nothing.fileno(), 0)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # whoever has started it decides what follows
-    _end_with_parent()
-    folder.mkdir(parents=True, exist_ok=True)
-    with (folder / "process.log").open("ab") as log:
-        for stream in (sys.stdout, sys.stderr):
-            os.dup2(log.fileno(), stream.fileno())
     logging.basicConfig(level=logging.WARNING)
     faulthandler.enable()
-    with Zygote() if sealed else contextlib.nullcontext() as zygote:
+    apart = ForkServer()
+    if sealed:
+        apart.start_as_fork()
+    try:
         setup, told = msgspec.json.decode(pipe.recv_bytes(), type=tuple[MatchSetup, Played | None])
+        threading.Thread(target=_end_with, args=(os.dup(pipe.fileno()),), daemon=True).start()
         run = RunFolder(folder)
-        result = judged(setup, run, told) if told else played(setup, run, limit, zygote)
-    with contextlib.suppress(BrokenPipeError):
+        result = judged(setup, run, told) if told else played(setup, run, limit, apart if sealed else None)
+    finally:
+        apart.close()
+    with contextlib.suppress(OSError):
         pipe.send_bytes(msgspec.json.encode(result))
     pipe.close()
+    return 0
 
 
-def _end_with_parent() -> None:
-    """Let this process end as soon as the one that has started it has ended, however that happens."""
-    parent = multiprocessing.parent_process()
+def _end_with(descriptor: int) -> None:
+    """End this process as soon as the one that has started it has closed its end of a socket, or has ended."""
+    select.select([descriptor], [], [])
+    os._exit(1)
 
-    def wait() -> None:
-        if parent is not None:
-            parent.join()
-            os._exit(1)
 
-    threading.Thread(target=wait, daemon=True).start()
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -8,7 +8,6 @@ import contextlib
 import functools
 import tempfile
 from collections.abc import Callable
-from multiprocessing.context import ForkServerContext
 from pathlib import Path
 
 from msgspec import Struct
@@ -19,6 +18,7 @@ from vrg.evaluation.experiment import code_of_vrg
 from vrg.evaluation.game_process import GameProcess, ended, server_for
 from vrg.evaluation.games import Played
 from vrg.evaluation.parcel import packed, unpack
+from vrg.launch.fork_server import ForkServer
 from vrg.launch.run_folder import RunFolder
 
 _LOOK = 0.2
@@ -85,10 +85,10 @@ def _own_code() -> str:
     return code_of_vrg()
 
 
-_servers: dict[tuple[str, str], ForkServerContext] = {}
+_servers: dict[tuple[str, str], ForkServer] = {}
 
 
-def _server(game: str, engine: str, base: Path) -> ForkServerContext:
+def _server(game: str, engine: str, base: Path) -> ForkServer:
     """The server of processes for a game and an engine. It is made once, as it loads what they need."""
     key = game, engine
     if key not in _servers:

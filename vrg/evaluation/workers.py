@@ -63,6 +63,7 @@ class Workers(Backend):
     def close(self) -> None:
         """End all games that are being played. Idempotent."""
         super().close()
+        self._server.close()
         shutil.rmtree(self._folder.playing, ignore_errors=True)
 
     def _put_away(self, running: _Running, *, keep: bool) -> None:

@@ -1,20 +1,17 @@
 """Strategies in sealed processes of their own, in a match that is otherwise played in one process.
 
-A `Zygote` is forked before a process knows anything of a match, and forks a process for each strategy. So the memory of
-such a process has nothing of the match but what its player gets: a set-up of its own, and a view at each tick. What it
-answers is decoded, and nothing in it is run. It is sealed as a player's process is that `vrg play` seals, and reaches
-no router.
+A fork server that knows nothing of the match forks a process for each strategy. So the memory of such a process has
+nothing of the match but what its player gets: a set-up of its own, and a view at each tick. What it answers is decoded,
+and nothing in it is run. It is sealed as a player's process is that `vrg play` seals, and reaches no router.
 """
 
 import contextlib
-import gc
 import os
 import pickle
 import signal
-import socket
 import sys
 import traceback
-from collections.abc import Callable
+from collections.abc import Sequence
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -29,6 +26,7 @@ from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, StrategyError, VrgError
 from vrg.hal.models import RobotModel
 from vrg.launch.bounds import printing_to
+from vrg.launch.fork_server import Child, ForkServer
 from vrg.launch.nodes import strategy_of
 from vrg.launch.output import BoundedOutput
 from vrg.launch.run_folder import RunFolder
@@ -38,8 +36,8 @@ from vrg.types import Twist
 
 _LONGEST = 1_000_000
 """The number of bytes that an answer may have."""
-_PID = 8
-"""The number of bytes of a process id in a message."""
+_END = 2.0
+"""The real time in s within which a process that was killed has ended."""
 _REFUSED = "the sandbox refused it: `--no-sandbox` goes on without one"
 
 
@@ -80,21 +78,25 @@ class StrategyApart(RemoteStrategy):
     """A strategy in a process of its own. It is asked, and fails, as if it were here.
 
     Args:
-        job: what it is made from. pipe: leads to its process. end: ends its process.
+        job: what it is made from. process: its process. patience: see `strategy_apart`.
 
     Raises:
-        ConfigError: it cannot be made.
+        ConfigError: it cannot be made. StrategyError: its process has ended.
     """
 
-    def __init__(self, job: _Job, pipe: Connection, end: Callable[[], None]) -> None:
+    def __init__(self, job: _Job, process: Child, patience: float | None) -> None:
         super().__init__(job.name, job.setup.player(job.name).robot)
-        self._pipe = pipe
-        self._end = end
+        self._pipe = Connection(process.stream.detach())
+        self._process = process
         self._mode = "-"
         self._known: RobotModel | None = None
         self._sent: View | None = None
         with contextlib.suppress(OSError):
             self._pipe.send_bytes(msgspec.json.encode(job))
+        if patience is not None and not self._pipe.poll(patience):
+            self.close()
+            loop = "look for a loop outside of its methods"
+            raise ConfigError([f"{job.name}: the strategy is still being made after {patience:g} s: {loop}"])
         ready = self._answer()
         if isinstance(ready, _Failed):
             self.close()
@@ -150,7 +152,8 @@ class StrategyApart(RemoteStrategy):
         """End its process. Idempotent."""
         if not self._pipe.closed:
             self._pipe.close()
-            self._end()
+            self._process.kill()
+            self._process.wait(_END)
 
     def _answer(self) -> _Ready | _Decided | _Failed:
         try:
@@ -167,96 +170,39 @@ class StrategyApart(RemoteStrategy):
         return StrategyError(f"the process of the strategy is gone: {why}")
 
 
-class Zygote:
-    """Forks the processes of strategies; a context manager. With it they end, and they end if this process does.
+def strategy_apart(
+    server: ForkServer, setup: MatchSetup, name: str, run: RunFolder, *, patience: float | None = None
+) -> StrategyApart:
+    """Make the strategy of a player in a sealed process of its own. What it prints goes to its log in the run folder.
 
-    It must be made before this process knows anything that strategies must not know. It needs Linux.
+    Args:
+        server: forks its process, which knows what the server knows.
+        patience: the longest real time in s that it may take to be made; None for as long as it takes.
+
+    Raises:
+        ConfigError: there is no such player, or its strategy cannot be imported or made, or not in this time.
     """
-
-    def __init__(self) -> None:
-        self._socket, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        self._pid = os.fork()
-        if self._pid == 0:
-            try:
-                self._socket.close()
-                _serve(theirs)
-            finally:
-                os._exit(1)
-        theirs.close()
-
-    def __enter__(self) -> "Zygote":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._socket.close()
-        os.waitpid(self._pid, 0)
-
-    def strategy(self, setup: MatchSetup, name: str, run: RunFolder) -> StrategyApart:
-        """Make the strategy of a player in a process of its own. What it prints goes to its log in the run folder.
-
-        Raises:
-            ConfigError: there is no such player, or its strategy cannot be imported or made.
-        """
-        ours, theirs = socket.socketpair()
-        with theirs:
-            socket.send_fds(self._socket, [b"fork"], [theirs.fileno()])
-        pid = self._socket.recv(_PID)
-
-        def end() -> None:
-            with contextlib.suppress(OSError):  # with the zygote all its processes have ended
-                self._socket.send(pid)
-                self._socket.recv(_PID)
-
-        job = _Job(setup.for_player(name), name, str(run.path.resolve()))
-        try:
-            return StrategyApart(job, Connection(ours.detach()), end)
-        except StrategyError as error:
-            raise ConfigError([str(error)]) from None
+    run.prepare()
+    (run.logs / f"{name}.json").touch()
+    with (run.logs / f"{name}.log").open("ab") as log:
+        process = server.run(__name__, (), log)
+    job = _Job(setup.for_player(name), name, str(run.path.resolve()))
+    try:
+        return StrategyApart(job, process, patience)
+    except StrategyError as error:
+        raise ConfigError([str(error)]) from None
 
 
-def _serve(control: socket.socket) -> None:
-    """Be the zygote: fork when a pipe comes, end the process whose id comes, and all when nothing more comes."""
-    gc.freeze()
+def main(_arguments: Sequence[str] = ()) -> int:
+    """Be the process of a strategy: make it, and answer on the standard input until that is closed."""
+    pipe = Connection(os.dup(0))
+    with open(os.devnull, "rb") as nothing:
+        os.dup2(nothing.fileno(), 0)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    children: dict[bytes, int] = {}
-    while True:
-        content, pipes, _, _ = socket.recv_fds(control, _PID, 1)
-        if pipes:
-            pid = os.fork()
-            if pid == 0:
-                # Nothing that was open before is for its eyes. What was open stays frozen, and is never closed again.
-                os.dup2(pipes[0], 3)
-                os.closerange(4, os.sysconf("SC_OPEN_MAX"))
-                _run(Connection(3))
-                os._exit(0)
-            os.close(pipes[0])
-            # A number of a process may come to stand for another one, its descriptor cannot.
-            children[pid.to_bytes(_PID)] = os.pidfd_open(pid)
-            control.send(pid.to_bytes(_PID))
-            continue
-        for known in [content] if content else list(children):
-            descriptor = children.pop(known)
-            signal.pidfd_send_signal(descriptor, signal.SIGKILL)
-            os.waitid(os.P_PIDFD, descriptor, os.WEXITED)
-            os.close(descriptor)
-        if not content:
-            os._exit(0)
-        control.send(content)
-
-
-def _run(pipe: Connection) -> None:
-    """Be the process of a strategy: make it, and answer until the pipe is closed."""
     time = [0.0]
     try:
         job = msgspec.json.decode(pipe.recv_bytes(), type=_Job)
-        folder = RunFolder(Path(job.run))
-        folder.prepare()
-        (folder.logs / f"{job.name}.json").touch()
-        with (folder.logs / f"{job.name}.log").open("ab") as log:
-            for number in (1, 2):
-                os.dup2(log.fileno(), number)
-        seal(policy_of(job.setup, job.name, router=None, run=folder, seat=None))
+        seal(policy_of(job.setup, job.name, router=None, run=RunFolder(Path(job.run)), seat=None))
         tell_of_refusals(_REFUSED)
         sys.stdout.reconfigure(line_buffering=True, encoding="utf-8", errors="backslashreplace")  # type: ignore[union-attr]
         with printing_to(BoundedOutput(sys.stdout, lambda: time[0])):
@@ -265,7 +211,7 @@ def _run(pipe: Connection) -> None:
             pipe.send_bytes(msgspec.msgpack.encode(ready))
             _answer(strategy, pipe, time)
     except EOFError:
-        return
+        pass
     except BaseException as error:  # a student's code may raise anything, also while it is imported
         failure = error if isinstance(error, VrgError) else failure_of(error)
         final = isinstance(failure, StrategyError) and failure.final
@@ -273,6 +219,7 @@ def _run(pipe: Connection) -> None:
             traceback.print_exception(failure.__cause__ or failure, file=sys.__stdout__)
         with contextlib.suppress(OSError):
             pipe.send_bytes(msgspec.msgpack.encode(_Failed(str(failure), final)))
+    return 0
 
 
 def _answer(strategy: Strategy, pipe: Connection, time: list[float]) -> None:
@@ -299,3 +246,7 @@ def _answer(strategy: Strategy, pipe: Connection, time: list[float]) -> None:
                 print(strategy.complaint(problem))
         twist = planned(strategy, view, action.twist)
         pipe.send_bytes(msgspec.msgpack.encode(_Decided(twist, said, mode)))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

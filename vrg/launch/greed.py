@@ -1,9 +1,13 @@
 """Players that use too much memory or write too much, where the bounds within their processes have failed."""
 
-import time
-from collections.abc import Sequence
+import contextlib
+import queue
+import threading
+from collections.abc import Collection, Iterator, Sequence
 
-from vrg.launch.managed import HANDOVER, ManagedProcess
+import psutil
+
+from vrg.launch.managed import ManagedProcess
 from vrg.launch.process_log import FLOOD, FLOOD_WINDOW
 from vrg.launch.sandbox.excess import excess
 
@@ -14,7 +18,7 @@ _SLACK, _OWN = 1.25, 500
 
 
 class Greed:
-    """Looks regularly at what processes use.
+    """Looks regularly at what processes use, in a thread of its own: a folder may take long to look through.
 
     Args:
         memory: the most memory that a player's strategy may use, MB.
@@ -23,35 +27,53 @@ class Greed:
     def __init__(self, memory: int) -> None:
         self._memory = memory
         self._looked = 0.0
+        self._looking: threading.Thread | None = None
+        self._found: queue.SimpleQueue[tuple[ManagedProcess, int, str]] = queue.SimpleQueue()
 
-    def look(self, processes: Sequence[ManagedProcess], now: float) -> list[tuple[ManagedProcess, str]]:
-        """End players that use too much, and bound the logs of all.
+    def look(self, processes: Sequence[ManagedProcess], now: float) -> Iterator[tuple[ManagedProcess, str]]:
+        """The players that have been found to use too much since the last call, each with the reason.
 
         Args:
-            processes: the processes of this machine. now: the monotonic time, s.
-
-        Returns:
-            the processes that were ended, each with the reason.
+            processes: the processes of this machine, whose logs are bounded besides. now: the monotonic time, s.
         """
-        if now - self._looked < PERIOD:
-            return []
-        self._looked = now
-        return [(process, why) for process in processes if (why := self._end_if_greedy(process, now))]
+        while not self._found.empty():
+            process, pid, why = self._found.get()
+            if process.pid == pid:
+                yield process, why
+        if now - self._looked >= PERIOD and (self._looking is None or not self._looking.is_alive()):
+            self._looked = now
+            watched = [(p, running) for p in processes if p.ready and (running := p.pid) is not None]
+            self._looking = threading.Thread(target=self._look, args=(watched, now), daemon=True)
+            self._looking.start()
 
-    def _end_if_greedy(self, process: ManagedProcess, now: float) -> str | None:
-        written = process.log.grow(now) if process.ready else 0
-        if not process.spec.seat or process.pid is None:
-            return None
-        if process.memory > 1_000_000 * (_SLACK * self._memory + _OWN):
-            why = f"it uses more than {self._memory} MB of memory"
-        elif written > FLOOD:
-            why = f"it has written {written // 1_000_000} MB to its log within {FLOOD_WINDOW:g} s"
-        elif found := excess(process.log.path.parents[1], process.spec.name, process.pid):
-            why = found
-        else:
-            return None
-        where = process.where()
-        # It works, so it can stop its robot.
-        process.terminate()
-        process.wait_stopped(time.monotonic() + HANDOVER)
-        return f"{why} ({where})" if where else why
+    def _look(self, watched: Sequence[tuple[ManagedProcess, int]], now: float) -> None:
+        used = _memory([pid for process, pid in watched if process.spec.seat])
+        for process, pid in watched:
+            written = process.log.grow(now)
+            if not process.spec.seat:
+                continue
+            if used[pid] > 1_000_000 * (_SLACK * self._memory + _OWN):
+                why: str | None = f"it uses more than {self._memory} MB of memory"
+            elif written > FLOOD:
+                why = f"it has written {written // 1_000_000} MB to its log within {FLOOD_WINDOW:g} s"
+            else:
+                why = excess(process.log.path.parents[1], process.spec.name, pid)
+            if why is not None:
+                self._found.put((process, pid, why))
+
+
+def _memory(pids: Collection[int]) -> dict[int, int]:
+    """The memory in bytes of processes together with those that they have started; 0 for those that have ended."""
+    used = dict.fromkeys(pids, 0)
+    parents: dict[int, int] = {}
+    for process in psutil.process_iter():
+        with contextlib.suppress(psutil.Error):
+            parents[process.pid] = process.ppid() or 0
+    for pid in parents:
+        owner = pid
+        while owner in parents and owner not in used:
+            owner = parents[owner]
+        if owner in used:
+            with contextlib.suppress(psutil.Error):
+                used[owner] += psutil.Process(pid).memory_info().rss
+    return used

@@ -26,7 +26,7 @@ from vrg.launch.run_folder import RunFolder, write_json
 
 if TYPE_CHECKING:
     from vrg.hal.can.workshop.simulation import Simulation
-    from vrg.launch.apart import Zygote
+    from vrg.launch.fork_server import ForkServer
 
 
 class Change(Struct, frozen=True):
@@ -73,7 +73,7 @@ def play(
     stop: StopSignal | None = None,
     logs: Path | None = None,
     changes: Sequence[Change] = (),
-    zygote: "Zygote | None" = None,
+    apart: "ForkServer | None" = None,
 ) -> Ending:
     """Play a match to its end.
 
@@ -86,7 +86,7 @@ def play(
         stop: what tells that the match is to stop, so that a strategy in an endless loop is interrupted.
         logs: the folder for what players print; None lets them print.
         changes: the players that play by another strategy from some instant on, in the order of time.
-        zygote: forks the processes of the strategies that are to be sealed, whose logs are needed then; None lets all
+        apart: forks the processes of the strategies that are to be sealed, whose logs are needed then; None lets all
             strategies decide in this process.
 
     Raises:
@@ -99,8 +99,10 @@ def play(
     alarm, memory = DecisionAlarm(stop), MemoryBound(setup.memory)
 
     def maker(setup: MatchSetup, name: str) -> Callable[[], Strategy]:
-        if zygote is not None and logs is not None and setup.sandboxed(name, seats=True):
-            return lambda: zygote.strategy(setup, name, RunFolder(logs.parent))
+        if apart is not None and logs is not None and setup.sandboxed(name, seats=True):
+            from vrg.launch.apart import strategy_apart  # noqa: PLC0415 - most matches in one process have none
+
+            return lambda: strategy_apart(apart, setup, name, RunFolder(logs.parent))
         return lambda: strategy_of(setup, name)
 
     players = {

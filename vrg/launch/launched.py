@@ -55,7 +55,7 @@ class LaunchedMatch:
         listening: what logs the events of the match. keys: the folder of the keys of the match's seats, if it has any.
 
     Attributes:
-        state: the last state of the referee; None as long as there is none. endpoint, keys: as given.
+        state: the last state of the referee; None as long as there is none. folder, endpoint, keys: as given.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class LaunchedMatch:
     ) -> None:
         self._setup = setup
         self._announce = announce
-        self._folder = folder
+        self.folder = folder
         self._hosts = hosts
         self._listening = listening
         self.keys = keys
@@ -181,7 +181,7 @@ class LaunchedMatch:
         """Keep for the result what the launcher's own session has refused."""
         if self._refused:
             try:
-                write_json(self._folder.logs / f"{LAUNCHER}.json", {"refused": dict(self._refused)})
+                write_json(self.folder.logs / f"{LAUNCHER}.json", {"refused": dict(self._refused)})
             except OSError as error:
                 self._announce(f"what the launcher has refused cannot be kept: {error}")
 
@@ -289,7 +289,7 @@ class LaunchedMatch:
             RunningMatch(
                 match=self._setup.name,
                 router=self.endpoint,
-                run=str(self._folder.path.resolve()),
+                run=str(self.folder.path.resolve()),
                 pid=os.getpid(),
                 folder=str(Path.cwd()),
                 keys="" if self.keys is None else str(self.keys.resolve()),

@@ -2,8 +2,6 @@
 
 import contextlib
 import signal
-import subprocess
-import sys
 import time
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -12,7 +10,8 @@ import psutil
 
 from vrg.bus.messages import ProcessState, ProcessStatus
 from vrg.errors import LaunchError
-from vrg.launch.fork_server import Forked, ForkServer
+from vrg.launch import child
+from vrg.launch.fork_server import Child, ForkServer
 from vrg.launch.process_log import ProcessLog
 from vrg.launch.strikes import Strikes
 
@@ -29,9 +28,11 @@ _WORKS = 0.01
 _STALL = 2.0
 """The longest real time in s that counts for a pause between two looks."""
 HANDOVER = 2.0
-"""The real time in s that a player has to stop its robot before another one takes its seat."""
-_DUMP = 0.5
-"""The real time in s within which a player says where it is. One that is frozen does not."""
+"""The real time in s that a player has to stop its robot before it is killed."""
+DUMP = 0.5
+"""The real time in s within which a player tells where it is. One that is frozen does not."""
+KILLED = 2.0
+"""The real time in s within which a process ends that was killed, unless it waits for a device."""
 
 
 @dataclass(frozen=True)
@@ -61,13 +62,6 @@ class ProcessSpec:
     command: bool = False
     seat: bool = False
     secret: str = field(default="", repr=False)
-
-    @property
-    def interpreter(self) -> tuple[str, ...]:
-        """The arguments of a Python interpreter that runs it."""
-        # With -P, a folder `vrg` or a file `random.py` in the working directory does not hide this package or the
-        # library's module.
-        return ("-P", "-m", "vrg" if self.command else "vrg.launch.child", *self.arguments)
 
     @property
     def node(self) -> str:
@@ -108,7 +102,8 @@ class ManagedProcess:
         self._log_begins = 0
         self._starts = 0
         self._usage = (0.0, 0.0, 0.0)
-        self._process: subprocess.Popen[bytes] | Forked | None = None
+        self._process: Child | None = None
+        self._dump_begins = 0
 
     @property
     def has_said(self) -> bool:
@@ -138,24 +133,19 @@ class ManagedProcess:
         self.ready = False
         self._starts += 1
         self._looked, self._idle, self._worked = time.monotonic(), 0.0, 0.0
+        if self._process is not None:
+            self._process.stream.close()
         try:
             with self.log.open() as log:
                 self._log_begins = log.tell()
-                forked = None if self.spec.command else self._server.fork(self.spec.arguments, log)
-                self._process = forked or subprocess.Popen(
-                    [sys.executable, *self.spec.interpreter],
-                    stdin=subprocess.PIPE,
-                    stdout=log,
-                    stderr=subprocess.STDOUT,
-                    start_new_session=True,
-                )
+                module = "vrg" if self.spec.command else child.__name__
+                self._process = self._server.run(module, self.spec.arguments, log, forked=not self.spec.command)
         except OSError as error:
             raise LaunchError(f"{self.spec.name}: cannot be started: {error}") from error
-        if self.spec.secret and self._process.stdin is not None:
+        if self.spec.secret:
             # One that has ended already is seen to have.
-            with contextlib.suppress(BrokenPipeError):
-                self._process.stdin.write(f"{self.spec.secret}\n".encode())
-                self._process.stdin.flush()
+            with contextlib.suppress(OSError):
+                self._process.stream.sendall(f"{self.spec.secret}\n".encode())
 
     def stuck(self, now: float) -> str | None:
         """The reason, in words, why a process that is not ready will never be; None as long as it makes progress.
@@ -229,52 +219,48 @@ class ManagedProcess:
             self._usage = (total, now, load)
         return load
 
-    def where(self) -> str:
-        """Where a player that runs is in the student's code, such as `ann.py, line 7, in act`; empty if unknown."""
-        if self._process is None or self._process.poll() is not None:
-            return ""
-        before, deadline = self.log.size, time.monotonic() + _DUMP
-        self._process.send_signal(signal.SIGUSR1)
-        while not (place := self.log.place(before)) and time.monotonic() < deadline:
-            time.sleep(0.02)
-        return place
+    def ask_where(self) -> None:
+        """Ask a player that runs where it is in the student's code; then look at `place`."""
+        self._dump_begins = self.log.size
+        self._signal(signal.SIGUSR1)
+
+    @property
+    def place(self) -> str:
+        """Where it is, such as `ann.py, line 7, in act`; empty if it has not told since it was asked last."""
+        return self.log.place(self._dump_begins)
 
     def play(self, arguments: tuple[str, ...]) -> None:
-        """End the child and start it with other arguments, as one that has never failed.
+        """Start the child, which has ended, with other arguments, as one that has never failed.
 
         Raises:
             LaunchError: it cannot be started.
         """
-        self.terminate()
-        self.wait_stopped(time.monotonic() + HANDOVER)
         self.spec = replace(self.spec, arguments=arguments)
         self.strikes = Strikes()
         self.log.forget()
         self.start()
 
     def kill(self) -> None:
-        """Kill a child that hangs, and wait for its end. SIGKILL also ends a process that is stopped."""
-        if self._process is not None and self._process.poll() is None:
-            self._process.kill()
-            self._process.wait()
+        """Kill a child that hangs; `pid` tells when it has ended. SIGKILL also ends a process that is stopped."""
+        self._signal(signal.SIGKILL)
 
     def terminate(self) -> None:
         """Ask the child to stop."""
-        if self._process is not None and self._process.poll() is None:
-            self._process.send_signal(signal.SIGTERM)
-            # A process that is stopped gets the request only when it runs again.
-            self._process.send_signal(signal.SIGCONT)
+        self._signal(signal.SIGTERM)
+        # A process that is stopped gets the request only when it runs again.
+        self._signal(signal.SIGCONT)
+
+    def _signal(self, number: int) -> None:
+        if self._process is not None:
+            self._process.send_signal(number)
 
     def wait_stopped(self, deadline: float) -> bool:
         """Wait for the end until the monotonic time `deadline`, then kill. Return whether it ended by itself."""
         if self._process is None:
             return True
-        try:
-            self._process.wait(max(0.01, deadline - time.monotonic()))
-            return True
-        except subprocess.TimeoutExpired:
-            self.kill()
-            return False
-        finally:
-            if self._process.stdin:
-                self._process.stdin.close()
+        by_itself = self._process.wait(max(0.01, deadline - time.monotonic()))
+        if not by_itself:
+            self._process.kill()
+            self._process.wait(KILLED)
+        self._process.stream.close()
+        return by_itself

@@ -1,7 +1,7 @@
 """The supervisor of one machine: it starts processes of a match, keeps them alive, and stops them cleanly."""
 
 import time
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Generator, Iterator, Sequence
 from pathlib import Path
 
 from vrg.bus.credentials import Credentials
@@ -16,7 +16,7 @@ from vrg.launch.child import FAILED_FOR_GOOD, arguments_of, split_options
 from vrg.launch.events import NoNotes, Notes, What
 from vrg.launch.fork_server import UNKNOWN, ForkServer
 from vrg.launch.greed import Greed
-from vrg.launch.managed import STOP_PATIENCE, ManagedProcess, ProcessSpec
+from vrg.launch.managed import DUMP, HANDOVER, STOP_PATIENCE, ManagedProcess, ProcessSpec
 from vrg.launch.pulses import Pulses
 
 CUT_OFF = 1.0
@@ -83,6 +83,7 @@ class Supervisor:
         self._starting: list[ManagedProcess] = []
         self._looked = 0.0
         self._vacant: set[str] = set()
+        self._endings: dict[str, Iterator[None]] = {}
         self.processes = [ManagedProcess(spec, logs / f"{spec.name}.log", server or ForkServer()) for spec in specs]
 
     @property
@@ -130,6 +131,7 @@ class Supervisor:
             LaunchError: a process ended before it was ready, or makes no progress. The message has the end of its log.
         """
         self._feel_pulses()
+        self._go_on_ending()
         for router in [p for p in self._routers if p.exit_status is not None]:
             self._check_start(router)
         now = time.monotonic()
@@ -151,8 +153,7 @@ class Supervisor:
                         raise
                     self._starting.remove(process)
                     if process.exit_status is None:
-                        where = process.where()
-                        self._vacate(process, f"it does not start{f' ({where})' if where else ''}")
+                        self._end(process, self._given_up(process, "it does not start", patience=0.0))
                     else:
                         self._vacate(process, process.log.last_words(1).removeprefix("vrg: "))
         return ready
@@ -209,32 +210,96 @@ class Supervisor:
             LaunchError: an essential process has died too often.
         """
         self._feel_pulses()
+        self._go_on_ending()
         now = time.monotonic()
         for process in list(self.processes):
-            if process.exit_status is not None and process.spec.name not in self._vacant:
+            if process.exit_status is not None and not self._is_out(process):
                 self._bury(process, now)
         self._find_hung(now)
         for process, why in self._greed.look(self.processes, now):
-            self._pulses.forget(process.spec.name)
-            self._vacate(process, why)
+            if not self._is_out(process):
+                # It works, so it can stop its robot.
+                self._end(process, self._given_up(process, why, patience=HANDOVER))
 
     def play(self, name: str, strategy: str) -> None:
-        """Let a player of this machine play by another strategy, in a new process.
-
-        Raises:
-            LaunchError: it cannot be started.
-        """
+        """Let a player of this machine play by another strategy, in a new process, once the present one has ended."""
         (process,) = (p for p in self.processes if p.spec.name == name and p.spec.seat)
         self._notes.note(What.REPLACED, name, f"plays by {strategy}")
-        (kind, router, run, player, *_), keys, _ = split_options(process.spec.arguments)
-        process.play(arguments_of(kind, router=router, run=Path(run), name=player, strategy=strategy, keys=keys))
-        self._pulses.forget(name)
-        self._vacant.discard(name)
+        self._end(process, self._replaced(process, strategy))
 
-    def _vacate(self, process: ManagedProcess, why: str) -> None:
-        """End a player that has failed for good. It is not started again until somebody gives it another strategy."""
-        self._notes.note(What.VACATED, process.spec.name, why)
+    def _is_out(self, process: ManagedProcess) -> bool:
+        """Whether it is not supervised: it is being ended, or has failed for good."""
+        return process.spec.name in self._endings or process.spec.name in self._vacant
+
+    def _end(self, process: ManagedProcess, ending: Iterator[None]) -> None:
+        """End a process step by step, so that nothing waits for it: one that waits for a device may never end."""
+        self._pulses.forget(process.spec.name)
+        self._endings[process.spec.name] = ending
+        self._go_on_ending()
+
+    def _go_on_ending(self) -> None:
+        for name, ending in list(self._endings.items()):
+            try:
+                next(ending)
+            except StopIteration:
+                if self._endings.get(name) is ending:
+                    del self._endings[name]
+
+    def _given_up(self, process: ManagedProcess, why: str, *, patience: float) -> Iterator[None]:
+        """End a player for good. Its process is first asked where it is, and may then take `patience` s to end."""
+        where = yield from self._where(process)
+        self._vacate(process, f"{why}{where}", kill=False)
+        yield from self._ended(process, patience)
+
+    def _hung(self, process: ManagedProcess, what: str, now: float) -> Iterator[None]:
+        """Kill a process that hangs. It is started again then, unless it is a player that has hung before."""
+        where = (yield from self._where(process)) if process.spec.seat else ""
+        name, what = process.spec.name, f"{what}{where}"
+        self._notes.note(What.KILLED, name, what)
         process.kill()
+        if process.spec.seat and not process.strikes.hang(now):
+            self._vacate(process, f"it {what}, again")
+        else:
+            self._announce(f"{name} {what}: killed")
+        while process.pid is not None:
+            yield
+
+    def _replaced(self, process: ManagedProcess, strategy: str) -> Iterator[None]:
+        """End a player's process, and start it with another strategy."""
+        yield from self._ended(process, HANDOVER)
+        name = process.spec.name
+        (kind, router, run, player, *_), keys, _ = split_options(process.spec.arguments)
+        self._vacant.discard(name)
+        try:
+            process.play(arguments_of(kind, router=router, run=Path(run), name=player, strategy=strategy, keys=keys))
+        except LaunchError as error:
+            self._vacate(process, str(error))
+
+    @staticmethod
+    def _where(process: ManagedProcess) -> Generator[None, None, str]:
+        """Ask a player where it is; return the answer in brackets, or nothing if none comes."""
+        process.ask_where()
+        deadline = time.monotonic() + DUMP
+        while not process.place and process.pid is not None and time.monotonic() < deadline:
+            yield
+        return f" ({process.place})" if process.place else ""
+
+    @staticmethod
+    def _ended(process: ManagedProcess, patience: float) -> Iterator[None]:
+        """Ask a process to stop, kill it if it does not within `patience` s, and go on when it has ended."""
+        deadline = time.monotonic() + patience
+        if patience:
+            process.terminate()
+        while process.pid is not None:
+            if time.monotonic() >= deadline:
+                process.kill()
+            yield
+
+    def _vacate(self, process: ManagedProcess, why: str, *, kill: bool = True) -> None:
+        """A player has failed for good. It is not started again until somebody gives it another strategy."""
+        self._notes.note(What.VACATED, process.spec.name, why)
+        if kill:
+            process.kill()
         name = process.spec.name
         self._vacant.add(name)
         self._failed[name] = why.removeprefix(f"{name}: ")
@@ -322,16 +387,8 @@ class Supervisor:
         hung = self._pulses.hung()
         for process in self.processes:
             stuck = None if process.ready or process.spec.pulse is None else process.stuck(now)
-            if process.pid is not None and (process.spec.name in hung or stuck):
-                where = process.where() if process.spec.seat else ""
-                what = f"{stuck or 'hangs'}{f' ({where})' if where else ''}"
-                self._pulses.forget(process.spec.name)
-                self._notes.note(What.KILLED, process.spec.name, what)
-                process.kill()
-                if process.spec.seat and not process.strikes.hang(now):
-                    self._vacate(process, f"it {what}, again")
-                else:
-                    self._announce(f"{process.spec.name} {what}: killed")
+            if process.pid is not None and (process.spec.name in hung or stuck) and not self._is_out(process):
+                self._end(process, self._hung(process, stuck or "hangs", now))
         quiet = self._pulses.silence(now) > QUIET
         if quiet and not self._told_of_quiet:
             self._announce(f"no process of the match has given a sign of life for {QUIET:g} s: waiting for them")

@@ -2,6 +2,7 @@
 
 import mmap
 import os
+import shutil
 import socket
 import threading
 from pathlib import Path
@@ -93,3 +94,42 @@ def test_a_player_that_is_not_sealed_is_not_looked_at(tmp_path: Path, monkeypatc
 def test_a_player_that_has_ended_uses_nothing(own: Path, tmp_path: Path) -> None:
     assert own.is_dir()
     assert excess(tmp_path, "ann", 2**22 + 1) is None
+
+
+def test_folders_whose_path_is_too_long_are_looked_through(own: Path, tmp_path: Path) -> None:
+    here = os.getcwd()
+    os.chdir(own)
+    try:
+        for _ in range(20):
+            os.mkdir("n" * 250)
+            os.chdir("n" * 250)
+        Path("big").write_bytes(b"")
+        os.truncate("big", bounds.WRITTEN + 1)
+    finally:
+        os.chdir(here)
+    assert excess(tmp_path, "ann", os.getpid()) == "it keeps 100 MB in 21 files in its folder"
+
+
+def test_folders_within_one_another_are_bounded(own: Path, tmp_path: Path) -> None:
+    own.joinpath(*["n"] * (bounds.DEPTH + 2)).mkdir(parents=True)
+    assert excess(tmp_path, "ann", os.getpid()) == f"it nests more than {bounds.DEPTH} folders"
+
+
+def test_folders_may_go_away_while_they_are_looked_through(own: Path, tmp_path: Path) -> None:
+    """A strategy that makes and deletes a cache all the time does nothing wrong."""
+    stop = threading.Event()
+
+    def make_and_delete() -> None:
+        while not stop.is_set():
+            for number in range(300):
+                (own / f"c{number}" / "d").mkdir(parents=True)
+            for number in range(300):
+                shutil.rmtree(own / f"c{number}")
+
+    maker = threading.Thread(target=make_and_delete)
+    maker.start()
+    try:
+        assert {excess(tmp_path, "ann", os.getpid()) for _ in range(200)} == {None}
+    finally:
+        stop.set()
+        maker.join()

@@ -1,6 +1,5 @@
 """What the launcher and one agent say to each other, and what is known of the agent's machine by it."""
 
-import contextlib
 import time
 from collections import deque
 from collections.abc import Callable
@@ -98,6 +97,8 @@ class Conversation:
         self._travelling = files_in(folder.path)
         self._connection: Connection | None = None
         self._log_ends: dict[str, int] = {}
+        self._kept: set[str] = set()
+        self._refused: set[str] = set()
         self._logs: dict[str, ProcessLog] = {}
         self._beaten = 0.0
         self.fetching = False
@@ -278,10 +279,10 @@ class Conversation:
     @_take.register
     def _(self, message: wire.LogText) -> None:
         self._log_ends[message.name] = message.end
-        with contextlib.suppress(OSError):
-            take_in(self._folder.path, wire.FilePart(f"logs/{message.name}.log", message.text, begins=False))
-            path = self._folder.logs / f"{message.name}.log"
-            self._logs.setdefault(message.name, ProcessLog(path)).grow(time.monotonic())
+        path = f"logs/{message.name}.log"
+        if self._keep(wire.FilePart(path, message.text, begins=False)):
+            log = self._logs.setdefault(message.name, ProcessLog(self._folder.path / path))
+            log.grow(time.monotonic())
 
     @_take.register
     def _(self, message: wire.Status) -> None:
@@ -294,10 +295,24 @@ class Conversation:
     @_take.register
     def _(self, message: wire.FilePart) -> None:
         if self.fetching and message.path not in self._travelling:
-            try:
-                take_in(self._folder.path, message)
-            except OSError as error:
-                self._announce(f"{self._machine}: {message.path} cannot be kept: {error}")
+            self._keep(message)
+
+    def _keep(self, part: wire.FilePart) -> bool:
+        """Keep a part of a file that a process there has written; return whether that can be done.
+
+        What another machine has written, such as the journal, is not for this one to change.
+        """
+        try:
+            if part.path not in self._kept and (self._folder.path / part.path).exists():
+                raise LaunchError("the run folder has such a file already")
+            take_in(self._folder.path, part)
+        except (OSError, LaunchError) as error:
+            if part.path not in self._refused:
+                self._refused.add(part.path)
+                self._announce(f"{self._machine}: {part.path!r} cannot be kept: {error}")
+            return False
+        self._kept.add(part.path)
+        return True
 
     @_take.register
     def _(self, _message: wire.Fetched) -> None:

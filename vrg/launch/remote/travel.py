@@ -1,6 +1,7 @@
 """Files of a run folder that travel to another machine and back."""
 
 import errno
+import os
 from collections.abc import Callable, Collection, Iterator
 from pathlib import Path, PurePosixPath
 
@@ -20,7 +21,11 @@ def files_in(
         failed: called for each file whose name no other machine could be told.
     """
     found = []
-    for path in sorted(folder.rglob("*")):
+    paths: list[Path] = []
+    # A path that is too long for the system is left out: a process may make folders within folders without end.
+    for place, _, names in os.walk(folder):
+        paths += (Path(place, name) for name in names)
+    for path in sorted(paths):
         name = path.relative_to(folder)
         own = any(part.startswith(".") or part == "__pycache__" for part in name.parts)
         if not path.is_file() or path.is_symlink() or own or name.as_posix() in leave_out:

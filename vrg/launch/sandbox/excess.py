@@ -1,5 +1,7 @@
 """What bounds of the process itself cannot hold for a sealed player: threads, sockets, and all that it has written."""
 
+import contextlib
+import errno
 import os
 import stat
 from collections.abc import Iterator
@@ -17,6 +19,8 @@ WRITTEN = 100_000_000
 """The most bytes that it may keep in its folder."""
 ENTRIES = 10_000
 """The most files and folders there."""
+DEPTH = 50
+"""The most folders within one another there."""
 
 
 def excess(run: Path, name: str, pid: int) -> str | None:
@@ -35,41 +39,44 @@ def excess(run: Path, name: str, pid: int) -> str | None:
     sockets, unlinked = _open(pid)
     if threads > THREADS or sockets > SOCKETS:
         return f"it has {threads} threads" if threads > THREADS else f"it has {sockets} sockets"
-    try:
-        size, count = _kept(folder)
-    except PermissionError as error:
-        return f"it has made a folder that nobody can look into: {error.filename}"
+    size, count, why = _kept(folder)
     size += unlinked + _mapped(pid)
-    too_much = size > WRITTEN or count > ENTRIES
-    return f"it keeps {size // 1_000_000} MB in {count} files in its folder" if too_much else None
+    if why is None and (size > WRITTEN or count > ENTRIES):
+        why = f"it keeps {size // 1_000_000} MB in {count} files in its folder"
+    return why
 
 
-def _kept(folder: Path) -> tuple[int, int]:
-    """The room in bytes and the number of all files below a folder; what goes away meanwhile counts as nothing.
+def _kept(folder: Path) -> tuple[int, int, str | None]:
+    """The room in bytes and the number of all files below a folder, and what keeps it from being looked through.
 
-    Raises:
-        PermissionError: a folder cannot be listed.
+    What goes away meanwhile counts as nothing.
     """
     size = count = 0
-
-    def refused(error: OSError) -> None:
-        if isinstance(error, PermissionError):
-            raise error
-
-    for place, folders, names in os.walk(folder, onerror=refused):
-        count += len(folders) + len(names)
-        for entry in folders:
-            # Who is root can list what its owner has closed, and must still be able to delete it as somebody else.
-            if not os.lstat(os.path.join(place, entry)).st_mode & stat.S_IRUSR:
-                raise PermissionError(0, "cannot be listed", os.path.join(place, entry))
-        for name in names:
-            try:
-                size += _room(os.lstat(os.path.join(place, name)))
-            except OSError:
-                continue
-        if count > ENTRIES:
-            break
-    return size, count
+    refused: list[OSError] = []
+    try:
+        # By descriptors, as a path of many folders may be longer than the system takes.
+        for place, folders, names, here in os.fwalk(folder, onerror=refused.append):
+            count += len(folders) + len(names)
+            for name in (*folders, *names):
+                with contextlib.suppress(FileNotFoundError):
+                    found = os.stat(name, dir_fd=here, follow_symlinks=False)
+                    if not stat.S_ISDIR(found.st_mode):
+                        size += _room(found)
+                    # Who is root can list what its owner has closed, and must still be able to delete it.
+                    elif not found.st_mode & stat.S_IRUSR:
+                        refused.append(PermissionError(errno.EACCES, "", name))
+            if place.count(os.sep) > folder.as_posix().count("/") + DEPTH:
+                return size, count, f"it nests more than {DEPTH} folders"
+            if count > ENTRIES:
+                break
+    except OSError as error:
+        refused.append(error)
+    for problem in refused:
+        if isinstance(problem, PermissionError):
+            return size, count, f"it has made a folder that nobody can look into: {problem.filename}"
+        if not isinstance(problem, FileNotFoundError | NotADirectoryError):
+            return size, count, f"its folder cannot be looked through: {problem.strerror}"
+    return size, count, None
 
 
 def _room(found: os.stat_result) -> int:

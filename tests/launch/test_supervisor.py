@@ -1,0 +1,117 @@
+"""The supervisor of one machine, with players that are programs of a few lines."""
+
+import os
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import SimpleNamespace
+
+import psutil
+import pytest
+
+from tests.system.harness import wait_until
+from vrg.bus.topics import Keys
+from vrg.launch import greed, managed
+from vrg.launch.child import arguments_of
+from vrg.launch.managed import ProcessSpec
+from vrg.launch.supervisor import Supervisor
+
+PLAYER = """
+import os, signal, subprocess, sys, time
+
+kind = sys.argv[-1]
+signal.signal(signal.SIGUSR1, signal.SIG_IGN)
+if kind == "stubborn":
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+if kind == "parent":
+    # What it starts needs the memory.
+    code = "held = bytearray(200_000_000); import time; time.sleep(3600)"
+    subprocess.Popen([sys.executable, "-c", code])
+print("started", flush=True)
+time.sleep(3600.0)
+"""
+Make = Callable[..., Supervisor]
+
+
+@pytest.fixture
+def make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Make]:
+    (tmp_path / "players.py").write_text(PLAYER, encoding="utf-8")
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}:{os.getcwd()}")
+    monkeypatch.setattr(managed, "child", SimpleNamespace(__name__="players"))
+    made: list[Supervisor] = []
+
+    def supervisor(*kinds: str, memory: int = 2000) -> Supervisor:
+        specs = [
+            ProcessSpec(
+                f"p{number}",
+                arguments_of("player", router="tcp/h:1", run=tmp_path, name=f"p{number}", strategy=kind),
+                None, 1, 1, seat=True, says="started",
+            )
+            for number, kind in enumerate(kinds)
+        ]  # fmt: skip
+        made.append(Supervisor(specs, "tcp/h:1", Keys("match"), tmp_path, lambda _: None, memory=memory))
+        made[0].begin(1)
+        while made[0].starting:
+            made[0].started()
+        return made[0]
+
+    yield supervisor
+    for supervised in made:
+        supervised.close()
+
+
+def polled(supervisor: Supervisor) -> dict[str, str]:
+    supervisor.poll()
+    return supervisor.take_failed()
+
+
+def test_nothing_waits_for_greedy_players_that_ignore_that_they_are_to_stop(
+    make: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    supervisor = make("stubborn", "stubborn", "modest")
+    greedy = supervisor.processes[:2]
+    monkeypatch.setattr(greed, "excess", lambda _run, name, _pid: "it writes too much" if name != "p2" else None)
+    failed: dict[str, str] = {}
+    while len(failed) < 2:
+        failed |= polled(supervisor)
+    assert failed == dict.fromkeys(("p0", "p1"), "it writes too much")
+    assert all(process.pid is not None for process in greedy), "they may still stop their robots"
+    while any(process.pid is not None for process in greedy):
+        supervisor.poll()
+    assert [process.exit_status for process in greedy] == [-9, -9], "they were killed"
+    assert supervisor.processes[2].pid is not None
+
+
+def test_a_player_whose_end_is_not_seen_holds_up_nothing(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A process that waits for a device ends only when the device lets it, whatever it is sent."""
+    supervisor = make("modest", "modest")
+    stuck, other = supervisor.processes
+    monkeypatch.setattr(stuck, "kill", lambda: None)
+    monkeypatch.setattr(stuck, "terminate", lambda: None)
+    monkeypatch.setattr(managed, "KILLED", 0.1)
+    monkeypatch.setattr("vrg.launch.supervisor.HANDOVER", 0.0)
+    monkeypatch.setattr("vrg.launch.supervisor.STOP_PATIENCE", 0.1)
+    supervisor.play("p0", "other")
+    other.kill()
+    wait_until(lambda: other.exit_status is not None, "the other to end")
+    died = other.exit_status
+    wait_until(lambda: polled(supervisor) == {} and other.pid is not None, "the other to be started again")
+    assert (died, other.status("here", 0.0).restarts) == (-9, 1)
+    assert stuck.pid is not None
+    monkeypatch.undo()
+
+
+def test_what_a_player_starts_counts_as_its_memory(make: Make) -> None:
+    if sys.platform != "linux":
+        pytest.skip("the memory of a process is told otherwise elsewhere")
+    supervisor = make("parent", "modest", memory=100)
+    own = supervisor.processes[0].pid
+    assert own is not None
+    (started,) = psutil.Process(own).children()
+    greedy = pytest.MonkeyPatch()
+    greedy.setattr(greed, "_OWN", 0)
+    failed: dict[str, str] = {}
+    wait_until(lambda: failed.update(polled(supervisor)) or failed, "the player to be out")
+    assert failed == {"p0": "it uses more than 100 MB of memory"}
+    wait_until(lambda: polled(supervisor) == {} and not started.is_running(), "what it has started to be ended")
+    greedy.undo()
