@@ -7,6 +7,7 @@ from pathlib import Path
 from types import FrameType, TracebackType
 
 from vrg.errors import StrategyError
+from vrg.types import printable
 
 _OWN = str(Path(__file__).parent)
 _LIBRARIES = (sys.prefix, sys.base_prefix)
@@ -37,7 +38,7 @@ def tell_of_refusals(remark: str) -> None:
 
 def failure_of(error: BaseException) -> StrategyError:
     """What a strategy has raised, in one line: the exception, and the innermost place in the student's own code."""
-    said = " ".join(str(error).split()).encode("utf-8", "backslashreplace").decode()
+    said = printable(" ".join(str(error).split())).encode("utf-8", "backslashreplace").decode()
     words = f"{type(error).__name__}: {said}" if said else type(error).__name__
     if isinstance(error, PermissionError | socket.gaierror) and _REFUSED:
         words = f"{words}; {_REFUSED[0]}"
@@ -80,7 +81,7 @@ def place_of_method(owner: object, name: str) -> str:
 
 def place_text(file: str, line: object, name: str) -> str:
     """A place in a program as it is told, such as `ann.py, line 7, in act`."""
-    return f"{Path(file).name}, line {line}, in {name}"
+    return printable(f"{Path(file).name}, line {line}, in {name}")
 
 
 def is_students(file: str) -> bool:

@@ -8,6 +8,7 @@ times in seconds.
 """
 
 import math
+import re
 from typing import Annotated, Any, NoReturn, TypeVar
 
 from msgspec import Meta, Struct
@@ -30,10 +31,20 @@ Seconds = Annotated[float, Meta(ge=0.0, le=1e8)]
 Count = Annotated[int, Meta(ge=0)]
 Fraction = Annotated[float, Meta(ge=0.0, le=1.0)]
 Signed = Annotated[float, Meta(ge=-1.0, le=1.0)]
-Name = Annotated[str, Meta(min_length=1, max_length=64)]
+CONTROL = r"\x00-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069"
+"""Signs that change a terminal or the direction of writing, line breaks too, as a class of a regular expression."""
+Name = Annotated[str, Meta(min_length=1, max_length=64, pattern=rf"^[^{CONTROL}]*\Z")]
 
 Vector = tuple[float, float]
 """A point in m, or a velocity in m/s, in the map's frame: (x, y)."""
+
+
+_CONTROL = re.compile(f"[{CONTROL}]")
+
+
+def printable(text: str) -> str:
+    """The text with such signs as they are written in Python, such as `\\x1b`: it may come from anybody."""
+    return _CONTROL.sub(lambda sign: sign[0].encode("unicode_escape").decode(), text)
 
 
 class Pose(Struct, frozen=True, forbid_unknown_fields=True, gc=False):

@@ -32,7 +32,12 @@ from vrg.hal.sensors.odometry import Odometry
 from vrg.hal.sensors.sonar import Sonar
 from vrg.hal.sensors.touch import Touch
 from vrg.regions import Circle, Polygon, Rectangle, Sector
-from vrg.types import FrozenDict, Pose, Twist
+from vrg.types import FrozenDict, Pose, Twist, printable
+
+
+def texts(max_size: int) -> st.SearchStrategy[str]:
+    return st.text(max_size=max_size).map(printable).map(lambda text: text[:max_size])
+
 
 coordinates = st.floats(-1e5, 1e5)
 angles = st.floats(-1e4, 1e4)
@@ -84,7 +89,7 @@ objects = st.builds(
 )  # fmt: skip
 strokes = st.builds(
     m.Stroke,
-    points=tuples(st.tuples(coordinates, coordinates), min_size=1, max_size=4), label=st.text(max_size=40),
+    points=tuples(st.tuples(coordinates, coordinates), min_size=1, max_size=4), label=texts(max_size=40),
 )  # fmt: skip
 SMALL_PICTURE = png.encode(np.zeros((2, 3, 3), dtype=np.uint8))
 MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
@@ -97,7 +102,7 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
     ),
     m.Drive: st.builds(m.Drive, twist=twists, armed=st.booleans()),
     m.RobotState: st.builds(
-        m.RobotState, armed=st.booleans(), estop=st.booleans(), fault=st.none() | st.text(max_size=50),
+        m.RobotState, armed=st.booleans(), estop=st.booleans(), fault=st.none() | texts(max_size=50),
     ),
     Ins: st.builds(Ins, pose=poses),
     Odometry: st.builds(Odometry, pose=poses, twist=twists),
@@ -133,10 +138,10 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
         m.WorldRequest,
         kind=st.sampled_from(m.RequestKind), robot=st.none() | names, model=st.none() | names, pose=st.none() | poses,
     ),
-    m.WorldAnswer: st.builds(m.WorldAnswer, id=st.none() | names, refused=st.none() | st.text(max_size=50)),
+    m.WorldAnswer: st.builds(m.WorldAnswer, id=st.none() | names, refused=st.none() | texts(max_size=50)),
     m.Report: st.builds(
         m.Report,
-        mode=st.text(max_size=30), armed=st.booleans(), manual=st.booleans(), fault=st.none() | st.text(max_size=50),
+        mode=texts(max_size=30), armed=st.booleans(), manual=st.booleans(), fault=st.none() | texts(max_size=50),
         latched=st.booleans(), estop=st.booleans(),
         command=st.none() | twists, battery=st.none() | st.floats(0, 1),
     ),
@@ -145,9 +150,9 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
     m.Manual: st.builds(m.Manual, forward=st.floats(-1, 1), turn=st.floats(-1, 1), lease=st.floats(0, 1)),
     m.RefereeState: st.builds(
         m.RefereeState,
-        game=names, stage=st.sampled_from(m.Stage), halted=st.none() | st.text(max_size=40),
-        way_out=st.none() | st.text(max_size=40),
-        waiting=tuples(st.text(max_size=20), max_size=3), clock=seconds, total=seconds, round=counts, rounds=counts,
+        game=names, stage=st.sampled_from(m.Stage), halted=st.none() | texts(max_size=40),
+        way_out=st.none() | texts(max_size=40),
+        waiting=tuples(texts(max_size=20), max_size=3), clock=seconds, total=seconds, round=counts, rounds=counts,
         score=st.dictionaries(names, st.integers(0, 99), max_size=3), players=tuples(statuses, max_size=3),
         zones=tuples(zones, max_size=3), auctions=tuples(auctions, max_size=2),
         objects=tuples(objects, max_size=2), numbers=st.dictionaries(names, coordinates, max_size=2),
@@ -155,28 +160,28 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
     ),
     m.Call: st.builds(
         m.Call,
-        number=counts, rule=names, text=st.text(max_size=50), players=tuples(names, max_size=3),
+        number=counts, rule=names, text=texts(max_size=50), players=tuples(names, max_size=3),
         poses=tuples(poses, max_size=3), clock=seconds,
     ),
     m.Official: st.builds(
         m.Official,
-        action=st.sampled_from(m.OfficialAction), by=names, reason=st.text(max_size=20),
-        subject=st.none() | names, value=st.none() | st.text(max_size=10),
+        action=st.sampled_from(m.OfficialAction), by=names, reason=texts(max_size=20),
+        subject=st.none() | names, value=st.none() | texts(max_size=10),
     ),
-    m.Estop: st.builds(m.Estop, by=names, reason=st.text(max_size=20)),
-    m.EstopRelease: st.builds(m.EstopRelease, by=names, reason=st.text(max_size=20)),
+    m.Estop: st.builds(m.Estop, by=names, reason=texts(max_size=20)),
+    m.EstopRelease: st.builds(m.EstopRelease, by=names, reason=texts(max_size=20)),
     m.CameraRequest: st.builds(m.CameraRequest, lease=st.floats(0.01, 10)),
     Camera: st.builds(
         Camera, fov=st.floats(0.1, 3), data=st.binary(max_size=50).map(lambda rest: SMALL_PICTURE + rest)
     ),
-    m.SeatRequest: st.builds(m.SeatRequest, player=names, strategy=st.text(max_size=50), by=names, id=names),
-    m.SeatAnswer: st.builds(m.SeatAnswer, id=names, refused=st.none() | st.text(max_size=50)),
+    m.SeatRequest: st.builds(m.SeatRequest, player=names, strategy=texts(max_size=50), by=names, id=names),
+    m.SeatAnswer: st.builds(m.SeatAnswer, id=names, refused=st.none() | texts(max_size=50)),
     m.Processes: st.builds(
         m.Processes,
         processes=tuples(
             st.builds(
                 m.ProcessStatus,
-                name=names, machine=names, state=st.sampled_from(m.ProcessState), node=st.text(max_size=20),
+                name=names, machine=names, state=st.sampled_from(m.ProcessState), node=texts(max_size=20),
                 pid=st.none() | counts, cpu=st.floats(0, 64), memory=counts, restarts=counts,
             ),
             max_size=3,
@@ -295,7 +300,7 @@ def test_what_is_wrong_is_told(wire: object, told: str) -> None:
         decode(msgpack.packb(wire), m.Drive, "k")
 
 
-@given(key=st.text(max_size=20), other=st.text(max_size=20), body=MESSAGES[m.Drive])
+@given(key=texts(max_size=20), other=texts(max_size=20), body=MESSAGES[m.Drive])
 def test_a_message_is_believed_under_its_own_key_only(key: str, other: str, body: m.Drive) -> None:
     payload = encode(Received(key, 1.0, 2, body, "player/ann"))
     assert header(payload, key).sequence == 2
@@ -340,3 +345,14 @@ def test_one_thread_at_a_time_makes_decoders(monkeypatch: pytest.MonkeyPatch) ->
     with ThreadPoolExecutor(2 * len(messages)) as pool:
         assert list(pool.map(work, messages * 2)) == messages * 2
     assert [len(kinds) for kinds in overlaps] == [1] * len(messages)
+
+
+@pytest.mark.parametrize("sign", ["\x1b", "\n", "\x07", "\x9b", "\u202e"])
+def test_what_would_change_a_terminal_is_refused_and_shown_as_text(sign: str) -> None:
+    said = f"{sign}[2Jall is well"
+    for order in (m.Estop(by="ann", reason=said), m.Estop(by=said), m.Estop(by=f"ann{sign}")):
+        with pytest.raises(MessageError):
+            decode(encode(Received("key", 0.0, 0, order)), m.Estop, "key")
+    assert m.shortened(said) == f"{sign.encode('unicode_escape').decode()}[2Jall is well"
+    good = m.Estop(by="ann", reason=m.shortened(said))
+    assert decode(encode(Received("key", 0.0, 0, good)), m.Estop, "key").body == good

@@ -1,26 +1,21 @@
-"""The check of a match that is being changed, by the rules of `vrg check`. As a program, it imports the strategies.
+"""The check of a match that is being changed, by the rules of `vrg check`.
 
-The strategies are somebody's code, which may do anything when it is imported. So they are imported in a process of
-their own, and only those that are files or modules, once everything else is good.
+Strategies that are files or modules are imported once everything else is good.
 """
 
-import json
-import subprocess
-import sys
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from vrg.config.loading import check_match, check_strategies
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, Problem
 from vrg.hal.sim.map import load_map
+from vrg.launch.trial import trial
 from vrg.toml_text import without_item
 from vrg.ui.welcome.checking import Verdict
 from vrg.ui.welcome.draft import Draft
 
-PATIENCE: Final = 20.0
-"""The real time in s that the import of strategies may take."""
 UNSAVED: Final = "match.toml"
 """What a file is called in messages that has no name yet."""
 
@@ -63,25 +58,18 @@ class DraftCheck:
         if not self._imports or all(strategy.startswith("vrg.") for _, strategy in own):
             return ()
         if self._imported[0] != key:
-            self._imported = key, _imported(draft)
+            self._imported = key, _imported(setup)
         return self._imported[1]
 
 
-def _imported(draft: Draft) -> tuple[Problem, ...]:
-    """Import the strategies of a draft in a process of its own, and return what is wrong with them."""
-    path = draft.file or draft.base / UNSAVED
-    command = [sys.executable, "-P", "-m", "vrg.commands.checking", str(path), str(draft.base)]
+def _imported(setup: MatchSetup) -> tuple[Problem, ...]:
+    """Import the strategies of a match in sealed processes, and return what is wrong with them."""
     try:
-        done = subprocess.run(
-            command, input=draft.text.encode(), capture_output=True, timeout=PATIENCE, check=False, cwd=draft.base
-        )
-        told: list[dict[str, Any]] = json.loads(done.stdout.splitlines()[-1])
-        return tuple(Problem(t["text"], tuple(t["path"]), t["file"], t["line"]) for t in told)
-    except subprocess.TimeoutExpired:
-        text = f"the strategies are still being imported after {PATIENCE:g} s: look for a loop outside of their classes"
-        return (Problem(text, ("players",)),)
-    except (ValueError, IndexError):
-        return (Problem("a strategy ends the whole program while it is imported", ("players",)),)
+        with trial() as tried:
+            check_strategies(setup, tried.make)
+    except ConfigError as error:
+        return tuple(error.problems)
+    return ()
 
 
 def _good_part(draft: Draft, problems: tuple[Problem, ...]) -> MatchSetup | None:
@@ -106,21 +94,3 @@ def _ground(draft: Draft, setup: MatchSetup | None) -> Verdict:
     book = None if setup is None else rulebook_of(setup)
     zones = () if book is None else tuple(book.zones(book.initial()))
     return Verdict((), zones, map_.obstacles, map_.bounds)
-
-
-def main() -> None:
-    """Print what is wrong with the strategies of a match file on standard input: its path, and its base."""
-    path, base = Path(sys.argv[1]), Path(sys.argv[2])
-    problems: list[Problem] = []
-    try:
-        from vrg.launch.nodes import strategy_of
-
-        check_strategies(check_match(sys.stdin.read(), path, base), strategy_of)
-    except ConfigError as error:
-        problems = error.problems
-    # A strategy may have left a line of its own unfinished.
-    print("\n" + json.dumps([{"text": p.text, "path": p.path, "file": p.file, "line": p.line} for p in problems]))
-
-
-if __name__ == "__main__":
-    main()

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from vrg.bus.credentials import Credentials, find_credentials_of
-from vrg.bus.messages import Estop, EstopRelease
+from vrg.bus.messages import REASON_LENGTH, Estop, EstopRelease, shortened
 from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import open_session
 from vrg.bus.topics import Keys
@@ -45,7 +45,8 @@ def estop(
         # One folder, which VRG_KEYS may name, has no keys for the other matches. Each match has told where its own are.
         several = [(m.match, m.router, Path(m.keys) if m.keys else seats) for m in here]
         targets = several or [(*which_match(match, router), seats)]
-    order = EstopRelease(by=me(), reason=reason) if release else Estop(by=me(), reason=reason)
+    why = shortened(reason, REASON_LENGTH)
+    order = EstopRelease(by=me(), reason=why) if release else Estop(by=me(), reason=why)
     # All at once, so that no match waits for another one that does not answer.
     with ThreadPoolExecutor(max_workers=len(targets)) as pool:
         asked = [(name, pool.submit(_order_estop, name, at, keys, order)) for name, at, keys in targets]

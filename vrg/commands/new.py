@@ -140,13 +140,14 @@ def _seen_from(folder: Path, target: str) -> str:
     Raises:
         ConfigError: there is no such player, or it cannot be imported.
     """
-    from vrg.launch.nodes import strategy_class  # only this loads a student's code
+    from vrg.launch.trial import trial  # it loads what checks match files
 
     path, colon, name = target.rpartition(":")
     own_file = path.endswith(".py")
     if own_file and not Path(path).is_file():
         raise ConfigError([f"{target}: no such file: {path}; `vrg new player` writes one"])
-    strategy_class(target, Path.cwd())
+    with trial() as tried:
+        tried.find(target, Path.cwd())
     if not own_file:
         return target
     return Path(os.path.relpath(path, folder)).as_posix() + colon + name

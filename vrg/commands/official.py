@@ -10,7 +10,7 @@ import typer
 
 from vrg.bus.access import DECIDING
 from vrg.bus.mailbox import Inlet, Mailbox
-from vrg.bus.messages import REASON_LENGTH, Call, Official, OfficialAction, RefereeState
+from vrg.bus.messages import REASON_LENGTH, Call, Official, OfficialAction, RefereeState, shortened
 from vrg.bus.names import is_name
 from vrg.bus.node import sender_of
 from vrg.bus.seats import Seat, SeatKind
@@ -106,7 +106,8 @@ def _decide(
     with open_session(endpoint, patience=ANSWER_PATIENCE, credentials=credentials) as session:
         referee = Referee(session, Keys(name))
         number = uuid.uuid4().hex
-        decision = Official(action=action, by=me(), reason=reason, subject=subject, value=value, id=number)
+        why = shortened(reason, REASON_LENGTH)
+        decision = Official(action=action, by=me(), reason=why, subject=subject, value=value, id=number)
         referee.mailbox.publish(referee.keys.official, decision)
         referee.send()
         call = referee.answer(number)

@@ -67,18 +67,19 @@ def check(match: MatchArgument) -> None:
         unproved,
     )
     from vrg.config.rules import rulebook_of
-    from vrg.launch.nodes import strategy_of
+    from vrg.launch.trial import trial, untried
 
     setup = load_match(match_path(match))
-    check_strategies(setup, strategy_of)
+    with trial() as tried:
+        check_strategies(setup, tried.make)
     book = rulebook_of(setup)
     rounds = "1 round" if book.rounds == 1 else f"{book.rounds} rounds"
     players = f"{len(setup.players)} players"
     typer.echo(f"{match}: good: {setup.game}, {players}, {rounds}, map {setup.map}")
     for remark in unproved(setup):
         typer.echo(f"not proved: {remark}")
-    if idle := idle_machines(setup):
-        typer.echo(f"note: {idle}")
+    for note in filter(None, (idle_machines(setup), untried())):
+        typer.echo(f"note: {note}")
 
 
 def play(

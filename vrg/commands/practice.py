@@ -55,12 +55,13 @@ def practice(
     speed = rate_of(rate, in_process)
     with fork_server(wanted=not in_process) as server, tempfile.TemporaryDirectory() as folder:
         from vrg.commands.playing import Wish, play_match
-        from vrg.launch.nodes import strategy_class
+        from vrg.launch.trial import trial
 
         lasting = seconds if seconds is not None else 60.0 if in_process else 0.0
         target = None if strategy is None else whole_target(strategy)
         if target is not None:
-            strategy_class(target, Path.cwd())  # a mistake is told before anything starts
+            with trial(server) as tried:
+                tried.find(target, Path.cwd())  # a mistake is told before anything starts
         file = Path(folder, "practice.toml")
         file.write_text(match_text(map_, robots, model, target, lasting, at), encoding="utf-8")
         wish = Wish(in_process=in_process, paced=rate not in (None, "max"), window=not headless, record=record)

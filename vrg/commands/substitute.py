@@ -31,10 +31,11 @@ def substitute(
 
     Its process is replaced. A player that is out because it has failed is back from the next round.
     """
-    from vrg.launch.nodes import strategy_class  # only this command loads a student's code
+    from vrg.launch.trial import trial  # it loads what checks match files
 
     target = whole_target(strategy)
-    strategy_class(target, Path.cwd())  # a mistake is told before the old player is stopped
+    with trial() as tried:
+        tried.find(target, Path.cwd())  # a mistake is told before the old player is stopped
     name, endpoint = which_match(match, router)
     keys, mailbox, number = Keys(name), Mailbox(sender()), uuid.uuid4().hex
     answers = mailbox.subscribe(keys.seat_answer)

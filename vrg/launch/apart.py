@@ -27,7 +27,7 @@ from vrg.errors import ConfigError, StrategyError, VrgError
 from vrg.hal.models import RobotModel
 from vrg.launch.bounds import printing_to
 from vrg.launch.fork_server import Child, ForkServer
-from vrg.launch.nodes import strategy_of
+from vrg.launch.nodes import strategy_class, strategy_of
 from vrg.launch.output import BoundedOutput
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.sandbox.player import policy_of
@@ -42,11 +42,17 @@ _REFUSED = "the sandbox refused it: `--no-sandbox` goes on without one"
 
 
 class _Job(Struct, frozen=True):
-    """What a strategy is made from: the set-up of its player's process, the player, and the run folder."""
+    """What a strategy is made from: the set-up of its player's process, the player, and the run folder.
+
+    Args:
+        sealed: True seals the process before. make: False only imports the class.
+    """
 
     setup: MatchSetup
     name: str
     run: str
+    sealed: bool
+    make: bool
 
 
 class _Ready(Struct, frozen=True, tag=True):
@@ -171,13 +177,21 @@ class StrategyApart(RemoteStrategy):
 
 
 def strategy_apart(
-    server: ForkServer, setup: MatchSetup, name: str, run: RunFolder, *, patience: float | None = None
+    server: ForkServer,
+    setup: MatchSetup,
+    name: str,
+    run: RunFolder,
+    *,
+    patience: float | None = None,
+    sealed: bool = True,
+    make: bool = True,
 ) -> StrategyApart:
     """Make the strategy of a player in a sealed process of its own. What it prints goes to its log in the run folder.
 
     Args:
         server: forks its process, which knows what the server knows.
         patience: the longest real time in s that it may take to be made; None for as long as it takes.
+        sealed: False does not seal it. make: False only imports the class of the strategy, which then cannot decide.
 
     Raises:
         ConfigError: there is no such player, or its strategy cannot be imported or made, or not in this time.
@@ -186,11 +200,11 @@ def strategy_apart(
     (run.logs / f"{name}.json").touch()
     with (run.logs / f"{name}.log").open("ab") as log:
         process = server.run(__name__, (), log)
-    job = _Job(setup.for_player(name), name, str(run.path.resolve()))
+    job = _Job(setup.for_player(name), name, str(run.path.resolve()), sealed, make)
     try:
         return StrategyApart(job, process, patience)
     except StrategyError as error:
-        raise ConfigError([str(error)]) from None
+        raise ConfigError([f"a strategy ends the whole program while it is made: {error}"]) from None
 
 
 def main(_arguments: Sequence[str] = ()) -> int:
@@ -202,10 +216,15 @@ def main(_arguments: Sequence[str] = ()) -> int:
     time = [0.0]
     try:
         job = msgspec.json.decode(pipe.recv_bytes(), type=_Job)
-        seal(policy_of(job.setup, job.name, router=None, run=RunFolder(Path(job.run)), seat=None))
-        tell_of_refusals(_REFUSED)
+        if job.sealed:
+            seal(policy_of(job.setup, job.name, router=None, run=RunFolder(Path(job.run)), seat=None))
+            tell_of_refusals(_REFUSED)
         sys.stdout.reconfigure(line_buffering=True, encoding="utf-8", errors="backslashreplace")  # type: ignore[union-attr]
         with printing_to(BoundedOutput(sys.stdout, lambda: time[0])):
+            if not job.make:
+                strategy_class(job.setup.player(job.name).strategy, Path(job.setup.base))
+                pipe.send_bytes(msgspec.msgpack.encode(_Ready((), "")))
+                return 0
             strategy = strategy_of(job.setup, job.name)
             ready = _Ready(tuple(map(str, strategy.priorities)), str(strategy.complaint("{}")))
             pipe.send_bytes(msgspec.msgpack.encode(ready))

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import IO
 
 from vrg.blame import is_students, place_text
+from vrg.types import printable
 
 LONGEST = 5_000_000
 """The size in bytes above which a log is moved to one with the ending `.1`, and begins anew."""
@@ -38,8 +39,8 @@ class ProcessLog:
         return self.path.open("ab")
 
     def last_words(self, lines: int) -> str:
-        """The last lines."""
-        return "\n".join(self._tail().splitlines()[-lines:])
+        """The last lines, printable."""
+        return "\n".join(map(printable, self._tail().splitlines()[-lines:]))
 
     @property
     def size(self) -> int:

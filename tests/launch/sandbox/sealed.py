@@ -15,12 +15,12 @@ PATIENCE = 180
 """s of real time that a sealed process may take."""
 
 
-def policy(folder: Path, *, port: int = 7447, hidden: tuple[Path, ...] = (), core: int = 0) -> Policy:
-    """One by which `folder/code` can be read, and `folder/own` be written."""
+def policy(folder: Path, *, port: int = 7447, core: int = 0) -> Policy:
+    """One by which `folder/code/mine.py` and `tricks.py` can be read, and `folder/own` be written."""
     allowed = files(
-        own=[folder / "code"],
+        own=[folder / "code" / "mine.py", folder / "code" / "tricks.py"],
         libraries=libraries(),
-        hidden=hidden,
+        hidden=(),
         folder=folder / "own",
         written=[folder / "statistics.json"],
         entries=entries_of,

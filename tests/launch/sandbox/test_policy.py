@@ -43,9 +43,9 @@ def test_a_folder_without_secrets_is_one_entry() -> None:
 def match(tmp_path: Path) -> MatchSetup:
     """A match with a strategy for each team, a module that both import, and runs, keys and notes beside them."""
     for name in ("red", "blue"):
-        (tmp_path / f"{name}.py").write_text(f"import shared\nimport {name}_tricks\n")
+        (tmp_path / f"{name}.py").write_text(f'import shared\nimport {name}_tricks\nFILES = ["{name}.bin", "../x"]\n')
         (tmp_path / f"{name}_tricks.py").touch()
-    for name in ("shared.py", "weights.bin"):
+    for name in ("shared.py", "red.bin", "blue.bin", "diary.txt"):
         (tmp_path / name).touch()
     for name in ("runs/now/logs", "runs/now/players", "runs/before", "keys/player.ann", "keys/player.bob"):
         (tmp_path / name).mkdir(parents=True)
@@ -73,7 +73,7 @@ def test_a_player_reads_what_it_needs_and_no_more(match: MatchSetup) -> None:
         "blue.py",
         "blue_tricks.py",
         "shared.py",
-        "weights.bin",
+        "blue.bin",
         "keys/player.ann/seat.key",
         "runs/now/players/ann/notes",
         "runs/now/logs/ann.json",
@@ -82,6 +82,8 @@ def test_a_player_reads_what_it_needs_and_no_more(match: MatchSetup) -> None:
         "match.toml",
         "red.py",
         "red_tricks.py",
+        "red.bin",
+        "diary.txt",
         "keys/player.bob/seat.key",
         "keys/authority/ca.key",
         "runs/before/red.py",

@@ -6,6 +6,7 @@ import fcntl
 import mmap
 import os
 import platform
+import pwd
 import resource
 import signal
 import socket
@@ -37,6 +38,7 @@ def _can_be_sealed() -> None:
 def folder(tmp_path: Path) -> Path:
     (tmp_path / "code").mkdir()
     (tmp_path / "code" / "mine.py").write_text("MINE = 1\n")
+    (tmp_path / "code" / "tricks.py").touch()
     (tmp_path / "code" / "theirs.py").write_text("THEIRS = 1\n")
     (tmp_path / "secret").write_text("of others")
     (tmp_path / "statistics.json").touch()
@@ -97,7 +99,11 @@ FORBIDDEN: dict[str, Callable[[], object]] = {
     "write to /tmp": Path("/tmp/vrg-test-of-a-sandbox").touch,
     "write shared memory": Path("/dev/shm/vrg-test-of-a-sandbox").touch,
     "read passwords": Path("/etc/shadow").read_bytes,
-    "read the home folder": lambda: os.listdir(Path.home()),
+    "read the home folder": lambda: os.listdir(pwd.getpwuid(os.getuid()).pw_dir),
+    "read its environment": Path("/proc/self/environ").read_bytes,
+    "read the environment of its thread": lambda: Path(f"/proc/self/task/{os.getpid()}/environ").read_bytes(),
+    "read what is mounted": Path("/proc/self/mountinfo").read_text,
+    "let memory grow as a stack does": lambda: mmap.mmap(-1, 1 << 20, flags=0x122),
     "use udp": lambda: socket.socket(socket.AF_INET, socket.SOCK_DGRAM),
     "use a local socket": lambda: socket.socket(socket.AF_UNIX),
     "ask the kernel for the network": lambda: socket.socket(socket.AF_NETLINK, socket.SOCK_RAW),
@@ -139,7 +145,7 @@ def test_it_cannot(folder: Path, action: Callable[[], object]) -> None:
 
 def test_it_reads_its_own_code_and_not_that_of_others(folder: Path) -> None:
     code = folder / "code"
-    wanted = policy(folder, hidden=(code / "theirs.py",))
+    wanted = policy(folder)
     assert sealed(wanted, (code / "mine.py").read_text) == "MINE = 1\n"
     assert isinstance(sealed(wanted, (code / "theirs.py").read_text), PermissionError)
     assert isinstance(sealed(wanted, (folder / "secret").read_text), PermissionError)
@@ -268,6 +274,25 @@ def test_it_has_one_core_by_its_number(folder: Path) -> None:
         assert sealed(policy(folder, core=number), lambda: sorted(os.sched_getaffinity(0))) == [
             cores[number % len(cores)]
         ]
+
+
+def test_it_forgets_the_environment_that_its_process_was_started_with(folder: Path) -> None:
+    code = f"""
+import ctypes, os, re
+from pathlib import Path
+from tests.launch.sandbox.sealed import policy, sealed
+
+def look():
+    places = re.findall(r"^([0-9a-f]+)-([0-9a-f]+) rw.*\\[stack\\]", Path("/proc/self/maps").read_text(), re.MULTILINE)
+    begin, end = (int(place, 16) for place in places[0])
+    found = ctypes.string_at(begin, end - begin).count(b"t0" + b"ken")
+    return found, os.environ.get("VRG_TEST_TOKEN"), os.environ.get("PATH")
+
+print(sealed(policy(Path({str(folder)!r})), look))
+"""
+    environment = {**os.environ, "VRG_TEST_TOKEN": "t0ken"}
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == str((0, None, os.environ["PATH"]))
 
 
 def test_it_has_no_capability_and_gets_none(folder: Path) -> None:

@@ -6,13 +6,15 @@ from typing import Annotated, ClassVar
 from msgspec import Meta, Struct, to_builtins
 from msgspec.structs import force_setattr
 
-from vrg.types import FrozenDict
+from vrg.types import CONTROL, FrozenDict, printable
 
 TEXT_LENGTH = 2000
 """The length of the longest text in a message, in characters."""
-Text = Annotated[str, Meta(max_length=TEXT_LENGTH)]
+PLAIN = rf"^[^{CONTROL}]*\Z"
+Text = Annotated[str, Meta(max_length=TEXT_LENGTH, pattern=PLAIN)]
+"""A text without signs that change a terminal. A line break is one."""
 REASON_LENGTH = 300
-Reason = Annotated[str, Meta(max_length=REASON_LENGTH)]
+Reason = Annotated[str, Meta(max_length=REASON_LENGTH, pattern=PLAIN)]
 """The text that a person types to explain a decision."""
 
 
@@ -70,5 +72,6 @@ def _listed(value: object) -> str:
 
 
 def shortened(text: str, length: int = TEXT_LENGTH) -> str:
-    """Return the text, cut and ended by an ellipsis if it is longer than `length` characters."""
+    """The text as a message may carry it: printable, and cut and ended by an ellipsis if it is longer than `length`."""
+    text = printable(text)
     return text if len(text) <= length else text[: length - 1] + "…"

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from vrg.bus.messages.base import Message, Text
+from vrg.bus.messages.base import PLAIN, Message, Text
 from vrg.types import Count, Deviation, Fraction, Metres, Name, Seconds, Signed, Twist
 
 Drift = Annotated[float, Meta(ge=-1e4, le=1e4)]
@@ -180,7 +180,7 @@ class Stroke(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """
 
     points: Annotated[tuple[tuple[Metres, Metres], ...], Meta(min_length=1, max_length=STROKE_LIMIT)]
-    label: Annotated[str, Meta(max_length=40)] = ""
+    label: Annotated[str, Meta(max_length=40, pattern=PLAIN)] = ""
 
 
 class Sketch(Message, frozen=True, kw_only=True):

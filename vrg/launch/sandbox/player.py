@@ -10,7 +10,6 @@ from vrg.config.setup import MatchSetup, PlayerSetup
 from vrg.errors import SandboxError
 from vrg.launch.code_files import imported
 from vrg.launch.endpoints import port_of
-from vrg.launch.remote.folder_lock import NAME as LOCK
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.sandbox.policy import Access, Policy, files
 from vrg.modules import module_in
@@ -31,21 +30,24 @@ def policy_of(setup: MatchSetup, name: str, *, router: str | None, run: RunFolde
     player = setup.player(name)
     base = Path(setup.base).resolve()
     code = strategy_file(player, base)
-    home = code.parent if code is not None else base
+    theirs = _of_others(setup, player)
+    own = [path for path in ([code, *imported(code)] if code is not None else []) if path not in theirs]
     folder = run.of_player(name).resolve()
     # Its statistics are written to a file that is there already, so that it can make no others beside it.
     statistics = run.logs.resolve() / f"{name}.json"
-    own = [home, *(imported(code) if code is not None else [])]
+    keys = base / "keys" if seat is None else seat.parent
+    # The runs beside this one have the code of all players, too.
+    hidden = theirs | {run.path.resolve(), run.path.resolve().parent, keys, base / "keys", Path(setup.origin)}
     allowed = files(
         own=own,
         libraries=libraries(),
-        hidden=_hidden(setup, player, run.path.resolve(), home, keys=base / "keys" if seat is None else seat.parent),
+        hidden={path.resolve() for path in hidden},
         folder=folder,
         written=[statistics],
         entries=entries_of,
     )
-    # Named files are readable wherever they lie: its strategy's, its keys, and what its robot's driver reads.
-    named = [path for path in (code, seat) if path is not None]
+    # Named files are readable wherever they lie: its keys, and what its robot's driver reads.
+    named = [path for path in (seat,) if path is not None]
     can = setup.backends.get(player.backend, {}) if player.physical or player.backend != "sim" else {}
     buses = [can, can.get("robots", {}).get(name, {})] if can else []
     named += [base / str(bus["calibration"]) for bus in buses if bus.get("calibration")]
@@ -79,11 +81,10 @@ def strategy_file(player: PlayerSetup, base: Path) -> Path | None:
     return None if found is None else found.resolve()
 
 
-def _hidden(setup: MatchSetup, player: PlayerSetup, run: Path, home: Path, *, keys: Path) -> set[Path]:
-    """What a player may not read in the folder of its strategy.
+def _of_others(setup: MatchSetup, player: PlayerSetup) -> set[Path]:
+    """The strategies of other teams, and what only they import: to import it oneself is not enough to read it.
 
-    That is the strategies of other teams, what only they import, the runs of matches, and the keys of all seats,
-    although its own are allowed besides. A module that both import is taken to be shared.
+    A module that both import is taken to be shared.
     """
     base = Path(setup.base).resolve()
     teams: dict[Path, set[str]] = {}
@@ -93,30 +94,8 @@ def _hidden(setup: MatchSetup, player: PlayerSetup, run: Path, home: Path, *, ke
     parts = {code: {code, *imported(code)} for code in teams}
     own = {code for code, players in teams.items() if player.team in players}
     ours = {part for code in own for part in parts[code]}
-    # To import a strategy of others is not enough to read it.
     theirs = ({part for found in parts.values() for part in found} - ours) | (set(teams) - own)
-    kept = RunFolder(run)
-    files_of_run = {
-        kept.logs,
-        kept.journal,
-        kept.events,
-        kept.setup,
-        kept.setups,
-        kept.secret_file,
-        kept.snapshot,
-        kept.of_player("").resolve(),
-        run / "files",
-        run / "substitutes",
-        run / LOCK,
-    }
-    # The match file has the settings of other teams, too.
-    files_of_run |= {Path(setup.origin)}
-    files_of_run |= {kept.match_file, kept.result, *kept.recordings()}
-    # The runs beside this one have the code of all players, too.
-    hidden = theirs | files_of_run | {run, run.parent, keys, base / "keys"}
-    caches = {path.parent / "__pycache__" for path in theirs}
-    resolved = {path.resolve() for path in hidden | caches}
-    return {path for path in resolved if not home.is_relative_to(path)}
+    return theirs | {path.parent / "__pycache__" for path in theirs}
 
 
 def libraries() -> list[Path]:

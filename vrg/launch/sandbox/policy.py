@@ -44,14 +44,16 @@ class Policy:
 
 
 SYSTEM = (
-    *(Path(name) for name in ("/usr", "/lib", "/lib32", "/lib64", "/bin", "/proc/self", "/proc/stat", "/proc/meminfo")),
-    *(Path("/proc", name) for name in ("cpuinfo", "version", "filesystems")),
+    *(Path(name) for name in ("/usr", "/lib", "/lib32", "/lib64", "/bin")),
+    *(Path("/proc", name) for name in ("stat", "meminfo", "cpuinfo", "version", "filesystems")),
+    # Not its environment, and not what is mounted.
+    *(Path("/proc/self", name) for name in ("stat", "statm", "status", "maps", "cmdline", "comm", "limits")),
     *(Path("/etc", name) for name in ("ld.so.cache", "ld.so.conf", "ld.so.conf.d", "localtime", "timezone")),
     *(Path("/etc", name) for name in ("hosts", "host.conf", "nsswitch.conf", "gai.conf", "resolv.conf", "services")),
     *(Path("/etc", name) for name in ("passwd", "group", "mime.types", "alternatives", "fonts", "ssl/openssl.cnf")),
     *(Path("/sys/devices/system", name) for name in ("cpu", "node")),
 )
-"""What of the system a sealed process may read. `/proc/self` is its own alone."""
+"""What of the system a sealed process may read. `/proc/self` is its own."""
 DEVICES = tuple(Path("/dev", name) for name in ("null", "full", "random", "urandom"))
 """The devices that it may read and write. Memory could be taken from `/dev/zero` that no bound counts."""
 
@@ -85,17 +87,19 @@ def files(
     """What a player may do with which files.
 
     Args:
-        own: the files and folders that are for its eyes. libraries: the folders of Python and its packages.
+        own: its strategy, and the files and packages that it needs. libraries: the folders of Python and its packages.
         hidden: what is in these folders and not for its eyes.
         folder: its own folder. written: files that it may write, and that exist.
         entries: as for `readable`.
     """
     found = [(path, Access.READ) for path in SYSTEM]
+    found += [(Path("/proc/self", name), Access.LIST) for name in ("fd", "task")]
     found += [(path, Access.READ | Access.WRITE) for path in DEVICES]
+    # Python looks for modules in a list of a folder's files.
+    folders = [path.parent for path in own] if len(own) > 1 else []
+    found += [(path, Access.LIST) for path in (*libraries, *folders)]
     for root in (*libraries, *own):
-        # Python looks for modules in a list of a folder's files.
-        found.append((root, Access.LIST))
-        found += [(path, Access.READ) for path in readable(root, hidden, entries)]
+        found += [(path, Access.READ) for path in (readable(root, hidden, entries) if root in libraries else [root])]
     found += [(folder, Access.READ | Access.WRITE | Access.MAKE)]
     found += [(path, Access.READ | Access.WRITE) for path in written]
     return tuple(dict.fromkeys(found))

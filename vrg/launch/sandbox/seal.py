@@ -27,6 +27,11 @@ NICENESS = 5
 """How much it steps back behind the processes of the match itself, on a busy machine."""
 OWN_MEMORY = 500
 """The memory that VRG may use besides what the strategy may, MB."""
+_KEPT = ("PATH", "LANG", "LANGUAGE", "TZ", "PYTHONPATH", "PYTHONHASHSEED", "VIRTUAL_ENV")
+_KEPT_BEGIN = ("LC_", "OMP_", "OPENBLAS_", "MKL_")
+"""The environment variables that a sealed process keeps, by their names or what these begin with."""
+STACK = 64_000_000
+"""The longest stack, bytes: no other bound counts it."""
 _NO_NEW_PRIVILEGES, _AMBIENT, _AMBIENT_CLEAR, _DROP_BOUND = 38, 47, 4, 24
 """PR_SET_NO_NEW_PRIVS, PR_CAP_AMBIENT, PR_CAP_AMBIENT_CLEAR_ALL and PR_CAPBSET_DROP."""
 _CAPABILITY_VERSION = 0x20080522
@@ -65,6 +70,7 @@ def seal(policy: Policy) -> None:
     if threads != 1:
         raise SandboxError(f"a process is sealed before it starts threads, and this one has {threads}")
     try:
+        _forget_environment()
         _use_folder(policy.folder)
         _bound(policy)
         _drop_capabilities()
@@ -75,11 +81,24 @@ def seal(policy: Policy) -> None:
         raise SandboxError(f"this process cannot be sealed: {error}: {_WHAT_TO_DO}") from error
 
 
+def _forget_environment() -> None:
+    """Forget the environment variables but for a few: they may hold what is not for everybody, such as tokens."""
+    kept = {name: value for name, value in os.environ.items() if name in _KEPT or name.startswith(_KEPT_BEGIN)}
+    os.environ.clear()
+    # What the process was started with stays in its memory otherwise: proc(5), /proc/pid/stat, fields 50 and 51.
+    fields = Path("/proc/self/stat").read_text(encoding="utf-8", errors="replace").rpartition(")")[2].split()
+    begin, end = int(fields[47]), int(fields[48])
+    if 0 < begin < end:
+        ctypes.memset(begin, 0, end - begin)
+    os.environ.update(kept)
+
+
 def _use_folder(folder: Path) -> None:
     """Let libraries put temporary files and caches into the folder that may be written."""
     folder.mkdir(parents=True, exist_ok=True)
     own = str(folder)
-    os.environ.update(TMPDIR=own, XDG_CACHE_HOME=own, MPLCONFIGDIR=own, NUMBA_CACHE_DIR=own, VRG_PLAYER_FOLDER=own)
+    names = ("HOME", "TMPDIR", "XDG_CACHE_HOME", "MPLCONFIGDIR", "NUMBA_CACHE_DIR", "VRG_PLAYER_FOLDER")
+    os.environ.update(dict.fromkeys(names, own))
     if "tempfile" in sys.modules:
         # It remembers the folder that it has found before.
         import tempfile  # noqa: PLC0415 - it is loaded already
@@ -95,6 +114,7 @@ def _bound(policy: Policy) -> None:
     memory = (policy.memory + OWN_MEMORY) * 1_000_000
     limits = {
         resource.RLIMIT_DATA: memory if own == resource.RLIM_INFINITY else min(memory, own),
+        resource.RLIMIT_STACK: min(STACK, resource.getrlimit(resource.RLIMIT_STACK)[1] % (1 << 64)),
         resource.RLIMIT_FSIZE: FILE_SIZE,
         resource.RLIMIT_NOFILE: min(OPEN_FILES, resource.getrlimit(resource.RLIMIT_NOFILE)[1]),
         resource.RLIMIT_CORE: 0,

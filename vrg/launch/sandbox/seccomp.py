@@ -35,6 +35,8 @@ _OTHERS_NOTICE = (8, 10, 15, 1024)
 """F_SETOWN, F_SETSIG and F_SETOWN_EX let the kernel send a signal to another process; F_SETLEASE makes others wait."""
 _SHARED_NOWHERE = 0x21
 """MAP_SHARED and MAP_ANONYMOUS: memory that RLIMIT_DATA does not count, and that the process need not have mapped."""
+_GROWS = 0x100
+"""MAP_GROWSDOWN: memory that RLIMIT_DATA does not count, as it is taken to be a stack."""
 _DEVICE_SIGNALS = (0x8901, 0x8902, 0x5412, 0x541C)
 """FIOSETOWN and SIOCSPGRP do so, too; TIOCSTI and TIOCLINUX type into a terminal."""
 
@@ -128,7 +130,7 @@ def rules(pid: int, *, udp: bool = False, can: bool = False) -> list[Rule]:
         Rule("sendmsg", ((Check(2, (0,), _FAST_OPEN),),), errno.EACCES),
         Rule("sendmmsg", ((Check(3, (0,), _FAST_OPEN),),), errno.EACCES),
         Rule("fcntl", ((Check(1, _OTHERS_NOTICE, not_in=True),),)),
-        Rule("mmap", ((Check(3, (_SHARED_NOWHERE,), _SHARED_NOWHERE, not_in=True),),)),
+        Rule("mmap", (tuple(Check(3, (flags,), flags, not_in=True) for flags in (_SHARED_NOWHERE, _GROWS)),)),
         Rule("ioctl", ((Check(1, _DEVICE_SIGNALS, not_in=True),),)),
     ]
     if not (udp or can):

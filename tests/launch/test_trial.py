@@ -1,0 +1,81 @@
+"""Strategies of strangers are checked without running them as oneself."""
+
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from tests.requirements import missing as lacking
+from tests.system.harness import short_match
+from vrg.cli import make_app
+from vrg.errors import ConfigError
+from vrg.launch import trial as trying
+from vrg.launch.sandbox.seal import missing
+from vrg.launch.trial import trial
+
+ATTACK = """
+from pathlib import Path
+from vrg.agents import Strategy
+
+try:
+    Path({target!r}).touch()
+except PermissionError:
+    pass
+
+
+class Mine(Strategy):
+    pass
+"""
+
+
+@pytest.fixture(autouse=True)
+def _can_be_sealed() -> None:
+    if (reason := missing()) is not None:
+        lacking(reason)
+
+
+@pytest.fixture
+def attack(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The file that a strategy wants to write when it is imported."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text(ATTACK.format(target=str(tmp_path / "attacked")))
+    text = short_match("m").replace('name = "ann"', 'name = "ann"\nstrategy = "mine.py:Mine"')
+    (tmp_path / "match.toml").write_text(text)
+    return tmp_path / "attacked"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["check", "match.toml"], "Mine"),
+        (["substitute", "nowhere", "ann", "mine.py:Mine"], "expected a match that runs on this machine"),
+        (["practice", "mine.py:Mine", "--map", "nowhere"], "nowhere"),
+        (["new", "match", "x.toml", "--player", "mine.py:Mine"], ""),
+    ],
+)
+def test_no_command_that_checks_a_strategy_first_runs_it_first(attack: Path, arguments: list[str], said: str) -> None:
+    done = CliRunner().invoke(make_app(), arguments)
+    assert said in f"{done.output}{done.exception}"
+    assert not attack.exists()
+    assert not any("mine" in name for name in sys.modules if name.startswith("vrg_strategy"))
+
+
+def test_what_is_wrong_with_a_strategy_is_told_with_its_place(tmp_path: Path) -> None:
+    (tmp_path / "bad.py").write_text("class Mine:\n    pass\n\n\nclass Other(\n")
+    with trial() as tried, pytest.raises(ConfigError, match=r"bad\.py:Mine: cannot be imported.*bad\.py, line 5"):
+        tried.find("bad.py:Mine", tmp_path)
+
+
+def test_an_endless_import_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(trying, "PATIENCE", 1.0)
+    (tmp_path / "loop.py").write_text("while True:\n    pass\n")
+    with trial() as tried, pytest.raises(ConfigError, match="still being made after 1 s"):
+        tried.find("loop.py:Mine", tmp_path)
+
+
+def test_a_strategy_with_a_name_is_found_as_before(tmp_path: Path) -> None:
+    with trial() as tried:
+        tried.find("sharks-and-minnows", tmp_path)
+        with pytest.raises(ConfigError, match="expected one of"):
+            tried.find("sharks-and-minnow", tmp_path)

@@ -1,0 +1,93 @@
+"""Whether strategies can be imported and made, found out in sealed processes of their own.
+
+Their code may be anybody's, and may do anything when it is imported: to check it first must not be to run it first.
+"""
+
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Final
+
+from vrg.config.loading import load_match, match_path
+from vrg.config.setup import MatchSetup
+from vrg.launch import apart
+from vrg.launch.fork_server import ForkServer, fork_server
+from vrg.launch.nodes import strategy_class, strategy_of
+from vrg.launch.run_folder import RunFolder
+from vrg.launch.sandbox.seal import missing
+
+PATIENCE: Final = 20.0
+"""The real time in s that a strategy may take to be imported and made."""
+
+
+def untried() -> str | None:
+    """Why strategies of files are not tried on this machine, in words; None if they are.
+
+    A Linux that cannot seal does not import them. On other systems they are imported, in processes of their own.
+    """
+    lacking = missing() if sys.platform == "linux" else None
+    return None if lacking is None else f"the strategies of files were not imported: {lacking.partition(': ')[0]}"
+
+
+class Trial:
+    """See the module.
+
+    Args:
+        server: forks the processes. place: a folder for what they write.
+    """
+
+    def __init__(self, server: ForkServer, place: Path) -> None:
+        self._server = server
+        self._run = RunFolder(place)
+
+    def make(self, setup: MatchSetup, name: str) -> None:
+        """Import and make the strategy of a player. One with a name, which comes with an installed package, is trusted.
+
+        Raises:
+            ConfigError: there is no such player, or its strategy cannot be imported or made.
+        """
+        if ":" not in setup.player(name).strategy:
+            strategy_of(setup, name)
+        else:
+            self._try(setup, name, make=True)
+
+    def find(self, target: str, base: Path) -> None:
+        """Import the class of a strategy.
+
+        Args:
+            target: `module:Class`, `file.py:Class`, or the name of one that a package has registered.
+            base: the folder that a relative path starts from.
+
+        Raises:
+            ConfigError: there is none, it cannot be imported, or it is no strategy.
+        """
+        if ":" not in target:
+            strategy_class(target, base)
+        else:
+            setup = load_match(match_path("practice"), base=base)
+            name = setup.players[0].name
+            self._try(setup.substituted(name, target), name, make=False)
+
+    def _try(self, setup: MatchSetup, name: str, *, make: bool) -> None:
+        if untried() is None:
+            sealed = missing() is None
+            apart.strategy_apart(
+                self._server, setup, name, self._run, patience=PATIENCE, sealed=sealed, make=make
+            ).close()
+
+
+@contextmanager
+def trial(server: ForkServer | None = None) -> Iterator[Trial]:
+    """A Trial for as long as the context lasts.
+
+    Args:
+        server: forks its processes; None starts one for it.
+    """
+    with tempfile.TemporaryDirectory(prefix="vrg-") as place:
+        if server is not None:
+            yield Trial(server, Path(place))
+        else:
+            with fork_server(preload=[apart.__name__]) as own:
+                yield Trial(own, Path(place))
