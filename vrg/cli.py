@@ -13,6 +13,7 @@ import typer
 from vrg import __version__
 from vrg.errors import ConfigError, VrgError
 from vrg.registry import load_object
+from vrg.types import printable
 
 # Without this, a line that pygame prints on import would be the first line of every command.
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
@@ -105,7 +106,8 @@ def main() -> None:
             welcome_app()()
         make_app(asked)()
     except VrgError as error:
-        print(error if isinstance(error, ConfigError) else f"vrg: {error}", file=sys.stderr)
+        said = str(error) if isinstance(error, ConfigError) else f"vrg: {error}"
+        print(printable(said, lines=True), file=sys.stderr)
         sys.exit(1)
     except KeyboardInterrupt:
         sys.exit(130)

@@ -42,8 +42,14 @@ Vector = tuple[float, float]
 _CONTROL = re.compile(f"[{CONTROL}]")
 
 
-def printable(text: str) -> str:
-    """The text with such signs as they are written in Python, such as `\\x1b`: it may come from anybody."""
+def printable(text: str, *, lines: bool = False) -> str:
+    """The text with such signs as they are written in Python, such as `\\x1b`: it may come from anybody.
+
+    Args:
+        lines: True keeps line breaks.
+    """
+    if lines:
+        return "\n".join(map(printable, text.split("\n")))
     return _CONTROL.sub(lambda sign: sign[0].encode("unicode_escape").decode(), text)
 
 

@@ -1,3 +1,4 @@
+import shlex
 import shutil
 import subprocess
 from pathlib import Path, PurePosixPath
@@ -135,8 +136,23 @@ def test_it_prints_what_to_type_to_bring_match_keys_and_units_to_each_machine(tm
     assert f"  scp -r {path} robot@lab2:/opt/vrg/match/" in said
     assert f"  vrg keys hand world --to {units}/lab2/keys" in said
     assert f"  scp -r {units}/lab2/keys/* robot@lab2:/opt/vrg/keys/" in said
-    assert any(line.startswith(f"  cp -r {units}/here/*.service") for line in said)
+    assert any(line.startswith(f"  cp -r {units}/here/vrg-") for line in said)
     assert any("ssh -t robot@lab2 'sudo systemctl start vrg-" in line for line in said)
+
+
+def test_nothing_that_somebody_else_could_have_put_there_becomes_a_unit(tmp_path: Path) -> None:
+    """No folder that everybody can write, no names that the shell completes, and each path is one word."""
+    folder, keys = "/opt/our match", "/etc/our keys"
+    done = deployed(tmp_path, "--folder", folder, "--keys", keys, head="seats = true\n")
+    (units,) = (tmp_path / "units").iterdir()
+    commands = [shlex.split(line, comments=True) for line in done.output.splitlines()[1:]]
+    (made,) = (words for words in commands if words[:3] == ["sudo", "install", "-d"])
+    assert made[-3:] == [folder, f"{folder}/units", keys]
+    (installed,) = (words for words in commands if words[:4] == ["sudo", "install", "-m", "644"])
+    names = sorted(path.name for path in units.iterdir())
+    assert installed[4:7] == ["-t", "/etc/systemd/system", f"{folder}/units/{names[0]}"]
+    assert installed[6 : installed.index("&&")] == [f"{folder}/units/{name}" for name in names]
+    assert not any(word.startswith("/tmp/") for word in installed)
 
 
 @pytest.mark.parametrize("keys", ["keys", "~/keys"])

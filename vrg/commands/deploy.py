@@ -71,7 +71,7 @@ def systemd(
         for name, text in texts.items():
             (place / name).write_text(text, encoding="utf-8")
         typer.echo(f"{place}: {len(texts)} units. VRG must be there as {vrg}. To install them, type here:")
-        for line in install_commands(setup, machine, place, folder, keys, window=window):
+        for line in install_commands(setup, machine, sorted(texts), place, folder, keys, window=window):
             typer.echo(f"  {line}")
 
 

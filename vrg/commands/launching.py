@@ -36,6 +36,7 @@ from vrg.launch.run_folder import RunFolder
 from vrg.launch.seats import LAUNCHER
 from vrg.launch.specs import LIVE, WEB, specs
 from vrg.launch.supervisor import Supervisor
+from vrg.types import printable
 from vrg.ui.table import TerminalTable
 from vrg.ui.web.admission import Admission
 
@@ -62,7 +63,7 @@ class Show:
 
     def announce(self, text: str) -> None:
         """Print what happens to the processes."""
-        self.console.print(f"[yellow]{escape(text)}[/yellow]")
+        self.console.print(f"[yellow]{escape(printable(text, lines=True))}[/yellow]")
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,10 @@ from pathlib import Path
 
 from vrg.config.setup import read_setup
 from vrg.errors import LaunchError, StrategyError, VrgError
+from vrg.launch.folder_lock import delete_abandoned_keys
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.serving import serve, serve_router
+from vrg.types import printable
 
 FAILED_FOR_GOOD = 3
 """The exit status of a player whose strategy has failed in a way that makes another start useless."""
@@ -84,10 +86,13 @@ def main(arguments: Sequence[str]) -> int:
             name, secret = rest[1] if len(rest) > 1 else "", read_secret() if kind == "web" else ""
             stop = serve(kind, setup, router=router, run=run, name=name, keys=keys, leash=True, secret=secret)
     except VrgError as error:
-        print(f"vrg: {error}", file=sys.stderr)
+        print(f"vrg: {printable(str(error), lines=True)}", file=sys.stderr)
         return FAILED_FOR_GOOD if isinstance(error, StrategyError) and error.final else 1
     except KeyboardInterrupt:
         return 130
+    finally:
+        if keys is not None:
+            delete_abandoned_keys([keys])  # if the launcher was killed
     return 130 if stop.interrupted else 0
 
 

@@ -1,10 +1,6 @@
 """The keys with which a launcher plays a match: those that were made before, or some for this run alone."""
 
-import contextlib
-import fcntl
-import logging
 import os
-import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -13,14 +9,11 @@ from pathlib import Path
 
 from vrg.bus.seats import Roster, Seat
 from vrg.errors import ConfigError
+from vrg.launch.folder_lock import delete_abandoned_keys, keys_lock
 from vrg.seats.authority import authority_name
 from vrg.seats.folder import LOCAL_HOSTS, KeysFolder
 
-log = logging.getLogger(__name__)
-
 _PREFIX = "vrg-keys-"
-_LOCK = ".launcher"
-"""The name of a file in the folder of the keys of one run. The launcher holds its lock as long as it lives."""
 _LASTS = timedelta(days=2)
 """How long keys are valid that are made for one run. They are deleted with its end."""
 
@@ -31,8 +24,8 @@ def keys_for(roster: Roster, given: Path | None, now: datetime, addresses: Seque
 
     Args:
         given: a folder that `vrg keys init` has made. Without it, an authority is made for this run alone: its own key
-            is never written, and the others are in a private folder that is deleted at the end of the context. Those
-            that launchers have left which were killed are deleted too.
+            is never written, and the others are in a private folder that is deleted at the end of the context. If the
+            launcher is killed, its processes delete it when they end, or else the next launcher does.
         now: the present instant, with its time zone. addresses: of the machines of the routers.
 
     Raises:
@@ -45,22 +38,11 @@ def keys_for(roster: Roster, given: Path | None, now: datetime, addresses: Seque
         return
     runtime = os.environ.get("XDG_RUNTIME_DIR")
     parent = Path(runtime if runtime and os.access(runtime, os.W_OK) else tempfile.gettempdir())
-    _sweep(parent)
-    with tempfile.TemporaryDirectory(prefix=_PREFIX, dir=parent) as made, (Path(made) / _LOCK).open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+    delete_abandoned_keys(parent.glob(f"{_PREFIX}*"))
+    with tempfile.TemporaryDirectory(prefix=_PREFIX, dir=parent) as made, keys_lock(Path(made)):
         hosts = list(dict.fromkeys([*LOCAL_HOSTS, *addresses]))
         KeysFolder(Path(made)).make(roster.match, roster.seats, now, lasts=_LASTS, hosts=hosts, keep_authority=False)
         yield Path(made)
-
-
-def _sweep(parent: Path) -> None:
-    """Delete the keys of runs whose launchers are gone without having done so."""
-    for folder in parent.glob(f"{_PREFIX}*"):
-        # A folder without a lock is being made; only this user's folders can be opened or deleted.
-        with contextlib.suppress(OSError), (folder / _LOCK).open("r+") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            log.info("deleting %s, which a launcher that was killed has left", folder)
-            shutil.rmtree(folder, ignore_errors=True)
 
 
 def check_keys(folder: KeysFolder, match: str, seats: Sequence[Seat], now: datetime) -> None:

@@ -40,7 +40,7 @@ class ProcessLog:
 
     def last_words(self, lines: int) -> str:
         """The last lines, printable."""
-        return "\n".join(map(printable, self._tail().splitlines()[-lines:]))
+        return printable("\n".join(self._tail().splitlines()[-lines:]), lines=True)
 
     @property
     def size(self) -> int:

@@ -6,7 +6,7 @@ and systemd.exec(5).
 
 import os
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
@@ -164,13 +164,20 @@ def _quoted(word: str) -> str:
 
 
 def install_commands(
-    setup: MatchSetup, machine: str, units_in: Path, folder: str, keys: str | None, *, window: bool
+    setup: MatchSetup,
+    machine: str,
+    names: Sequence[str],
+    units_in: Path,
+    folder: str,
+    keys: str | None,
+    *,
+    window: bool,
 ) -> list[str]:
     """The commands that bring a machine its match, keys and units, and start them, as a person types them here.
 
     Args:
-        units_in: the folder of the machine's units here. folder: that of the match file on the machine.
-        keys: the folder of the keys there; None in a match without seats.
+        names: the names of the machine's units. units_in: their folder here.
+        folder: the folder of the match file on the machine. keys: the folder of the keys there; None in a match without seats.
     """
     host = setup.hosts[machine].host if machine in setup.hosts else None
 
@@ -178,20 +185,24 @@ def install_commands(
         return command if host is None else f"ssh -t {host} {shlex.quote(command)}"
 
     def bring(paths: str, to: str) -> str:
-        return f"cp -r {paths} {to}" if host is None else f"scp -r {paths} {host}:{to}"
+        return f"cp -r {paths} {shlex.quote(to)}" if host is None else f"scp -r {paths} {host}:{shlex.quote(to)}"
 
     by_place: dict[str, list[str]] = {folder: [setup.origin]}
     for place, source in files_of(setup).copies.items():
         by_place.setdefault((PurePosixPath(folder) / place.parent).as_posix(), []).append(os.path.relpath(source))
-    made = [*by_place, *([keys] if keys else [])]
-    lines = [there(f"sudo install -d -o $USER {' '.join(made)}")]
-    lines += [bring(" ".join(map(shlex.quote, sources)), f"{to}/") for to, sources in by_place.items()]
+    # The units lie in a folder that only the user can write, and are named one by one: whatever somebody else had put
+    # among them would be root's.
+    staged = (PurePosixPath(folder) / "units").as_posix()
+    made = shlex.join([*by_place, staged, *([keys] if keys else [])])
+    lines = [there(f"sudo install -d -m 755 -o $USER {made}")]
+    lines += [bring(shlex.join(sources), f"{to}/") for to, sources in by_place.items()]
     if keys is not None:
         seats = " ".join(map(str, seats_at(setup, machine, window=window, record=True)))
-        lines += [f"vrg keys hand {seats} --to {units_in}/keys", bring(f"{units_in}/keys/*", f"{keys}/")]
-    lines.append(bring(f"{units_in}/*.service {units_in}/*.target", "/tmp/"))
-    names = f"/tmp/{_stem(setup)}-*.service /tmp/{_stem(setup)}.target"
-    lines.append(there(f"sudo mv {names} /etc/systemd/system/ && sudo systemctl daemon-reload"))
+        own = shlex.quote(f"{units_in}/keys")
+        lines += [f"vrg keys hand {seats} --to {own}", bring(f"{own}/*", f"{keys}/")]
+    lines.append(bring(shlex.join(str(units_in / name) for name in names), f"{staged}/"))
+    sources = shlex.join(f"{staged}/{name}" for name in names)
+    lines.append(there(f"sudo install -m 644 -t /etc/systemd/system {sources} && sudo systemctl daemon-reload"))
     start = there(f"sudo systemctl start {_stem(setup)}.target")
     return [*lines, f"{start}   # and `enable` in place of `start`, to start it with the machine"]
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from vrg.launch.remote.folder_lock import folder_lock
+from vrg.launch.folder_lock import folder_lock
 from vrg.launch.remote.lease import LEASE, Lease
 
 
@@ -27,7 +27,7 @@ def test_an_older_sign_of_life_does_not_shorten_it() -> None:
 HOLDER = """
 import sys, time
 from pathlib import Path
-from vrg.launch.remote.folder_lock import folder_lock
+from vrg.launch.folder_lock import folder_lock
 with folder_lock(Path(sys.argv[1])):
     print("held", flush=True)
     time.sleep(600)

@@ -10,7 +10,8 @@ from vrg.launch.remote import wire
 from vrg.launch.remote.channel import Channel
 from vrg.launch.remote.wire import BANNER, LONGEST, Frames, ToAgent, ToLauncher, frame
 
-names = st.text(min_size=1, max_size=20)
+signs = st.characters(exclude_categories=["C"])
+names = st.text(signs, min_size=1, max_size=20)
 TO_LAUNCHER = st.one_of(
     st.builds(wire.Hello, version=names, peer=names, home=names),
     st.builds(wire.LogText, name=names, text=st.binary(max_size=200), end=st.integers(0, 1 << 40)),

@@ -25,10 +25,10 @@ from vrg.errors import LaunchError, VrgError
 from vrg.launch.endpoints import free_endpoint
 from vrg.launch.events import What
 from vrg.launch.findings import examine
+from vrg.launch.folder_lock import folder_lock, keys_folder, keys_lock, sweep
 from vrg.launch.fork_server import ForkServer, fork_server
 from vrg.launch.remote import wire
 from vrg.launch.remote.channel import Channel
-from vrg.launch.remote.folder_lock import folder_lock, keys_folder, sweep, sweep_keys
 from vrg.launch.remote.lease import Lease
 from vrg.launch.remote.log_reader import LogReader
 from vrg.launch.remote.travel import parts_of, take_in
@@ -132,8 +132,6 @@ class Agent:
     @_do.register
     def _(self, message: wire.Prepare) -> None:
         self._machine = message.machine
-        # An agent that was killed has left its keys.
-        sweep_keys(self._home)
         sweep(self._home, time.time() - _KEPT)
         if message.display is not None:
             os.environ["DISPLAY"] = message.display
@@ -159,6 +157,7 @@ class Agent:
         if self._keys is None:
             self._keys = self._keys_folder
             self._keys.mkdir(mode=0o700)
+            self._resources.enter_context(keys_lock(self._keys))
         keep_key(self._keys, message.seat, message.name, message.data)
 
     @_do.register

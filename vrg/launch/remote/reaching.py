@@ -7,7 +7,7 @@ from pathlib import Path
 from vrg.bus.credentials import find_credentials
 from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.stopping import StopSignal
-from vrg.config.setup import HERE, MatchSetup
+from vrg.config.setup import HERE, Machine, MatchSetup
 from vrg.errors import LaunchError
 from vrg.launch.endpoints import free_endpoint
 from vrg.launch.events import NoNotes, Notes
@@ -39,12 +39,14 @@ def remote_hosts(
     """
     # Two launchers may have begun in the same second, and may use the same machine.
     run = f"{folder.path.name}-{secrets.token_hex(3)}"
-    visit = Visit(run=run, window=window, record=record, secret=setup.secret)
     told = notes or NoNotes()
-    return {
-        name: RemoteHost(name, Conversation(name, machine, folder, visit, announce, told), announce)
-        for name, machine in setup.hosts.items()
-    }
+
+    def host(name: str, machine: Machine) -> RemoteHost:
+        # Two machines may share a home folder.
+        visit = Visit(run=f"{run}-{name}", window=window, record=record, secret=setup.secret)
+        return RemoteHost(name, Conversation(name, machine, folder, visit, announce, told), announce)
+
+    return {name: host(name, machine) for name, machine in setup.hosts.items()}
 
 
 def router_endpoints(setup: MatchSetup, hosts: Mapping[str, RemoteHost], *, secure: bool = False) -> dict[str, str]:

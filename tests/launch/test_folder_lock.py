@@ -3,7 +3,11 @@
 import os
 from pathlib import Path
 
-from vrg.launch.remote.folder_lock import folder_lock, keys_folder, sweep, sweep_keys
+import pytest
+
+from vrg.errors import LaunchError
+from vrg.launch import folder_lock as locks
+from vrg.launch.folder_lock import delete_abandoned_keys, folder_lock, keys_folder, keys_lock, sweep
 
 NEW, OLD = 2000.0, 1000.0
 BETWEEN = 1500.0
@@ -48,8 +52,9 @@ def test_nothing_is_there_yet(tmp_path: Path) -> None:
 def test_keys_that_a_killed_agent_has_left_are_deleted_by_the_next_one(tmp_path: Path) -> None:
     left, lost = folder(tmp_path, "left", NEW), tmp_path / "lost"
     for run in (left, lost):
-        folder(tmp_path, keys_folder(run).name, NEW)
-    sweep_keys(tmp_path)
+        with keys_lock(folder(tmp_path, keys_folder(run).name, NEW)):
+            pass
+    sweep(tmp_path, BETWEEN)
     assert not keys_folder(left).exists()
     assert not keys_folder(lost).exists()
     assert (left / "journal.jsonl").exists(), "what was not fetched is kept"
@@ -58,9 +63,38 @@ def test_keys_that_a_killed_agent_has_left_are_deleted_by_the_next_one(tmp_path:
 def test_the_keys_of_a_run_that_an_agent_supervises_are_kept_however_old_they_are(tmp_path: Path) -> None:
     used = folder(tmp_path, "used", OLD)
     keys = folder(tmp_path, keys_folder(used).name, OLD)
-    with folder_lock(used):
+    with folder_lock(used), keys_lock(keys):
+        os.utime(used, (NEW, NEW))
         sweep(tmp_path, BETWEEN)
-        sweep_keys(tmp_path)
         assert keys.exists()
-    sweep_keys(tmp_path)
+    sweep(tmp_path, BETWEEN)
     assert not keys.exists()
+
+
+def test_keys_that_are_being_made_are_not_deleted(tmp_path: Path) -> None:
+    """Between the making of a folder and that of its lock, another launcher may look for abandoned ones."""
+    keys = folder(tmp_path, "keys", OLD)
+    delete_abandoned_keys([keys])
+    rename = Path.rename
+
+    def look(path: Path, target: Path) -> Path:
+        delete_abandoned_keys([keys])
+        return rename(path, target)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Path, "rename", look)
+        with keys_lock(keys):
+            delete_abandoned_keys([keys])
+            assert (keys / "journal.jsonl").exists()
+    delete_abandoned_keys([keys])
+    assert not keys.exists()
+
+
+def test_an_agent_of_another_machine_that_shares_the_folder_is_not_killed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with folder_lock(tmp_path):
+        monkeypatch.setattr(locks, "this_machine", lambda: "lab2 other-boot")
+        monkeypatch.setattr(os, "kill", lambda *_: pytest.fail("killed by number"))
+        with pytest.raises(LaunchError, match=r"an agent of .* uses this folder, which both machines share"):
+            folder_lock(tmp_path).__enter__()

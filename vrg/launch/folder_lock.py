@@ -1,0 +1,126 @@
+"""Folders that belong to one process at a time: those of runs on other machines, and those of keys.
+
+A lock is a file in the folder, which its process holds as long as it lives. So a folder that a killed process has left
+can be told from one that is in use.
+"""
+
+import contextlib
+import fcntl
+import logging
+import os
+import shutil
+import signal
+import socket
+import time
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TextIO
+
+from vrg.errors import LaunchError
+
+log = logging.getLogger(__name__)
+
+NAME = ".agent"
+"""The name of the lock in a run folder."""
+KEYS = ".keys"
+"""The name of the lock in a folder of keys that were made or brought for one run."""
+PATIENCE = 5.0
+"""The real time in s that a killed agent may take to be gone."""
+_BOOT = Path("/proc/sys/kernel/random/boot_id")
+
+
+def this_machine() -> str:
+    """What tells this machine, since it was started, from others that may share its folders."""
+    boot = _BOOT.read_text(encoding="ascii").strip() if _BOOT.exists() else "-"
+    return f"{socket.gethostname()} {boot}"
+
+
+@contextmanager
+def folder_lock(folder: Path) -> Iterator[None]:
+    """Be the only agent of a run folder. An agent of this machine that is there is killed: its launcher has lost it.
+
+    The processes of the killed agent notice its end, and end by themselves.
+
+    Raises:
+        LaunchError: the agent that is there does not end, or is one of another machine.
+    """
+    path = folder / NAME
+    with path.open("a+", encoding="utf-8") as lock:
+        deadline = time.monotonic() + PATIENCE
+        while not _locked(lock):
+            lock.seek(0)
+            number, _, machine = lock.read().strip().partition(" ")
+            if machine and machine != this_machine():
+                other = machine.split()[0]
+                raise LaunchError(f"{path}: an agent of {other} uses this folder, which both machines share")
+            if time.monotonic() > deadline:
+                raise LaunchError(f"{path}: expected the agent {number} to end within {PATIENCE:g} s")
+            if number.isdigit() and int(number) != os.getpid():
+                log.info("the agent %s, which has lost its launcher, is killed", number)
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(int(number), signal.SIGKILL)
+            time.sleep(0.05)
+        lock.truncate(0)
+        lock.write(f"{os.getpid()} {this_machine()}")
+        lock.flush()
+        try:
+            yield
+        finally:
+            # A number that was left here might be another process' by then.
+            lock.truncate(0)
+
+
+@contextmanager
+def keys_lock(folder: Path) -> Iterator[None]:
+    """Own a new folder of keys, which others delete once this process is gone."""
+    # The lock is held before it has its name: another launcher may look for abandoned folders just now.
+    unnamed = folder / f"{KEYS}.new"
+    with unnamed.open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        unnamed.rename(folder / KEYS)
+        yield
+
+
+def delete_abandoned_keys(folders: Iterable[Path]) -> None:
+    """Delete those of these folders that were made or brought for one run, and whose process is gone."""
+    for folder in folders:
+        # A folder without a lock is being made, or is no such folder; only this user's can be opened or deleted.
+        with contextlib.suppress(OSError), (folder / KEYS).open("r+") as lock:
+            if not folder.is_symlink() and _locked(lock):
+                log.info("deleting %s, whose process is gone", folder)
+                shutil.rmtree(folder, ignore_errors=True)
+
+
+def keys_folder(run: Path) -> Path:
+    """The folder of the keys of a run's seats, beside the run folder, whose files travel back."""
+    return run.with_name(f"{run.name}-keys")
+
+
+def sweep(home: Path, older_than: float) -> None:
+    """Delete folders of runs that were not fetched, and that no agent uses, and all abandoned keys.
+
+    Args:
+        home: the folder of these folders. older_than: the wall time before which they were written last, s.
+    """
+    delete_abandoned_keys(home.glob(keys_folder(home / "*").name))
+    for folder in home.iterdir() if home.is_dir() else ():
+        try:
+            if (folder / KEYS).exists() or folder.is_symlink() or not folder.is_dir():
+                continue
+            if folder.stat().st_mtime > older_than:
+                continue
+            with (folder / NAME).open("a+", encoding="utf-8") as lock:
+                if _locked(lock):
+                    log.info("deleting %s, which was not fetched", folder)
+                    shutil.rmtree(folder, ignore_errors=True)
+        except OSError as error:
+            log.debug("%s: %s", folder, error)
+
+
+def _locked(lock: TextIO) -> bool:
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
