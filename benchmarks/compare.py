@@ -4,7 +4,6 @@ Two of the same strategy play Sharks and Minnows on the planar engine without la
 one after the other in this process, without the pool of processes, so the first row beside it is what the pool costs.
 """
 
-import contextlib
 import tempfile
 import threading
 import time
@@ -17,64 +16,31 @@ from msgspec import structs
 
 from vrg.config.loading import load_match, match_path
 from vrg.config.setup import MatchSetup
-from vrg.evaluation.cluster import Cluster
 from vrg.evaluation.contenders import contenders
 from vrg.evaluation.experiment import Definition, define
 from vrg.evaluation.folder import ExperimentFolder
 from vrg.evaluation.games import Pairing
 from vrg.evaluation.playing import judged, played
-from vrg.evaluation.ray_cluster import LOCAL, RayCluster
-from vrg.evaluation.remote import Answer, Task
+from vrg.evaluation.ray_workers import LOCAL, RayWorkers
 from vrg.evaluation.running import Experiment
 from vrg.evaluation.series import Series
+from vrg.evaluation.workers import Workers
 from vrg.launch.run_folder import RunFolder
 
 STRATEGY = "sharks-and-minnows"
 
 
-def compared(setup: MatchSetup, definition: Definition, games: int, jobs: int, cluster: Cluster | None = None) -> float:
-    """Play games as `vrg compare` does; return how many a second. A cluster is closed."""
+def compared(setup: MatchSetup, definition: Definition, games: int, jobs: int, *, ray: bool = False) -> float:
+    """Play games as `vrg compare` does, or on a cluster of Ray on this computer; return how many a second."""
     pairing = Pairing(*(contender.label for contender in definition.contenders))
     series = {pairing: Series(games // 2, 0.95, play_all=True)}
     with tempfile.TemporaryDirectory() as name, ExperimentFolder(Path(name, "out"), definition) as folder:
         experiment = Experiment(folder, setup, series)
+        local = None if ray else Workers(jobs, folder, experiment.setup)
+        workers = local or RayWorkers(LOCAL, jobs, jobs, folder)
         began = time.perf_counter()
-        experiment.run(jobs, threading.Event(), lambda _: None, cluster)
+        experiment.run(workers, threading.Event(), lambda _: None)
         return games / (time.perf_counter() - began)
-
-
-def on_ray(setup: MatchSetup, definition: Definition, games: int, jobs: int) -> float:
-    """The same on a cluster of Ray on this computer, whose workers have loaded what they need."""
-    cluster = RayCluster(LOCAL, jobs)
-    with contextlib.closing(cluster):
-        shared = _Open(cluster)
-        compared(setup, definition, 2 * jobs, jobs, shared)
-        return compared(setup, definition, games, jobs, shared)
-
-
-class _Open(Cluster):
-    """A cluster that stays open for the next measurement."""
-
-    def __init__(self, cluster: Cluster) -> None:
-        self._cluster = cluster
-
-    def share(self, content: bytes) -> Any:
-        return self._cluster.share(content)
-
-    def submit(self, task: Task, match: Any) -> Any:
-        return self._cluster.submit(task, match)
-
-    def ready(self, games: Sequence[Any], timeout: float) -> list[Any]:
-        return self._cluster.ready(games, timeout)
-
-    def answer(self, game: Any) -> Answer:
-        return self._cluster.answer(game)
-
-    def cancel(self, game: Any) -> None:
-        self._cluster.cancel(game)
-
-    def close(self) -> None:
-        """Nothing."""
 
 
 def alone(setup: MatchSetup, games: int) -> float:
@@ -113,7 +79,9 @@ def main() -> None:
         for jobs in sorted({1, *options.jobs}):
             speeds.setdefault(f"{jobs} at a time", []).append(compared(setup, definition, games, jobs))
             if options.ray:
-                speeds.setdefault(f"{jobs} at a time, Ray", []).append(on_ray(setup, definition, games, jobs))
+                speeds.setdefault(f"{jobs} at a time, Ray", []).append(
+                    compared(setup, definition, games, jobs, ray=True)
+                )
         speeds.setdefault("in this process", []).append(alone(setup, games))
     show("vrg compare", rows_of(speeds), [], as_json=options.json)
 

@@ -22,7 +22,7 @@ ONLY_IN = {
     "pytest": ("testing",),
     "pyarrow": ("evaluation",),
     "openskill": ("evaluation",),
-    "ray": ("evaluation/ray_cluster.py",),
+    "ray": ("evaluation/ray_workers.py",),
     "cryptography": ("seats",),
     "aiohttp": ("ui/web/server.py",),
 }

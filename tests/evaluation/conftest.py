@@ -13,6 +13,7 @@ from vrg.evaluation.folder import ExperimentFolder
 from vrg.evaluation.games import Pairing, Row
 from vrg.evaluation.running import Experiment
 from vrg.evaluation.series import Series
+from vrg.evaluation.workers import Workers
 
 MATCH = """\
 name = "tiny"
@@ -137,7 +138,7 @@ def play(match: Path) -> Play:
         series = {Pairing(found[0].label, found[1].label): Series(pairs, 0.95, play_all=play_all)}
         with ExperimentFolder(match.parent / out, definition) as folder:
             running = Experiment(folder, setup, series)
-            running.run(jobs, stop or Never(), told)
+            running.run(Workers(jobs, folder, running.setup), stop or Never(), told)
             return running.rows()
 
     return run

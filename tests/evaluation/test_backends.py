@@ -1,4 +1,4 @@
-"""What plays games keeps one contract, whether it is processes of this computer, some cluster, or one of Ray."""
+"""What plays games keeps one contract, whether it is processes of this computer or a cluster of Ray."""
 
 import contextlib
 import importlib.util
@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
+from types import SimpleNamespace
 
 import psutil
 import pytest
@@ -20,21 +21,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs
 
+from tests.evaluation import fake_ray
 from tests.evaluation.conftest import target
 from tests.evaluation.test_commands import alive
-from tests.evaluation.thread_cluster import ThreadCluster
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError
-from vrg.evaluation import ray_cluster
-from vrg.evaluation.backend import Backend
-from vrg.evaluation.cluster import DEATHS, Cluster, ClusterWorkers
 from vrg.evaluation.contenders import contenders
 from vrg.evaluation.experiment import code_of_vrg, define
 from vrg.evaluation.folder import ExperimentFolder
 from vrg.evaluation.games import FAILED, OVER, Game, Pairing, Played, Row
-from vrg.evaluation.parcel import packed, unpack
-from vrg.evaluation.remote import Task, play
+from vrg.evaluation.ray_workers import LOCAL, RayWorkers, Task, _connected, packed, play, require_ray, unpack
 from vrg.evaluation.running import Experiment
 from vrg.evaluation.series import Series
 from vrg.evaluation.workers import Workers
@@ -63,7 +60,7 @@ class KillsParent(Strategy):
 """
 HAS_RAY = importlib.util.find_spec("ray") is not None
 WITH_RAY = pytest.mark.skipif(not HAS_RAY, reason="ray is not installed: pip install 'vrg[cluster]'")
-KINDS = ["processes", "threads", pytest.param("ray", marks=WITH_RAY)]
+KINDS = ["processes", "fake ray", pytest.param("ray", marks=WITH_RAY)]
 CLUSTERS = KINDS[1:]
 
 
@@ -89,8 +86,6 @@ class Bench:
         players = match.parent / "players.py"
         players.write_text(players.read_text() + MORE_PLAYERS.format(marker=self.marker), encoding="utf-8")
         self._stack = stack
-        self.cluster: Cluster | None = None
-        self.setup: MatchSetup | None = None
 
     def experiment(self, first: str, second: str, out: str = "out", pairs: int = 1) -> Experiment:
         """An experiment in a folder of its own."""
@@ -101,19 +96,17 @@ class Bench:
         series = {Pairing(found[0].label, found[1].label): Series(pairs, 0.95, play_all=True)}
         return Experiment(folder, setup, series)
 
-    def new_cluster(self, kind: str, jobs: int = 2) -> Cluster:
-        """A cluster that ends with the test."""
-        self.cluster = ThreadCluster() if kind == "threads" else ray_cluster.RayCluster(ray_cluster.LOCAL, jobs)
-        self._stack.callback(self.cluster.close)
-        return self.cluster
-
-    def backend(self, kind: str, experiment: Experiment, jobs: int = 2) -> Backend:
+    def workers(self, kind: str, experiment: Experiment, jobs: int = 2) -> Workers:
         """What plays the games of an experiment."""
         if kind == "processes":
-            backend: Backend = Workers(jobs, experiment.folder, load_match(self.match))
+            workers = Workers(jobs, experiment.folder, experiment.setup)
         else:
-            backend = ClusterWorkers(jobs, experiment.folder, self.new_cluster(kind, jobs))
-        return self._stack.enter_context(backend)
+            if kind == "fake ray":
+                patch = self._stack.enter_context(pytest.MonkeyPatch.context())
+                patch.setitem(sys.modules, "ray", fake_ray)
+                patch.setattr("vrg.evaluation.ray_workers.require_ray", lambda: None)
+            workers = RayWorkers(LOCAL, jobs, jobs, experiment.folder)
+        return self._stack.enter_context(workers)
 
 
 @pytest.fixture
@@ -128,14 +121,14 @@ def game_of(experiment: Experiment, number: int) -> tuple[Game, MatchSetup]:
     return game, load_match(experiment.folder.match_file(game))
 
 
-def play_one(backend: Backend, experiment: Experiment, number: int) -> Played:
+def play_one(backend: Workers, experiment: Experiment, number: int) -> Played:
     """Play one game to its end."""
     game, setup = game_of(experiment, number)
     backend.start(game, setup, 3600.0)
     return ended(backend)[0][1]
 
 
-def ended(backend: Backend) -> list[tuple[Game, Played]]:
+def ended(backend: Workers) -> list[tuple[Game, Played]]:
     """Wait for games to end."""
     found: list[tuple[Game, Played]] = []
     deadline = time.monotonic() + PATIENCE
@@ -150,8 +143,8 @@ def test_a_cluster_gives_the_same_results_as_this_computer(bench: Bench, kind: s
     rows: dict[str, list[Row]] = {}
     for name in ("here", kind):
         experiment = bench.experiment("sharks-and-minnows", "Remembers", name, pairs=2)
-        cluster = None if name == "here" else bench.new_cluster(kind)
-        experiment.run(2, threading.Event(), lambda _: None, cluster)
+        workers = bench.workers("processes" if name == "here" else kind, experiment)
+        experiment.run(workers, threading.Event(), lambda _: None)
         rows[name] = [structs.replace(row, played=timeless(row.played)) for row in experiment.rows()]
     assert len(rows["here"]) == 4
     assert rows["here"] == rows[kind]
@@ -161,17 +154,17 @@ def test_a_cluster_gives_the_same_results_as_this_computer(bench: Bench, kind: s
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_game_is_counted_while_it_is_played_and_never_more_than_there_are_jobs(bench: Bench, kind: str) -> None:
     experiment = bench.experiment("sharks-and-minnows", "Ahead")
-    backend = bench.backend(kind, experiment, jobs=2)
-    assert (backend.free, backend.busy, backend.games()) == (2, False, [])
+    backend = bench.workers(kind, experiment, jobs=2)
+    assert (backend.free, backend.games()) == (2, [])
     games = [game_of(experiment, number) for number in (0, 1)]
     for game, setup in games:
         backend.start(game, setup, 3600.0)
-    assert (backend.free, backend.busy, backend.games()) == (0, True, [game for game, _ in games])
+    assert (backend.free, backend.games()) == (0, [game for game, _ in games])
     found = ended(backend)
     while len(found) < 2:
         found += ended(backend)
     assert sorted(game.number for game, _ in found) == [0, 1]
-    assert (backend.free, backend.busy) == (2, False)
+    assert (backend.free, backend.games()) == (2, [])
     assert list(backend.finished(0.0)) == []
 
 
@@ -179,38 +172,32 @@ def test_a_game_is_counted_while_it_is_played_and_never_more_than_there_are_jobs
 @pytest.mark.parametrize("deadly", ["Dies", "KillsParent"])
 def test_a_strategy_that_kills_takes_only_its_own_game_with_it(bench: Bench, kind: str, deadly: str) -> None:
     broken, good = bench.experiment(deadly, "Ahead", "broken"), bench.experiment("sharks-and-minnows", "Ahead", "good")
-    backend = bench.backend(kind, broken, jobs=1)
+    backend = bench.workers(kind, broken, jobs=1)
     for number in (0, 1):
         found = play_one(backend, broken, number)
         if deadly == "Dies":
             assert (found.ended, "has ended with status 0" in found.problem) == (FAILED, True)
-    if isinstance(backend, ClusterWorkers):
-        assert bench.cluster is not None
-        again = ClusterWorkers(1, good.folder, bench.cluster)
-    else:
-        again = bench.backend(kind, good, jobs=1)
+    backend.close()
+    again = bench.workers(kind, good, jobs=1)
     assert play_one(again, good, 0).ended == OVER
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_game_that_hangs_can_be_ended_and_the_next_one_is_played(bench: Bench, kind: str) -> None:
     hanging = bench.experiment("Sleeps", "Ahead", "hanging")
-    backend = bench.backend(kind, hanging, jobs=1)
+    backend = bench.workers(kind, hanging, jobs=1)
     game, setup = game_of(hanging, 0)
     backend.start(game, setup, 3600.0)
     wait_until(bench.marker.exists, "the strategy to sleep")
     stuck = [p for p in psutil.process_iter() if plays(p)]
     backend.cancel(game)
     backend.cancel(game)  # it is gone already
-    assert not backend.busy
+    assert not backend.games()
     good = bench.experiment("sharks-and-minnows", "Ahead", "good")
-    if isinstance(backend, ClusterWorkers):
-        assert bench.cluster is not None
-        backend = ClusterWorkers(1, good.folder, bench.cluster)
-    else:
-        backend = bench.backend(kind, good, jobs=1)
-    assert play_one(backend, good, 0).ended == OVER
     wait_until(lambda: not alive(stuck), "its end")
+    backend.close()
+    backend = bench.workers(kind, good, jobs=1)
+    assert play_one(backend, good, 0).ended == OVER
 
 
 def plays(process: psutil.Process) -> bool:
@@ -224,7 +211,7 @@ def plays(process: psutil.Process) -> bool:
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_has_failed_is_kept_with_its_traceback(bench: Bench, kind: str) -> None:
     experiment = bench.experiment("Raises", "Ahead")
-    found = play_one(bench.backend(kind, experiment), experiment, 0)
+    found = play_one(bench.workers(kind, experiment), experiment, 0)
     assert any("ValueError: no idea" in failure for failure in found.failures)
     log = experiment.folder.failures / "Raises-vs-Ahead-0" / "logs" / "shark.log"
     assert 'raise ValueError("no idea")' in log.read_text()
@@ -234,7 +221,7 @@ def test_what_has_failed_is_kept_with_its_traceback(bench: Bench, kind: str) -> 
 def test_nothing_is_left_of_a_backend_that_was_closed(bench: Bench, kind: str) -> None:
     temporary = set(Path(tempfile.gettempdir()).glob("vrg-*"))
     experiment = bench.experiment("Sleeps", "Ahead")
-    backend = bench.backend(kind, experiment, jobs=1)
+    backend = bench.workers(kind, experiment, jobs=1)
     backend.start(*game_of(experiment, 0), 3600.0)
     wait_until(bench.marker.exists, "the strategy to sleep")
     stuck = [p for p in psutil.process_iter() if plays(p)]
@@ -243,27 +230,26 @@ def test_nothing_is_left_of_a_backend_that_was_closed(bench: Bench, kind: str) -
     backend.close()
     wait_until(lambda: not alive(stuck), "the game's end")
     assert not experiment.folder.playing.exists()
-    if kind == "threads":
+    if kind == "fake ray":
         assert set(Path(tempfile.gettempdir()).glob("vrg-*")) <= temporary
 
 
 class Killer:
-    """Kills the worker of a game that is being played; a worker of Ray's is found by its process.
+    """Kills workers of a cluster while games are played; one of Ray's is found by its process.
 
     It is a stop signal that is never set, as an experiment asks one between two looks at its games. A worker may just
     have ended its game when it is killed, so others are killed until a game had to be played again.
     """
 
-    def __init__(self, cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
+    def __init__(self, workers: RayWorkers) -> None:
         self.submitted: list[Task] = []
-        self._cluster = cluster
-        submit = cluster.submit
+        start = workers._play.remote
 
         def counted(task: Task, match: object) -> object:
             self.submitted.append(task)
-            return submit(task, match)
+            return start(task, match)
 
-        monkeypatch.setattr(cluster, "submit", counted)
+        workers._play = SimpleNamespace(remote=counted)
 
     @property
     def again(self) -> list[str]:
@@ -274,12 +260,10 @@ class Killer:
     def is_set(self) -> bool:
         if self.again:
             return False
-        if isinstance(self._cluster, ThreadCluster):
-            self._cluster.kill_worker()
-            return False
+        workers = [ref.process.pid for ref in fake_ray.started if ref.process.is_alive()]
         for process in psutil.Process().children(recursive=True):
             with contextlib.suppress(psutil.NoSuchProcess):
-                if " ".join(process.cmdline()).startswith("ray::play"):
+                if process.pid in workers or " ".join(process.cmdline()).startswith("ray::play"):
                     process.kill()
                     return False
         return False
@@ -289,35 +273,39 @@ class Killer:
 
 
 @pytest.mark.parametrize("kind", CLUSTERS)
-def test_a_game_whose_worker_has_died_is_played_again(bench: Bench, kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    here = bench.experiment("sharks-and-minnows", "Ahead", "here", pairs=3)
-    here.run(2, threading.Event(), lambda _: None)
-    experiment = bench.experiment("sharks-and-minnows", "Ahead", kind, pairs=3)
-    killer = Killer(bench.new_cluster(kind), monkeypatch)
-    experiment.run(1, killer, lambda _: None, bench.cluster)
+def test_a_game_whose_worker_has_died_is_played_again(bench: Bench, kind: str) -> None:
+    here = bench.experiment("sharks-and-minnows", "Ahead", "here", pairs=2)
+    here.run(bench.workers("processes", here), threading.Event(), lambda _: None)
+    experiment = bench.experiment("sharks-and-minnows", "Ahead", kind, pairs=2)
+    workers = bench.workers(kind, experiment, jobs=1)
+    assert isinstance(workers, RayWorkers)
+    killer = Killer(workers)
+    experiment.run(workers, killer, lambda _: None)
     assert killer.again
     assert [timeless(row.played) for row in experiment.rows()] == [timeless(row.played) for row in here.rows()]
-    assert len(experiment.rows()) == 6
+    assert len(experiment.rows()) == 4
 
 
 def test_a_game_of_which_too_many_workers_die_has_failed_and_the_next_one_is_played(bench: Bench) -> None:
     experiment = bench.experiment("sharks-and-minnows", "Ahead")
-    cluster = ThreadCluster(deadly=DEATHS)
-    with ClusterWorkers(1, experiment.folder, cluster) as backend:
-        found = play_one(backend, experiment, 0)
-        assert (found.ended, found.problem) == (
-            FAILED,
-            "3 workers of the cluster have died of it: the worker was killed",
-        )
-        assert play_one(backend, experiment, 1).ended == OVER
-    assert [job.task.name[-1] for job in cluster.jobs] == ["0", "0", "0", "1"]
+    with bench.workers("fake ray", experiment, jobs=1) as workers:
+        workers.start(*game_of(experiment, 0), 3600.0)
+        found: list[tuple[Game, Played]] = []
+        while not found:
+            fake_ray.started[-1].process.kill()
+            found += workers.finished(0.1)
+        played = found[0][1]
+        said = "3 workers of the cluster have died of it: the worker was killed"
+        assert (played.ended, played.problem) == (FAILED, said)
+        assert play_one(workers, experiment, 1).ended == OVER
+    assert [ref.arguments[0].name[-1] for ref in fake_ray.started] == ["0", "0", "0", "1"]
 
 
 def test_a_worker_with_another_release_is_told_and_nothing_is_counted(bench: Bench, monkeypatch) -> None:
     experiment = bench.experiment("sharks-and-minnows", "Ahead")
-    monkeypatch.setattr("vrg.evaluation.cluster.code_of_vrg", lambda: "other")
+    monkeypatch.setattr("vrg.evaluation.ray_workers.code_of_vrg", lambda: "other")
     with pytest.raises(LaunchError, match="another release of VRG: install this one"):
-        experiment.run(1, threading.Event(), lambda _: None, bench.new_cluster("threads"))
+        experiment.run(bench.workers("fake ray", experiment), threading.Event(), lambda _: None)
     assert experiment.rows() == []
 
 
@@ -352,12 +340,12 @@ def test_files_that_would_lie_outside_the_folder_are_refused(tmp_path: Path) -> 
 def test_without_ray_the_message_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda _: None)
     with pytest.raises(LaunchError, match=r"pip install 'vrg\[cluster\]'"):
-        ray_cluster.RayCluster(ray_cluster.LOCAL, 1)
+        require_ray()
 
 
 def test_ray_is_not_loaded_without_the_option() -> None:
     code = (
-        "import sys, vrg.commands.compare, vrg.commands.tournament, vrg.evaluation.running, vrg.evaluation.ray_cluster"
+        "import sys, vrg.commands.compare, vrg.commands.tournament, vrg.evaluation.running, vrg.evaluation.ray_workers"
     )
     out = subprocess.run(
         [sys.executable, "-P", "-c", f"{code}\nprint('ray' in sys.modules)"], capture_output=True, text=True, check=True
@@ -369,4 +357,4 @@ def test_ray_is_not_loaded_without_the_option() -> None:
 def test_a_cluster_that_is_not_there_is_told() -> None:
     for address in ("127.0.0.1:1", "ray://127.0.0.1:1", "nonsense"):
         with pytest.raises(LaunchError, match=f"--ray {address}: expected local, auto, or the host and port"):
-            ray_cluster.RayCluster(address, 1)
+            _connected(address, 1)

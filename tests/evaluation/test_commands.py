@@ -1,6 +1,8 @@
 """The commands `vrg compare` and `vrg tournament`: what they print, write and refuse."""
 
 import importlib.util
+import json
+import os
 import signal
 import subprocess
 import sys
@@ -111,10 +113,15 @@ def command_of(match: Path, *more: str) -> list[str]:
     return [sys.executable, "-P", "-m", "vrg", *words]
 
 
-def started(match: Path, *more: str) -> subprocess.Popen[str]:
+def started(match: Path, *more: str, group: bool = False) -> subprocess.Popen[str]:
     """The same, once a game has been played."""
     process = subprocess.Popen(
-        command_of(match, *more), cwd=match.parent, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+        command_of(match, *more),
+        cwd=match.parent,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        start_new_session=group,
     )
     record = match.parent / "long" / "games.jsonl"
     before = record.stat().st_size if record.exists() else 0
@@ -162,6 +169,16 @@ def test_ctrl_c_ends_a_comparison_with_what_is_there(match: Path, where: Sequenc
     assert process.returncode == 130
     assert "Traceback" not in out
     assert "Written to long" in out
+
+
+@pytest.mark.system
+def test_a_signal_to_all_its_processes_counts_no_game_that_was_being_played(match: Path) -> None:
+    """As a service manager sends it, or `kill` to a group."""
+    process = started(match, group=True)
+    os.killpg(process.pid, signal.SIGTERM)
+    process.communicate(timeout=PATIENCE)
+    rows = [json.loads(line) for line in (match.parent / "long" / "games.jsonl").read_text().splitlines()]
+    assert {row["played"]["ended"] for row in rows} == {"game over"}
 
 
 @pytest.mark.system

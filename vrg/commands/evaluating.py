@@ -95,7 +95,7 @@ def experiment(targets: Sequence[str], wish: Wish, name: str, *, mirror: bool = 
 
     console = make_console()
     if wish.ray is not None:
-        from vrg.evaluation.ray_cluster import require_ray
+        from vrg.evaluation.ray_workers import require_ray
 
         require_ray()
     lacking = missing()
@@ -147,12 +147,14 @@ def _play(running: "Experiment", wish: Wish, stop: Stop, console: Console) -> No
     """Play what is missing, and show how it goes."""
     if running.over:
         return
-    jobs, cluster = wish.jobs or cores(), None
-    if wish.ray is not None:
-        from vrg.evaluation.ray_cluster import RayCluster
+    from vrg.evaluation.workers import Workers
 
-        cluster = RayCluster(wish.ray, jobs)
-        jobs = wish.jobs or cluster.size
+    if wish.ray is not None:
+        from vrg.evaluation.ray_workers import RayWorkers
+
+        workers: Workers = RayWorkers(wish.ray, wish.jobs, cores(), running.folder)
+    else:
+        workers = Workers(wish.jobs or cores(), running.folder, running.setup)
     columns = (
         BarColumn(),
         MofNCompleteColumn(),
@@ -171,11 +173,11 @@ def _play(running: "Experiment", wish: Wish, stop: Stop, console: Console) -> No
             completed, total = _completed(running), _total(running)
             progress.update(bar, completed=completed, total=total, speed=speed, now=_now(running))
 
-        running.run(jobs, stop, told, cluster)
+        running.run(workers, stop, told)
     if played:
         took = time.monotonic() - began
-        on = "" if wish.ray is None else f" on the cluster {wish.ray}"
-        console.print(f"{played} games played in {took:.0f} s ({played / took:.2f} a second, {jobs} at a time{on})")
+        how = f"{workers.jobs} at a time" + ("" if wish.ray is None else f" on the cluster {wish.ray}")
+        console.print(f"{played} games played in {took:.0f} s ({played / took:.2f} a second, {how})")
 
 
 def _completed(running: "Experiment") -> int:

@@ -4,10 +4,8 @@ from collections.abc import Callable, Mapping
 
 from vrg.bus.stopping import StopSignal
 from vrg.config.setup import MatchSetup
-from vrg.evaluation.backend import Backend
-from vrg.evaluation.cluster import Cluster, ClusterWorkers
 from vrg.evaluation.folder import ExperimentFolder
-from vrg.evaluation.games import Game, Pairing, Played, Row
+from vrg.evaluation.games import FAILED, Game, Pairing, Played, Row
 from vrg.evaluation.series import Series
 from vrg.evaluation.workers import Workers
 
@@ -41,27 +39,28 @@ class Experiment:
         """Whether no more game is needed."""
         return all(series.over for series in self.series.values())
 
-    def run(self, jobs: int, stop: StopSignal, told: Callable[[Row], None], cluster: Cluster | None = None) -> None:
+    @property
+    def setup(self) -> MatchSetup:
+        """Some match of the experiment."""
+        return next(iter(self._setups.values()))
+
+    def run(self, workers: Workers, stop: StopSignal, told: Callable[[Row], None]) -> None:
         """Play until every series is over, or until `stop` is set.
 
         Args:
-            jobs: the number of games that are played at a time.
-            told: called with each game that was played.
-            cluster: where the games are played; None means in processes of this computer. It is closed.
+            workers: what plays the games; it is closed. told: called with each game that was played.
 
         Raises:
             LaunchError: a game cannot be recorded, or no game can be played any more.
         """
-        if self.over:
-            return
-        some = next(iter(self._setups.values()))
-        backend = Workers(jobs, self.folder, some) if cluster is None else ClusterWorkers(jobs, self.folder, cluster)
-        with backend as workers:
+        with workers:
             while not stop.is_set():
                 self._fill(workers)
-                if not workers.busy:
+                if not workers.games():
                     return
                 for game, played in workers.finished(_LOOK):
+                    if played.ended == FAILED and stop.is_set():
+                        continue  # the signal that stops this may have ended the game, too
                     row = self._row(game, played)
                     self.folder.append(row)
                     self.series[game.pairing].add(game.number, row.points)
@@ -80,7 +79,7 @@ class Experiment:
         ]
         return sorted(counting, key=lambda row: (row.game.pair, order[row.game.pairing], row.game.number))
 
-    def _fill(self, workers: Backend) -> None:
+    def _fill(self, workers: Workers) -> None:
         """Start games. All pairings go on at the same pace."""
         for _ in range(workers.free):
             waiting = [(series.upcoming, pairing) for pairing, series in self.series.items()]

@@ -177,7 +177,8 @@ def install_commands(
 
     Args:
         names: the names of the machine's units. units_in: their folder here.
-        folder: the folder of the match file on the machine. keys: the folder of the keys there; None in a match without seats.
+        folder: the folder of the match file on the machine.
+        keys: the folder of the keys there; None in a match without seats.
     """
     host = setup.hosts[machine].host if machine in setup.hosts else None
 
