@@ -6,6 +6,7 @@ import sys
 import time
 from pathlib import Path
 
+import psutil
 import pytest
 
 from tests.system.harness import short_match
@@ -143,6 +144,59 @@ def test_the_culprit_is_named_and_the_others_play_on(
     assert bob is not None
     assert (bob.state, bob.may_move) == (DISQUALIFIED, False)
     assert "broken.py" in (tmp_path / "logs" / "bob.log").read_text()
+
+
+GREEDY = """
+import subprocess
+import tempfile
+
+from vrg.agents import STILL, Strategy
+from vrg.games.sharks_and_minnows.player import SharksAndMinnowsPlayer
+
+
+class Starts(Strategy):
+    def act(self, view):
+        self.process = subprocess.Popen(["sleep", "1000"])
+        open({folder!r} + "/pid", "w").write(str(self.process.pid))
+        return STILL
+
+
+class Writes(Strategy):
+    def act(self, view):
+        with tempfile.TemporaryFile() as file:
+            for _ in range(11):
+                file.write(bytes(1_000_000))
+        return STILL
+
+
+class Notes(SharksAndMinnowsPlayer):
+    def act(self, view):
+        with open({folder!r} + "/notes", "w") as file:
+            file.write("x" * 50_000)
+        return super().act(view)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells it")
+@pytest.mark.parametrize(
+    ("kind", "said"),
+    [
+        ("Starts", ["bob is disqualified: it has started a process: where strategies share one, none may be started"]),
+        ("Writes", ["bob is disqualified: it has written more than 100 MB"]),
+        ("Notes", []),
+    ],
+)
+def test_what_a_strategy_leaves_behind_in_one_process_is_bounded(tmp_path: Path, kind: str, said: list[str]) -> None:
+    path = match_with(tmp_path, kind)
+    (tmp_path / "broken.py").write_text(GREEDY.format(folder=str(tmp_path)))
+    setup, run = load_match(path), RunFolder(tmp_path)
+    run.prepare()
+    with open_journal(setup, run) as journal:
+        assert play(setup, journal, limit=300.0, logs=run.logs).state.stage is Stage.GAME_OVER
+    calls = [call for record in read_journal(run.journal)[1] for call in record.calls]
+    assert [call.text for call in calls if call.rule == "disqualified"] == said
+    if kind == "Starts":
+        assert not psutil.pid_exists(int((tmp_path / "pid").read_text()))
 
 
 def test_what_is_printed_now_and_then_is_no_flood_however_fast_the_match_is(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """Bounds for code that a student has written: memory, output, and the time of a decision."""
 
+import contextlib
 import faulthandler
 import os
 import resource
@@ -15,6 +16,7 @@ import psutil
 
 from vrg.blame import DecisionTimeoutError, place_of_frame
 from vrg.bus.stopping import StopSignal
+from vrg.errors import StrategyError
 from vrg.launch.output import BoundedOutput
 
 BUDGET = 5.0
@@ -25,6 +27,10 @@ _STUBBORN = 5.0
 _STUCK = BUDGET + _STUBBORN + 2.0
 """The processor time in s after which the kernel ends a process whose decision does not even let signals be handled, as
 in a loop in C code."""
+WRITTEN = 100_000_000
+"""The number of bytes that a strategy may write in a process that it shares, beyond _ALLOWED with each decision."""
+_ALLOWED = 100_000
+_TOLD = ("/proc/self/io", "/proc/thread-self/children")
 _LOOK = 0.25
 """The real time in s between two looks at whether a decision goes on."""
 
@@ -141,24 +147,78 @@ class DecisionAlarm:
             raise DecisionTimeoutError(f"it was still deciding after {self._looks * _LOOK:g} s ({why})")
 
 
+class Footprint:
+    """What the code of one strategy leaves behind in a process that it shares: processes, and bytes on the disk.
+
+    Only Linux tells them. Those of threads that it has started are not seen.
+    """
+
+    def __init__(self) -> None:
+        self._files: tuple[int, ...] | None = None
+        self._written = 0
+        self._before = (0, b"")
+
+    def begin(self) -> None:
+        """Its code runs from now on, in the main thread."""
+        if self._files is None and sys.platform == "linux":
+            with contextlib.suppress(OSError):  # a kernel that does not tell them
+                self._files = tuple(os.open(path, os.O_RDONLY) for path in _TOLD)
+        self._before = self._look()
+
+    def end(self) -> None:
+        """Its code has run. What it has started is killed.
+
+        Raises:
+            StrategyError: it has started a process, or written too much.
+        """
+        written, children = self._look()
+        self._written = max(0, self._written + written - self._before[0] - _ALLOWED)
+        if children != self._before[1] and (started := set(children.split()) - set(self._before[1].split())):
+            for pid in map(int, started):
+                with contextlib.suppress(ProcessLookupError, ChildProcessError):
+                    os.kill(pid, signal.SIGKILL)
+                    os.waitpid(pid, 0)
+            raise StrategyError("it has started a process: where strategies share one, none may be started", final=True)
+        if self._written > WRITTEN:
+            raise StrategyError(f"it has written more than {WRITTEN // 1_000_000} MB", final=True)
+
+    def close(self) -> None:
+        """Look no more. Idempotent."""
+        for file in self._files or ():
+            os.close(file)
+        self._files = None
+
+    def _look(self) -> tuple[int, bytes]:
+        """The number of bytes that this process has written, and the processes that this thread has started."""
+        if self._files is None:
+            return 0, b""
+        return int(os.pread(self._files[0], 200, 0).split(b"\n")[1].split()[1]), os.pread(self._files[1], 10_000, 0)
+
+
 class Bounded:
     """Runs a student's code in a match in one process; a context manager that can be used again and again.
 
     Args:
         alarm: ends it when it takes too long. output: what it prints goes there; None lets it print.
+        footprint: what it leaves behind; None if it decides elsewhere.
     """
 
-    def __init__(self, alarm: DecisionAlarm, output: BoundedOutput | None) -> None:
+    def __init__(self, alarm: DecisionAlarm, output: BoundedOutput | None, footprint: Footprint | None = None) -> None:
         self._alarm = alarm
         self._output = output
+        self._footprint = footprint
         self._before = sys.stdout, sys.stderr
 
     def __enter__(self) -> None:
         self._before = sys.stdout, sys.stderr
         if self._output is not None:
             sys.stdout = sys.stderr = self._output
+        if self._footprint is not None:
+            self._footprint.begin()
         self._alarm.begin()
 
     def __exit__(self, *_: object) -> None:
         self._alarm.end()
         sys.stdout, sys.stderr = self._before
+        if self._footprint is not None:
+            self._footprint.end()

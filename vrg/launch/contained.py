@@ -13,7 +13,7 @@ from vrg.blame import DecisionTimeoutError, failure_of
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys
 from vrg.errors import ConfigError, LaunchError, StrategyError
-from vrg.launch.bounds import Bounded, DecisionAlarm, MemoryBound
+from vrg.launch.bounds import Bounded, DecisionAlarm, Footprint, MemoryBound
 from vrg.launch.output import BoundedOutput
 from vrg.launch.process_log import ProcessLog
 from vrg.launch.seats import disqualification
@@ -64,7 +64,8 @@ class ContainedPlayer(Node):
         self._out = False
         self._log = None if log is None else ProcessLog(log)
         self._output: BoundedOutput | None = None
-        self._bounds = Bounded(alarm, None)
+        self._footprint = Footprint()
+        self._bounds = Bounded(alarm, None, self._footprint)
         self._trim_at = 0.0
 
     def start(self) -> None:
@@ -73,7 +74,7 @@ class ContainedPlayer(Node):
             stream = io.TextIOWrapper(self._log.open(), encoding="utf-8", errors="backslashreplace", write_through=True)
             # By match time, so that it does not depend on how fast this computer is.
             self._output = BoundedOutput(stream, lambda: self.mailbox.now)
-            self._bounds = Bounded(self._alarm, self._output)
+            self._bounds = Bounded(self._alarm, self._output, self._footprint)
         self._player.start()
 
     def begin(self, tick: Tick) -> None:
@@ -124,6 +125,7 @@ class ContainedPlayer(Node):
     def stop(self) -> None:
         """Stop its robot."""
         self._player.stop()
+        self._footprint.close()
         if self._output is not None:
             self._output.close()
 
