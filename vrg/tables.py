@@ -1,9 +1,11 @@
-"""What the models of all TOML files that people write have in common."""
+"""What the models of all TOML files that people write have in common, and the lines of the fields of such a file."""
 
 import math
-from collections.abc import Mapping
+import re
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path as FilePath
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import msgspec
 from pydantic import BaseModel, BeforeValidator, ConfigDict, InstanceOf, ValidationError
@@ -11,7 +13,6 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, InstanceOf, Validat
 from vrg.errors import Path, Problem
 from vrg.regions import Circle, Polygon, Rectangle, Region, Sector
 from vrg.registry import Registry
-from vrg.toml_text import line_of
 
 
 class Table(BaseModel):
@@ -97,8 +98,93 @@ def _words(detail: Any) -> str:
     return f"expected {expected.format(**detail.get('ctx', {}))}, got {detail['input']!r}"
 
 
+class Statement(NamedTuple):
+    """A header or a field in the text of a TOML file.
+
+    Args:
+        first, end: its lines from `first` on and before `end`, counted from 0.
+        table: the path of the table that it belongs to; of a header, the table that it begins.
+        paths: the paths of all that it defines, from the outside to the inside. header: True if it is a header.
+    """
+
+    first: int
+    end: int
+    table: Path
+    paths: Sequence[Path]
+    header: bool
+
+
+def statements_of(text: str) -> Iterator[Statement]:
+    """The statements of a file in its order. The items of arrays of tables are numbered from 0 in the paths."""
+    counts: dict[Path, int] = {}
+    table: Path = ()
+    begun: list[str] = []
+    for end, line in enumerate(text.split("\n"), 1):
+        begun.append(line)
+        try:
+            data = tomllib.loads("\n".join([*begun, ""]))
+        except tomllib.TOMLDecodeError:
+            # It goes on in the next line.
+            continue
+        if begun[0].lstrip().startswith("["):
+            paths = _header(data, counts)
+            table = paths[-1]
+            yield Statement(end - len(begun), end, table, paths, True)
+        elif data:
+            yield Statement(end - len(begun), end, table, [(*table, *path) for path in _paths(data)], False)
+        begun = []
+
+
+def _header(data: Any, counts: dict[Path, int]) -> list[Path]:
+    """The paths of a header that stands alone in `data`, where `counts` has the newest item of each array of tables."""
+    path: Path = ()
+    paths = []
+    while data:
+        ((key, data),) = data.items()
+        path = (*path, key)
+        paths.append(path)
+        if isinstance(data, list):
+            counts[path] = counts.get(path, -1) + 1
+            data = {}
+        if path in counts:
+            path = (*path, counts[path])
+            paths.append(path)
+    return paths
+
+
+def _paths(value: object) -> Iterator[Path]:
+    """The paths of all that a value holds."""
+    inner: Any = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, one in inner:
+        yield (key,)
+        yield from ((key, *path) for path in _paths(one))
+
+
+def lines_of(text: str) -> dict[Path, int]:
+    """The line, from 1, of every table and field. What stands inside a value has the line where that begins."""
+    found: dict[Path, int] = {(): 1}
+    for statement in statements_of(text):
+        for path in statement.paths:
+            found.setdefault(path, statement.first + 1)
+    return found
+
+
+def line_of(lines: Mapping[Path, int], path: Sequence[str | int]) -> int:
+    """The line of a field, or of the nearest table around it if the field is missing."""
+    wanted = tuple(path)
+    while wanted not in lines:
+        wanted = wanted[:-1]
+    return lines[wanted]
+
+
+def syntax_error_line(error: tomllib.TOMLDecodeError) -> int:
+    """The line that a parser's message names, or 1 if it names none."""
+    match = re.search(r"line (\d+)", str(error))
+    return int(match[1]) if match else 1
+
+
 def located(problem: Problem, file: FilePath | str, lines: Mapping[Path, int]) -> Problem:
     """Return a problem with its place in a file. A problem that has a file already stays as it is."""
     if problem.file is not None:
         return problem
-    return Problem(problem.text, problem.path, str(file), line_of(dict(lines), problem.path))
+    return Problem(problem.text, problem.path, str(file), line_of(lines, problem.path))

@@ -24,8 +24,8 @@ from vrg.hal.backends import BACKENDS
 from vrg.hal.companions import Companion
 from vrg.hal.sim.config import check_setup
 from vrg.hal.sim.map import load_map
-from vrg.tables import located, problems_of
-from vrg.toml_text import lines_of, syntax_error_line, with_values
+from vrg.tables import lines_of, located, problems_of, syntax_error_line
+from vrg.toml_text import with_value
 
 T = TypeVar("T")
 
@@ -91,15 +91,19 @@ def check_match(text: str, path: Path, base: Path, **overrides: str | int | floa
     Raises:
         ConfigError: the text has problems. The error lists all of them, each with the file and the line.
     """
-    lines = lines_of(text)
-    text = with_values(text, {k: v for k, v in overrides.items() if v is not None})
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ConfigError([Problem(f"not TOML: {error}", (), str(path), syntax_error_line(error))]) from None
+    original = text
+    for field, value in overrides.items():
+        if value is not None:
+            text = with_value(text, (field,), value)
+            data[field] = value
     checker = _Checker(base)
     setup = checker.check(data, text, str(path))
     if setup is None or checker.problems:
+        lines = lines_of(original)
         found = {located(problem, path, lines) for problem in checker.numbered(data)}
         in_order: list[Problem] = sorted(found, key=_place_in_file)
         raise ConfigError(in_order)

@@ -33,8 +33,7 @@ from vrg.errors import ConfigError, Problem
 from vrg.hal.sim.maps import MAPS
 from vrg.hal.sim.shapes import Box, box_corners, box_edges, boxes_touch, circle_touches
 from vrg.regions import Circle, Polygon, Region
-from vrg.tables import RegionSetting, Table, located, problems_of
-from vrg.toml_text import lines_of, syntax_error_line
+from vrg.tables import RegionSetting, Table, lines_of, located, problems_of, syntax_error_line
 from vrg.types import Pose
 
 WALL_HEIGHT = 1.0
