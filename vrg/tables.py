@@ -12,24 +12,12 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, InstanceOf, Validat
 
 from vrg.errors import Path, Problem
 from vrg.regions import Circle, Polygon, Rectangle, Region, Sector
-from vrg.registry import Registry
 
 
 class Table(BaseModel):
     """The base class of the tables of a TOML file. It refuses unknown fields, NaN and infinity, and is frozen."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-def known_in(value: str, registry: "Registry[Any]") -> str:
-    """Return the value, if a registry has that name.
-
-    Raises:
-        ValueError: it has not; the message lists the names and guesses the one that was meant.
-    """
-    if value not in registry:
-        raise ValueError(registry.expected(value))
-    return value
 
 
 def _region(value: object) -> object:

@@ -6,17 +6,20 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
-from msgspec.structs import replace
-from pydantic import ValidationError
+from msgspec import structs
+from pydantic import TypeAdapter, ValidationError
 
-from vrg.bus.radio_settings import PERFECT_RADIO
-from vrg.config.files import MatchFile
-from vrg.config.machines import machine_problems, machines_of
-from vrg.config.radio import radio_problems
+from vrg.config.checks import (
+    machine_problems,
+    machines_of,
+    radio_problems,
+    sensor_problems,
+    sensors_of,
+    zone_problems,
+)
+from vrg.config.files import HERE, MatchFile
 from vrg.config.rules import rulebook_of
-from vrg.config.sensors import sensor_problems, sensors_of
-from vrg.config.setup import HERE, MatchSetup, PlayerSetup
-from vrg.config.zones import zone_problems
+from vrg.config.setup import MatchSetup, PlayerSetup
 from vrg.errors import ConfigError, Problem
 from vrg.errors import Path as Place
 from vrg.games import GAMES, STRATEGIES
@@ -28,6 +31,9 @@ from vrg.tables import lines_of, located, problems_of, syntax_error_line
 from vrg.toml_text import with_value
 
 T = TypeVar("T")
+
+_FILE = TypeAdapter(MatchFile)
+"""What checks the tables of a match file, and finds all mistakes in them at once."""
 
 
 def match_path(game_or_path: str) -> Path:
@@ -59,7 +65,7 @@ def read_match(path: Path) -> MatchFile:
         ConfigError: it cannot be read, or a field is unknown, missing or wrong.
     """
     try:
-        return MatchFile.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
+        return _FILE.validate_python(tomllib.loads(path.read_text(encoding="utf-8")))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, ValidationError) as error:
         raise ConfigError([f"{path}: cannot be read; `vrg check {path}` says more: {error}"]) from None
 
@@ -169,7 +175,7 @@ class _Checker:
     def check(self, data: dict[str, Any], text: str, origin: str) -> MatchSetup | None:
         """Return the set-up, or None if it cannot be made. The problems are added to `problems`."""
         try:
-            file = MatchFile.model_validate(data)
+            file = _FILE.validate_python(data)
         except ValidationError as error:
             self.problems += problems_of(error)
             # All that is left is checked too, so that a person is told everything at once.
@@ -189,37 +195,24 @@ class _Checker:
         machines, place = machines_of(file, self._companions_at)
         players = [player for number in range(len(file.players)) if (player := self._player(file, number))]
         setup = MatchSetup(
-            text=text,
-            origin=origin,
-            base=str(self._base),
-            name=file.name,
-            game=file.game,
-            map=file.map if "/" not in file.map and not file.map.endswith(".toml") else str(self._base / file.map),
-            engine=file.engine,
-            seed=file.seed,
-            secret=file.secret,
-            rate=1.0 if any(player.physical for player in players) else file.rate,
-            wanted_rate=file.rate,
-            lasers=file.lasers,
-            noise=file.noise,
-            on_fault=file.on_fault,
-            planner=file.planner,
-            memory=file.memory,
-            wanted_seats=file.seats,
-            wanted_sandbox=file.sandbox,
-            rules=file.rules,
-            backends=file.backends,
-            players=players,
-            companions=companions,
-            radio=PERFECT_RADIO if file.radio is None else file.radio.settings,
-            sight=file.sight,
-            machines=machines,
-            place=place,
-            idle=[name for name in file.machines if name != HERE and name not in machines],
+            **structs.asdict(file)
+            | {
+                "text": text,
+                "origin": origin,
+                "base": str(self._base),
+                "map": str(self._base / file.map) if "/" in file.map or file.map.endswith(".toml") else file.map,
+                "rate": 1.0 if any(player.physical for player in players) else file.rate,
+                "wanted_rate": file.rate,
+                "players": players,
+                "companions": companions,
+                "machines": machines,
+                "place": place,
+                "idle": [name for name in file.machines if name != HERE and name not in machines],
+            }
         )
         self.problems += check_setup(setup.world)
         if not self.problems:
-            setup = replace(setup, obstacles=list(load_map(setup.map).obstacles))
+            setup = structs.replace(setup, obstacles=list(load_map(setup.map).obstacles))
         if good_rules and not self.problems:
             book = self._attempt(lambda: rulebook_of(setup))
             if book is not None:
@@ -243,7 +236,7 @@ class _Checker:
                 name: _stand_in(name, table) if name in bad else table for name, table in data["machines"].items()
             }
         try:
-            return MatchFile.model_validate(rest)
+            return _FILE.validate_python(rest)
         except ValidationError:
             return None
 
@@ -300,18 +293,14 @@ class _Checker:
             self.problems.append(Problem(wrong, (*where, "strategy")))
         sensors = self._attempt(lambda: sensors_of(file, entry, where))
         return PlayerSetup(
-            name=entry.name,
-            role=entry.role,
-            team=role.team,
-            model=entry.model,
-            backend=entry.backend,
-            physical=backend.physical,
-            localisation=entry.localisation,
-            pose=entry.pose,
-            strategy=strategy,
-            number=number,
-            sensors=sensors or {},
-            camera=entry.camera,
+            **structs.asdict(entry)
+            | {
+                "team": role.team,
+                "physical": backend.physical,
+                "strategy": strategy,
+                "number": number,
+                "sensors": sensors or {},
+            }
         )
 
     def _team_problems(self, file: MatchFile) -> list[Problem]:
