@@ -114,6 +114,15 @@ def test_set_ups_that_cannot_be_played_are_refused(load: Load, old: str, new: st
     assert all(p.split(":")[0].isdigit() for p in found), "every problem has its line"
 
 
+def test_what_is_wrong_with_a_player_is_told_at_that_player_beside_others_with_mistakes(load: Load) -> None:
+    text = GOOD.replace('role = "shark"', 'role = "shark"\ncamera = 3')
+    text = text.replace('name = "player2"', 'name = "player2"\nmachine = "lab"')
+    assert problems(load, text) == [
+        "20: players.0.camera: expected true or false, got 3",
+        "27: players.1.machine: expected one of here, got 'lab'",
+    ]
+
+
 def test_what_is_no_toml_is_told_with_its_line(load: Load) -> None:
     assert problems(load, GOOD + "\n[[players]\n")[0].startswith("66: not TOML")
 

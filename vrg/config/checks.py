@@ -18,13 +18,13 @@ from vrg.regions import Polygon, touch
 from vrg.registry import expected_one_of
 
 
-def machine_problems(file: MatchFile, companions: Sequence[str]) -> list[Problem]:
+def machine_problems(file: MatchFile, companions: Collection[str]) -> list[Problem]:
     """What is wrong with where processes are placed.
 
     Args:
         companions: the names of the companions of the players' robots.
     """
-    known = [HERE, *(name for name in file.machines if name != HERE)]
+    known = list(dict.fromkeys([HERE, *file.machines]))
     found = [problem for name in file.machines for problem in _table_problems(file, name)]
     for process, machine in file.place.items():
         if process not in (*PLACED, *companions):
@@ -34,9 +34,6 @@ def machine_problems(file: MatchFile, companions: Sequence[str]) -> list[Problem
             found.append(Problem(text, ("place", process)))
         if machine not in known:
             found.append(Problem(expected_one_of(known, machine), ("place", process)))
-    for number, player in enumerate(file.players):
-        if player.machine not in known:
-            found.append(Problem(expected_one_of(known, player.machine), ("players", number, "machine")))
     return found
 
 

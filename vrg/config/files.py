@@ -89,12 +89,6 @@ def _engine(value: str) -> str:
     return ENGINES.known(value)
 
 
-def _players(value: Sequence[Any]) -> Sequence[Any]:
-    if not value:
-        raise ValueError("expected at least 1 of them, got none")
-    return value
-
-
 def _word(pattern: str, expected: str) -> Rule:
     """The rule of a text that becomes a word of a command line."""
 
@@ -298,4 +292,4 @@ class MatchFile(FileTable, frozen=True, kw_only=True):
     backends: dict[str, dict[str, Any]] = {}
     machines: Annotated[dict[str, Machine], Rule(_machine_names)] = {}
     place: dict[str, str] = {}
-    players: Annotated[Sequence[PlayerEntry], Rule(_players)]
+    players: Sequence[PlayerEntry]
