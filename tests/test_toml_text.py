@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrg.errors import Path
-from vrg.tables import line_of, lines_of, syntax_error_line
+from vrg.errors import ConfigError, Path, Problem
+from vrg.tables import lines_of, located, parsed
 from vrg.toml_text import with_item, with_value, without
 
 TEXT = """\
@@ -55,26 +55,26 @@ def test_every_field_has_its_line() -> None:
         ("players", 1, "name"): 12,
         ("players", 1, "options", "x"): 14,
         ("players", 1, "options", "deep", "y"): 17,
-        ("players", 1, "options", "nothing"): 13,
         ("players", 1, "friends", 1, "name"): 21,
         ("a", "b c", "d"): 24,
     }
-    found = {path: line_of(lines_of(TEXT), path) for path in expected}
+    lines = lines_of(TEXT)
+    found = {path: lines[path] for path in expected}
     wrong = [f"{path}: line {found[path]}, expected {line}" for path, line in expected.items() if found[path] != line]
     assert not wrong, "\n".join(wrong)
 
 
 def test_a_missing_field_has_the_line_of_its_table() -> None:
-    lines = lines_of(TEXT)
-    assert line_of(lines, ("players", 1, "role")) == 11
-    assert line_of(lines, ("rules", "x", "y")) == 5
-    assert line_of(lines, ("nothing",)) == 1
+    for path, line in ((("players", 1, "options", "nothing"), 13), (("rules", "x", "y"), 5), (("nothing",), 1)):
+        [problem] = located([Problem("missing", path)], "match.toml", TEXT)
+        assert (problem.path, problem.line) == (path, line)
 
 
 def test_the_line_of_a_syntax_error() -> None:
-    with pytest.raises(tomllib.TOMLDecodeError) as error:
-        tomllib.loads("a = 1\nb = \n")
-    assert syntax_error_line(error.value) == 2
+    with pytest.raises(ConfigError, match=r"match\.toml:2: not TOML"):
+        parsed("a = 1\nb = \n", "match.toml")
+    with pytest.raises(ConfigError, match=r"match\.toml:1: not TOML"):
+        parsed("a = [", "match.toml")
 
 
 def test_what_stands_inside_a_value_is_neither_a_table_nor_a_key() -> None:

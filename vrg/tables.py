@@ -3,14 +3,14 @@
 import math
 import re
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path as FilePath
 from typing import Annotated, Any, NamedTuple
 
 import msgspec
 from pydantic import BaseModel, BeforeValidator, ConfigDict, InstanceOf, ValidationError
 
-from vrg.errors import Path, Problem
+from vrg.errors import ConfigError, Path, Problem
 from vrg.regions import Circle, Polygon, Rectangle, Region, Sector
 
 
@@ -157,22 +157,28 @@ def lines_of(text: str) -> dict[Path, int]:
     return found
 
 
-def line_of(lines: Mapping[Path, int], path: Sequence[str | int]) -> int:
-    """The line of a field, or of the nearest table around it if the field is missing."""
-    wanted = tuple(path)
-    while wanted not in lines:
-        wanted = wanted[:-1]
-    return lines[wanted]
+def parsed(text: str, file: FilePath | str) -> dict[str, Any]:
+    """Return what the text of a TOML file holds.
+
+    Raises:
+        ConfigError: it is no TOML; with its line.
+    """
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        line = re.search(r"line (\d+)", str(error))
+        raise ConfigError([Problem(f"not TOML: {error}", (), str(file), int(line[1]) if line else 1)]) from None
 
 
-def syntax_error_line(error: tomllib.TOMLDecodeError) -> int:
-    """The line that a parser's message names, or 1 if it names none."""
-    match = re.search(r"line (\d+)", str(error))
-    return int(match[1]) if match else 1
+def located(problems: Iterable[Problem], file: FilePath | str, text: str) -> list[Problem]:
+    """Return problems with their places in the text of a file, in its order.
 
-
-def located(problem: Problem, file: FilePath | str, lines: Mapping[Path, int]) -> Problem:
-    """Return a problem with its place in a file. A problem that has a file already stays as it is."""
-    if problem.file is not None:
-        return problem
-    return Problem(problem.text, problem.path, str(file), line_of(lines, problem.path))
+    A field that is missing has the line of the nearest table around it. A problem that has a file already keeps it.
+    """
+    lines, found = lines_of(text), set[Problem]()
+    for problem in problems:
+        path = problem.path
+        while path not in lines:
+            path = path[:-1]
+        found.add(problem if problem.file is not None else Problem(problem.text, problem.path, str(file), lines[path]))
+    return sorted(found, key=lambda problem: (problem.line or 0, str(problem)))

@@ -75,10 +75,10 @@ def without(text: str, path: Path) -> str:
 
 
 def _with_lines(text: str, before: int, added: str) -> str:
-    """The text with more lines, which end with a line break, before a line that is counted from 0."""
+    """The text with more lines before a line that is counted from 0."""
     lines = text.split("\n")
-    rest = "\n".join(lines[before:])
-    return "".join(f"{line}\n" for line in lines[:before]) + added + rest
+    lines.insert(before, added.removesuffix("\n"))
+    return "\n".join(lines)
 
 
 def _span(text: str, path: Path) -> tuple[int, int]:

@@ -29,7 +29,7 @@ from vrg.hal.companions import Companion
 from vrg.hal.sim.config import check_setup
 from vrg.hal.sim.map import load_map
 from vrg.registry import expected_one_of
-from vrg.tables import Table, lines_of, located, problems_of, syntax_error_line
+from vrg.tables import Table, located, parsed, problems_of
 from vrg.toml_text import with_value
 
 T = TypeVar("T")
@@ -100,11 +100,7 @@ def check_match(text: str, path: Path, base: Path, **overrides: str | int | floa
     Raises:
         ConfigError: the text has problems. The error lists all of them, each with the file and the line.
     """
-    try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ConfigError([Problem(f"not TOML: {error}", (), str(path), syntax_error_line(error))]) from None
-    original = text
+    data, original = parsed(text, path), text
     for field, value in overrides.items():
         if value is not None:
             text = with_value(text, (field,), value)
@@ -112,10 +108,7 @@ def check_match(text: str, path: Path, base: Path, **overrides: str | int | floa
     checker = _Checker(base)
     setup = checker.check(data, text, str(path))
     if setup is None or checker.problems:
-        lines = lines_of(original)
-        found = {located(problem, path, lines) for problem in checker.numbered(data)}
-        in_order: list[Problem] = sorted(found, key=_place_in_file)
-        raise ConfigError(in_order)
+        raise ConfigError(located(map(checker.numbered, checker.problems), path, original))
     return setup
 
 
@@ -154,14 +147,7 @@ def check_strategies(setup: MatchSetup, make: Callable[[MatchSetup, str], object
         except ConfigError as error:
             problems += [Problem(p.text, ("players", player.number, "strategy")) for p in error.problems]
     if problems:
-        lines = lines_of(setup.text)
-        raise ConfigError([located(problem, setup.origin, lines) for problem in problems])
-
-
-def _stand_in(name: str, table: Any) -> dict[str, Any]:
-    """A table without mistakes in place of that of a machine, so that others may refer to it."""
-    router = isinstance(table, dict) and table.get("router") is True
-    return {"router": router} if name == HERE else {"host": "unknown", "router": router}
+        raise ConfigError(located(problems, setup.origin, setup.text))
 
 
 class _Checker:
@@ -171,6 +157,8 @@ class _Checker:
         self._base = base
         self._numbers: Sequence[int] = ()
         """The numbers in the file of the players that are checked."""
+        self._by_name: dict[str | int, int] = {}
+        """The same by the players' names."""
         self._companions_at: dict[str, str] = {}
         """The machine of each companion, by the companion's name."""
         self.problems: list[Problem] = []
@@ -187,6 +175,7 @@ class _Checker:
                 file = self._without_mistakes(data, [detail["loc"] for detail in error.errors()])
             except ValidationError:
                 return None
+        self._by_name = {player.name: number for player, number in zip(file.players, self._numbers, strict=True)}
         names = None if self.problems else {player.name for player in file.players}
         game = self._attempt(lambda: GAMES.get(file.game), "game")
         if game is None:
@@ -241,19 +230,20 @@ class _Checker:
         rest = {key: value for key, value in data.items() if key not in wrong}
         rest = {"name": "unnamed", "map": "open", "rules": {}, **rest, "players": [tables[n] for n in self._numbers]}
         if "machines" in wrong and isinstance(data["machines"], dict):
-            # A machine whose table has a mistake is still one that processes can be placed on.
-            rest["machines"] = {
-                name: _stand_in(name, table) if ("machines", name) in bad else table
-                for name, table in data["machines"].items()
-            }
+            # A machine whose table has a mistake is still one that others may refer to.
+            for name, table in data["machines"].items():
+                stand_in = {} if name == HERE else {"host": "unknown", "router": True}
+                rest.setdefault("machines", {})[name] = stand_in if ("machines", name) in bad else table
         return _FILE.validate_python(rest)
 
-    def numbered(self, data: dict[str, Any]) -> list[Problem]:
-        """The problems, with the number of each player that a path names."""
-        players = data.get("players")
-        tables = players if isinstance(players, list) else []
-        numbers = {table.get("name"): number for number, table in enumerate(tables) if isinstance(table, dict)}
-        return [_numbered(problem, numbers) for problem in self.problems]
+    def numbered(self, problem: Problem) -> Problem:
+        """The problem, with the number of a player in place of its name in the path; the name is then in the text."""
+        path = problem.path
+        if len(path) < 2 or path[0] != "players" or path[1] not in self._by_name:
+            return problem
+        name = str(path[1])
+        text = problem.text if name in problem.text else f"{name}: {problem.text}"
+        return Problem(text, ("players", self._by_name[name], *path[2:]), problem.file, problem.line)
 
     def _attempt(self, action: Callable[[], T], *where: str | int) -> T | None:
         """Return the action's result, or None after adding its problems to the list."""
@@ -359,17 +349,3 @@ class _Checker:
         named = [dataclasses.replace(c, name=f"{c.name}-{machine}") if c.name in taken else c for c in wanted]
         self._companions_at.update({companion.name: machine for companion in named})
         return named
-
-
-def _place_in_file(problem: Problem) -> tuple[int, str]:
-    return problem.line or 0, str(problem)
-
-
-def _numbered(problem: Problem, numbers: Mapping[object, int]) -> Problem:
-    """Replace a player's name in a problem's path by the player's number. The name is then in the text."""
-    path = problem.path
-    if len(path) < 2 or path[0] != "players" or path[1] not in numbers:
-        return problem
-    name = str(path[1])
-    text = problem.text if name in problem.text else f"{name}: {problem.text}"
-    return Problem(text, ("players", numbers[name], *path[2:]), problem.file, problem.line)
