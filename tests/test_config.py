@@ -1,11 +1,14 @@
 """Match files: everything wrong is said at once, with file, line and field."""
 
 import importlib
+import json
 import re
 import stat
+import tomllib
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -16,6 +19,8 @@ from vrg.config.loading import check_strategies, load_match, match_path
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import NOISE, RULES, MatchSetup, radio_seed, read_setup, team_seed, write_setup
 from vrg.errors import ConfigError, LaunchError
+from vrg.evaluation.contenders import teams_of
+from vrg.evaluation.experiment import written
 from vrg.hal.models import MODELS
 from vrg.hal.sensors.camera import CameraSpec
 from vrg.hal.sensors.laser import LaserSpec
@@ -109,6 +114,15 @@ def test_set_ups_that_cannot_be_played_are_refused(load: Load, old: str, new: st
     assert all(p.split(":")[0].isdigit() for p in found), "every problem has its line"
 
 
+def test_what_is_wrong_with_a_player_is_told_at_that_player_beside_others_with_mistakes(load: Load) -> None:
+    text = GOOD.replace('role = "shark"', 'role = "shark"\ncamera = 3')
+    text = text.replace('name = "player2"', 'name = "player2"\nmachine = "lab"')
+    assert problems(load, text) == [
+        "20: players.0.camera: expected true or false, got 3",
+        "27: players.1.machine: expected one of here, got 'lab'",
+    ]
+
+
 def test_what_is_no_toml_is_told_with_its_line(load: Load) -> None:
     assert problems(load, GOOD + "\n[[players]\n")[0].startswith("66: not TOML")
 
@@ -132,6 +146,34 @@ def test_the_command_line_overrides_and_the_text_says_so() -> None:
     for line in ('engine = "planar"', "seed = 7", "rate = 2.5"):
         assert line in setup.text.splitlines()
     assert 'engine = "pybullet"' not in setup.text
+
+
+def _inline(table: dict[str, Any]) -> str:
+    return "{ " + ", ".join(f"{key} = {json.dumps(value)}" for key, value in table.items()) + " }"
+
+
+DATA = tomllib.loads(GOOD)
+HEAD, FIRST = GOOD[: GOOD.index("[rules]")], GOOD.index("[[players]]")
+FORMS = {
+    "players in a list": f"{HEAD}players = [\n{','.join(map(_inline, DATA['players']))}]\n{GOOD[len(HEAD) : FIRST]}",
+    "rules in one line": f"{HEAD}rules = {_inline(DATA['rules'])}\n{GOOD[FIRST:]}",
+    "dotted keys": HEAD + "".join(f"rules.{k} = {json.dumps(v)}\n" for k, v in DATA["rules"].items()) + GOOD[FIRST:],
+    "quoted keys": GOOD.replace("seed =", '"seed" =').replace("[[players]]", '[["players"]]'),
+    "odd signs": GOOD.replace("[rules]", "secret = 'a#[b]' # \u2028[[players]]\n[rules] # \x85engine = 1"),
+}
+
+
+@pytest.mark.parametrize("text", FORMS.values(), ids=FORMS)
+def test_what_is_good_in_any_form_of_toml_can_be_played_with_other_values(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "match.toml"
+    path.write_text(text, encoding="utf-8")
+    plain, setup = load_match(path), load_match(path, seed=7, engine="planar", rate=2.5)
+    assert (setup.seed, setup.engine, setup.rate) == (7, "planar", 2.5)
+    setup = written(setup, {team: f"{team}.x:Player" for team in teams_of(setup)}, "secret")
+    path.write_text(setup.text, encoding="utf-8")
+    again = load_match(path)
+    assert (again.seed, again.engine, again.rate, again.rules) == (7, "planar", 2.5, plain.rules)
+    assert {player.strategy for player in again.players} == {f"{team}.x:Player" for team in teams_of(setup)}
 
 
 def test_a_physical_robot_is_in_the_world_as_one_and_keeps_it_in_real_time(load: Load) -> None:

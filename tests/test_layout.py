@@ -25,6 +25,7 @@ ONLY_IN = {
     "ray": ("evaluation/ray_workers.py",),
     "cryptography": ("seats",),
     "aiohttp": ("ui/web/server.py",),
+    "tomlkit": ("toml_text.py", "commands/practice.py"),
 }
 """Libraries, and the only room that imports each."""
 SHELLS = ("ui", "config", "launch", "evaluation", "commands", "recording")
@@ -52,7 +53,6 @@ LOWEST = (
     "errors",
     "registry",
     "modules",
-    "toml_text",
     "colours",
     "blame",
     "shared",

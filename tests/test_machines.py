@@ -213,7 +213,7 @@ def test_the_match_of_the_laboratory_can_be_played() -> None:
     where = placed(setup, window=True, record=True)
     assert {where[name] for name in ("router", "world", "referee", "spectator")} == {"here"}
     assert (where["red1"], where["blue2"], where["drives"], where["drives-blue"]) == ("red", "blue", "red", "blue")
-    assert setup.seats
+    assert setup.has_seats
 
 
 @pytest.mark.parametrize("name", ["router-lab2", "drives-2", "host-lab2"])

@@ -76,6 +76,16 @@ class Registry(Generic[T]):
         """Which names were expected in place of this one, with a guess at the one that was meant."""
         return expected_one_of(self.names(), name)
 
+    def known(self, name: str) -> str:
+        """Return the name if it is in the table.
+
+        Raises:
+            ValueError: it is not; the message is that of `expected`.
+        """
+        if name not in self:
+            raise ValueError(self.expected(name))
+        return name
+
     def _load(self, name: str) -> T:
         target = self._built_in.get(name)
         plugin = self._plugins().get(name) if target is None else None

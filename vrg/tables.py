@@ -1,34 +1,23 @@
-"""What the models of all TOML files that people write have in common."""
+"""What the models of all TOML files that people write have in common, and the lines of the fields of such a file."""
 
 import math
-from collections.abc import Mapping
+import re
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path as FilePath
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import msgspec
 from pydantic import BaseModel, BeforeValidator, ConfigDict, InstanceOf, ValidationError
 
-from vrg.errors import Path, Problem
+from vrg.errors import ConfigError, Path, Problem
 from vrg.regions import Circle, Polygon, Rectangle, Region, Sector
-from vrg.registry import Registry
-from vrg.toml_text import line_of
 
 
 class Table(BaseModel):
     """The base class of the tables of a TOML file. It refuses unknown fields, NaN and infinity, and is frozen."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-def known_in(value: str, registry: "Registry[Any]") -> str:
-    """Return the value, if a registry has that name.
-
-    Raises:
-        ValueError: it has not; the message lists the names and guesses the one that was meant.
-    """
-    if value not in registry:
-        raise ValueError(registry.expected(value))
-    return value
 
 
 def _region(value: object) -> object:
@@ -97,8 +86,99 @@ def _words(detail: Any) -> str:
     return f"expected {expected.format(**detail.get('ctx', {}))}, got {detail['input']!r}"
 
 
-def located(problem: Problem, file: FilePath | str, lines: Mapping[Path, int]) -> Problem:
-    """Return a problem with its place in a file. A problem that has a file already stays as it is."""
-    if problem.file is not None:
-        return problem
-    return Problem(problem.text, problem.path, str(file), line_of(dict(lines), problem.path))
+class Statement(NamedTuple):
+    """A header or a field in the text of a TOML file.
+
+    Args:
+        first, end: its lines from `first` on and before `end`, counted from 0.
+        table: the path of the table that it belongs to; of a header, the table that it begins.
+        paths: the paths of all that it defines, from the outside to the inside. header: True if it is a header.
+    """
+
+    first: int
+    end: int
+    table: Path
+    paths: Sequence[Path]
+    header: bool
+
+
+def statements_of(text: str) -> Iterator[Statement]:
+    """The statements of a file in its order. The items of arrays of tables are numbered from 0 in the paths."""
+    counts: dict[Path, int] = {}
+    table: Path = ()
+    begun: list[str] = []
+    for end, line in enumerate(text.split("\n"), 1):
+        begun.append(line)
+        try:
+            data = tomllib.loads("\n".join([*begun, ""]))
+        except tomllib.TOMLDecodeError:
+            # It goes on in the next line.
+            continue
+        if begun[0].lstrip().startswith("["):
+            paths = _header(data, counts)
+            table = paths[-1]
+            yield Statement(end - len(begun), end, table, paths, True)
+        elif data:
+            yield Statement(end - len(begun), end, table, [(*table, *path) for path in _paths(data)], False)
+        begun = []
+
+
+def _header(data: Any, counts: dict[Path, int]) -> list[Path]:
+    """The paths of a header that stands alone in `data`, where `counts` has the newest item of each array of tables."""
+    path: Path = ()
+    paths = []
+    while data:
+        ((key, data),) = data.items()
+        path = (*path, key)
+        paths.append(path)
+        if isinstance(data, list):
+            counts[path] = counts.get(path, -1) + 1
+            data = {}
+        if path in counts:
+            path = (*path, counts[path])
+            paths.append(path)
+    return paths
+
+
+def _paths(value: object) -> Iterator[Path]:
+    """The paths of all that a value holds."""
+    inner: Any = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, one in inner:
+        yield (key,)
+        yield from ((key, *path) for path in _paths(one))
+
+
+def lines_of(text: str) -> dict[Path, int]:
+    """The line, from 1, of every table and field. What stands inside a value has the line where that begins."""
+    found: dict[Path, int] = {(): 1}
+    for statement in statements_of(text):
+        for path in statement.paths:
+            found.setdefault(path, statement.first + 1)
+    return found
+
+
+def parsed(text: str, file: FilePath | str) -> dict[str, Any]:
+    """Return what the text of a TOML file holds.
+
+    Raises:
+        ConfigError: it is no TOML; with its line.
+    """
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        line = re.search(r"line (\d+)", str(error))
+        raise ConfigError([Problem(f"not TOML: {error}", (), str(file), int(line[1]) if line else 1)]) from None
+
+
+def located(problems: Iterable[Problem], file: FilePath | str, text: str) -> list[Problem]:
+    """Return problems with their places in the text of a file, in its order.
+
+    A field that is missing has the line of the nearest table around it. A problem that has a file already keeps it.
+    """
+    lines, found = lines_of(text), set[Problem]()
+    for problem in problems:
+        path = problem.path
+        while path not in lines:
+            path = path[:-1]
+        found.add(problem if problem.file is not None else Problem(problem.text, problem.path, str(file), lines[path]))
+    return sorted(found, key=lambda problem: (problem.line or 0, str(problem)))

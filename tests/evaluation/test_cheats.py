@@ -19,7 +19,7 @@ def game(match: Path, minnows: str, *, sealed: bool = True, sharks: str = "Hones
     file.write_text(CHEATS, encoding="utf-8")
     targets = {"sharks": f"{file}:Honest" if sharks == "Honest" else sharks, "minnows": f"{file}:{minnows}"}
     setup = with_strategies(load_match(match), targets)
-    setup = structs.replace(setup, wanted_sandbox=None if sealed else False)
+    setup = structs.replace(setup, sandbox=None if sealed else False)
     playing = GameProcess(server_for(setup), setup, 0, match.with_name(f"{minnows} {sealed}"), 600.0)
     while not (found := ended([playing], 600.0)):
         pass

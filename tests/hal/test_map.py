@@ -88,7 +88,7 @@ def test_an_unknown_map_is_answered_with_the_known_ones() -> None:
 def test_a_file_that_is_not_toml_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "broken.toml"
     file.write_text("name = \n")
-    with pytest.raises(ConfigError, match=r"broken.toml:1: expected TOML"):
+    with pytest.raises(ConfigError, match=r"broken.toml:1: not TOML"):
         load_map(file)
 
 

@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 from vrg.bus.messages import Stage
 from vrg.cli import make_app
+from vrg.commands.branching import Progress, progress_of
 from vrg.config.loading import load_match
 from vrg.config.setup import write_setup
 from vrg.coordinator.evidence import read_evidence
@@ -171,11 +172,24 @@ def test_it_can_be_broken_off(run: RunFolder, tmp_path: Path, lazy: str) -> None
     assert not list((tmp_path / "runs").glob("*"))
 
 
+def test_what_is_played_is_broken_off_where_nobody_reads_how_far_it_is(
+    run: RunFolder, tmp_path: Path, lazy: str
+) -> None:
+    def progress(_time: float) -> None:
+        raise BrokenPipeError
+
+    with pytest.raises(BrokenPipeError):
+        play_branch(run, Change(INSTANT, "shark", lazy), tmp_path / "runs", NOW, progress=progress, stop=Stop())  # type: ignore[arg-type]
+    assert not list((tmp_path / "runs").glob("*"))
+
+
 def test_the_command_tells_how_both_ended(run: RunFolder, tmp_path: Path, lazy: str) -> None:
+    Path(lazy.partition(":")[0]).write_text(f'print({{"debug": 1}})\nprint("{{}}")\n{LAZY}')
     command = ["replay", str(run.path), "--from", "4", "--play", f"shark={lazy}", "--runs", str(tmp_path / "runs")]
     done = CliRunner().invoke(make_app("replay"), [*command, "--json"])
     assert done.exit_code == 0, done.output
-    lines = [json.loads(line) for line in done.output.splitlines() if line.startswith("{")]
+    assert "{'debug': 1}" in done.stderr
+    lines = [json.loads(line) for line in done.stdout.splitlines()]
     assert lines[0] == {"time": 0.02}
     assert lines[-1]["told"].startswith("From 4.0 s on shark plays lazy.py:Lazy: Minnows win")
     assert "Recorded: " in lines[-1]["told"]
@@ -183,6 +197,13 @@ def test_the_command_tells_how_both_ended(run: RunFolder, tmp_path: Path, lazy: 
     assert "expected both --from and --play" in str(lacking.exception)
     wrong = CliRunner().invoke(make_app("replay"), ["replay", str(run.path), "--from", "4", "--play", "shark"])
     assert "expected PLAYER=STRATEGY" in str(wrong.exception)
+
+
+def test_what_else_is_printed_tells_nothing_of_the_progress() -> None:
+    for line in (b"{'debug': 1}", b'{"debug": 1}', b'{"time": "late"}', b"[1]", b"\xff", b""):
+        assert progress_of(line) == Progress()
+    assert progress_of(b'{"time": 4.5}').time == 4.5
+    assert progress_of(b'{"run": "/r", "told": "it ended"}').run == "/r"
 
 
 def test_the_strategies_of_a_game_are_those_of_its_package() -> None:

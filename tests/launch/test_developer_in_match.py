@@ -7,8 +7,9 @@ from typer.testing import CliRunner
 
 from vrg.bus.seats import Seat, SeatKind
 from vrg.cli import make_app
+from vrg.config.files import HERE
 from vrg.config.loading import load_match, match_path
-from vrg.config.setup import HERE, read_setup, write_setup
+from vrg.config.setup import read_setup, write_setup
 from vrg.launch import nodes
 from vrg.launch.specs import WINDOW, seats_at, specs, window_of
 

@@ -12,8 +12,8 @@ os.environ["SDL_VIDEODRIVER"] = "dummy"
 
 from vrg.bus.lockstep import Lockstep
 from vrg.bus.seats import Seat, SeatKind
+from vrg.config.files import HERE
 from vrg.config.loading import load_match, match_path
-from vrg.config.setup import HERE
 from vrg.games.hud.helm import Wish
 from vrg.launch import nodes
 from vrg.launch.run_folder import RunFolder

@@ -191,12 +191,12 @@ def test_the_harder_match_of_the_examples_ends_by_its_rules(tmp_path: Path) -> N
 
 
 def test_the_model_of_the_radio_is_that_of_the_match_file(tmp_path: Path) -> None:
-    assert setup_of(tmp_path).radio.perfect
+    assert setup_of(tmp_path).radio.settings.perfect
     setup = setup_of(tmp_path, "[radio]\ndelay = 0.3\n[[radio.links]]\nbetween = ['pursuer1', 'pursuer2']\nloss = 0.9")
-    assert not setup.radio.perfect
-    assert setup.radio.between("pursuer2", "pursuer1").loss == 0.9
-    assert setup.radio.between("pursuer2", "pursuer1").delay == 0.3, "what a link leaves out is as for all"
-    assert setup.radio.between("pursuer2", "pursuer3").loss == 0.0
+    assert not setup.radio.settings.perfect
+    assert setup.radio.settings.between("pursuer2", "pursuer1").loss == 0.9
+    assert setup.radio.settings.between("pursuer2", "pursuer1").delay == 0.3, "what a link leaves out is as for all"
+    assert setup.radio.settings.between("pursuer2", "pursuer3").loss == 0.0
 
 
 PLAYERS = """

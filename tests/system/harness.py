@@ -16,7 +16,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import IO, ClassVar
 
 import psutil
 import zenoh
@@ -285,6 +285,16 @@ class Match:
             check=False,
             stdin=subprocess.DEVNULL,
         )
+
+    @contextlib.contextmanager
+    def started(self, *arguments: str, stdout: IO[bytes]) -> Iterator[None]:
+        """Another `vrg` command that goes on until the block ends."""
+        command = [sys.executable, "-m", "vrg", *arguments]
+        with subprocess.Popen(command, env=self._environment, stdout=stdout) as process:
+            try:
+                yield
+            finally:
+                process.kill()
 
     def command(self, *arguments: str) -> str:
         """Run another `vrg` command that succeeds; what it printed."""

@@ -178,6 +178,13 @@ def test_the_sensors_of_a_robot_are_shown_while_it_plays(match: Match) -> None:
     assert nobody.returncode == 1
 
 
+def test_the_readings_of_sensors_come_line_by_line_where_there_is_no_terminal(match: Match, tmp_path: Path) -> None:
+    command = ["sensors", PLAYERS[0], "--match", match.keys.match, "--router", match.endpoint]
+    printed = tmp_path / "printed"
+    with printed.open("wb") as file, match.started(*command, stdout=file):
+        wait_until(lambda: "laser front: 181 beams" in printed.read_text(), "a reading while the command goes on")
+
+
 def test_what_a_robot_sees_is_saved_while_it_plays(match: Match, tmp_path: Path) -> None:
     where = ("--match", match.keys.match, "--router", match.endpoint)
     saved = match.vrg("camera", PLAYERS[0], str(tmp_path / "seen.png"), *where)

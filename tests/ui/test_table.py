@@ -39,14 +39,14 @@ def test_a_log_tells_what_hinders_the_match_when_it_begins_and_with_each_status(
 
 
 def test_a_log_tells_how_a_halt_is_left(keys):
-    text = shown(keys, Console(file=io.StringIO()), 6.0, halted="a cable", way_out="plug it in, then resume")
-    assert text.count("HALT: a cable; plug it in, then resume") == 2
+    text = shown(keys, Console(file=io.StringIO()), 6.0, halted="a cable", way_out="Plug it in, then resume")
+    assert text.count("HALT: a cable. Plug it in, then resume") == 2
 
 
 def test_the_table_tells_how_a_halt_is_left(scene_at):
     console = Console(file=io.StringIO(), width=120)
-    console.print(table(scene_at(10.0, halted="a cable", way_out="plug it in, then resume")))
-    assert "a cable; plug it in, then resume" in console.file.getvalue()
+    console.print(table(scene_at(10.0, halted="a cable", way_out="Plug it in, then resume")))
+    assert "a cable. Plug it in, then resume" in console.file.getvalue()
 
 
 def test_the_table_needs_neither_a_window_library_nor_a_plotting_one():

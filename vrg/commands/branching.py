@@ -5,9 +5,13 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import msgspec
+from msgspec import Struct
 
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError, VrgError
@@ -38,6 +42,21 @@ def ending_of(folder: RunFolder) -> str:
         return f"{headline(result)}{summary(result)}"
     except (OSError, ValueError, KeyError, TypeError):
         return "how it ended is not known"
+
+
+class Progress(Struct):
+    """A line of `vrg replay --json`: the match time that is played, s, or the new run folder."""
+
+    time: float | None = None
+    run: str | None = None
+
+
+def progress_of(line: bytes) -> Progress:
+    """Read a line of `vrg replay --json`. What a program has printed that a strategy starts tells nothing."""
+    try:
+        return msgspec.json.decode(line, type=Progress)
+    except (msgspec.DecodeError, UnicodeDecodeError):
+        return Progress()
 
 
 class ProcessBrancher:
@@ -75,10 +94,12 @@ class ProcessBrancher:
     def begin(self, time: float, player: str, strategy: str) -> None:
         """Begin to play from a match time, s, with another strategy for a player."""
         self.close()
+        # A pipe would fill up, as nobody reads it before the end.
+        self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - `close` closes it
         whole = [str(self._folder.path.resolve()), "--from", f"{time:.3f}", "--play", f"{player}={strategy}"]
         command = [sys.executable, "-P", "-m", "vrg", "replay", *whole, "--runs", str(self._runs.resolve()), "--json"]
         self._process = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=self._folder.path
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=self._errors, cwd=self._folder.path
         )
         assert self._process.stdout is not None
         os.set_blocking(self._process.stdout.fileno(), False)
@@ -92,18 +113,18 @@ class ProcessBrancher:
         ended = self._process.poll() is not None
         lines = (self._rest + (self._process.stdout.read() or b"")).split(b"\n")
         self._rest = lines.pop()
-        said: list[dict[str, Any]] = [json.loads(line) for line in lines if line.startswith(b"{")]
-        for told in said:
-            if "run" in told:
+        for told in map(progress_of, lines):
+            if told.run is not None:
                 self.close()
-                return self._opened(RunFolder(Path(told["run"])))
-            self._told = f"{told['time']:.0f} s of match time are played"
+                return self._opened(RunFolder(Path(told.run)))
+            if told.time is not None:
+                self._told = f"{told.time:.0f} s of match time are played"
         if not ended:
             return self._told
-        _, problem = self._process.communicate()
-        self._process = None
-        told_last = problem.decode(errors="replace").strip().splitlines()[-1:]
-        return told_last[0] if told_last else "it has ended without a word"
+        self._errors.seek(0)
+        last = self._errors.read().decode(errors="replace").strip().splitlines()[-1:]
+        self.close()
+        return last[0] if last else "it has ended without a word"
 
     def close(self) -> None:
         """Break off what was begun. Idempotent."""
@@ -112,6 +133,7 @@ class ProcessBrancher:
             with contextlib.suppress(ValueError, OSError):
                 self._process.communicate()
             self._process = None
+            self._errors.close()
 
 
 def split(play: str) -> tuple[str, str]:

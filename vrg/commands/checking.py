@@ -12,7 +12,7 @@ from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, Problem
 from vrg.hal.sim.map import load_map
 from vrg.launch.trial import trial
-from vrg.toml_text import without_item
+from vrg.toml_text import without
 from vrg.ui.welcome.checking import Verdict
 from vrg.ui.welcome.draft import Draft
 
@@ -78,7 +78,7 @@ def _good_part(draft: Draft, problems: tuple[Problem, ...]) -> MatchSetup | None
     try:
         text = draft.text
         for number in bad:
-            text = without_item(text, ("players", number))
+            text = without(text, ("players", number))
         return check_match(text, draft.base / UNSAVED, draft.base)
     except ValueError:
         return None

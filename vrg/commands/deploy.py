@@ -8,7 +8,8 @@ import typer
 
 from vrg.bus.hosts import in_endpoint
 from vrg.commands.options import MatchArgument
-from vrg.config.setup import HERE, MatchSetup
+from vrg.config.files import HERE
+from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
 
 PORT = 7447
@@ -41,7 +42,7 @@ def systemd(
     from vrg.launch.systemd import Installation, install_commands, units, used_machines
 
     setup = load_match(match_path(match))
-    if keys is None and setup.seats:
+    if keys is None and setup.has_seats:
         raise ConfigError(
             [
                 f"expected the folder of the keys with --keys, as the match {setup.name} has seats, got none: make "

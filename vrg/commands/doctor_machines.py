@@ -11,8 +11,9 @@ from rich.console import Console
 from vrg.bus.session import open_router, open_session
 from vrg.bus.stopping import Stop
 from vrg.commands.options import stoppable
+from vrg.config.files import HERE
 from vrg.config.loading import idle_machines, load_match
-from vrg.config.setup import HERE, MatchSetup
+from vrg.config.setup import MatchSetup
 from vrg.errors import BusError, LaunchError
 from vrg.launch.findings import Finding, examine
 from vrg.launch.keeping import keep

@@ -22,7 +22,8 @@ from vrg.bus.session import DEFAULT_ENDPOINT, Session, open_session
 from vrg.bus.stopping import Stop
 from vrg.commands.foxglove import told
 from vrg.commands.page import print_links
-from vrg.config.setup import HERE, MatchSetup
+from vrg.config.files import HERE
+from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError
 from vrg.launch.endpoints import host_of, port_of
 from vrg.launch.events import EventLog

@@ -6,8 +6,9 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from vrg.config.files import HERE
 from vrg.config.loading import idle_machines
-from vrg.config.setup import HERE, MatchSetup
+from vrg.config.setup import MatchSetup
 from vrg.launch.keeping import files_of
 from vrg.launch.specs import placed
 

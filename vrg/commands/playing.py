@@ -131,7 +131,7 @@ def play_match(
             setup = setup if wish.paced else setup.at_rate(0.0)
             state, failure = _play_in_process(setup, folder, show, stop, paced=wish.paced)
         else:
-            secured = wish.keys is not None or (setup.seats if wish.seats is None else wish.seats)
+            secured = wish.keys is not None or (setup.has_seats if wish.seats is None else wish.seats)
             security = Security(wanted=secured, given=wish.keys)
             state, failure = play_processes(setup, folder, show, stop, server, security)
     _conclude(setup, folder, show, state, interrupted=stop.is_set(), failure=failure)

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
+import tomlkit
 import typer
 
 from vrg.commands.options import RunsOption, whole_target
@@ -20,7 +21,6 @@ from vrg.commands.play import (
 )
 from vrg.errors import ConfigError
 from vrg.launch.fork_server import fork_server
-from vrg.toml_text import quoted
 from vrg.types import Pose
 
 _STEP = 1.5
@@ -98,18 +98,18 @@ def match_text(
             break
     if len(places) < robots:
         raise ConfigError([f"--robots: map {ground.name!r} has room for {len(places)}, got {robots}"])
-    lines = [
-        'name = "practice"', 'game = "practice"', f"map = {quoted(_whole(map_))}", "[rules]",
-        f"x = [{x_min}, {x_max}]", f"y = [{y_min}, {y_max}]", f"time = {seconds}",
-    ]  # fmt: skip
-    for number, pose in enumerate(places, 1):
-        lines += [
-            "[[players]]", f'name = "robot{number}"', 'role = "player"', f"model = {quoted(model)}",
-            f"x = {pose.x:.3f}", f"y = {pose.y:.3f}", f"heading = {math.degrees(pose.theta):.1f}",
-        ]  # fmt: skip
-        if strategy is not None:
-            lines.append(f"strategy = {quoted(strategy)}")
-    return "\n".join(lines) + "\n"
+    players = [
+        {
+            **{"name": f"robot{number}", "role": "player", "model": model},
+            **{"x": round(pose.x, 3), "y": round(pose.y, 3), "heading": round(math.degrees(pose.theta), 1)},
+            **({} if strategy is None else {"strategy": strategy}),
+        }
+        for number, pose in enumerate(places, 1)
+    ]
+    rules = {"x": [x_min, x_max], "y": [y_min, y_max], "time": seconds}
+    return tomlkit.dumps(
+        {"name": "practice", "game": "practice", "map": _whole(map_), "rules": rules, "players": players}
+    )
 
 
 def _around(x: float, y: float, heading: float, bounds: tuple[float, float, float, float]) -> Iterator[Pose]:

@@ -1,6 +1,8 @@
 """The command `vrg replay`, which shows a recorded match in a window."""
 
+import contextlib
 import json
+import sys
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
@@ -78,6 +80,8 @@ def _take_up(folder: "RunFolder", since: float, play: str, runs: Path, *, as_jso
         console=Console(stderr=True), transient=True, disable=as_json,
     )  # fmt: skip
     told = -_TELL
+    # What strategies print, as when they are imported, must not stand between the lines of JSON.
+    out, prints = sys.stdout, contextlib.redirect_stdout(sys.stderr) if as_json else contextlib.nullcontext()
 
     def progress(time: float) -> None:
         nonlocal told
@@ -87,9 +91,9 @@ def _take_up(folder: "RunFolder", since: float, play: str, runs: Path, *, as_jso
         what = "repeating what was recorded" if time < since else f"{player} plays {change.name}"
         bar.update(task, description=what, completed=min(time, end), time=time)
         if as_json:
-            typer.echo(json.dumps({"time": round(time, 3)}))
+            typer.echo(json.dumps({"time": round(time, 3)}), file=out)
 
-    with stop_on_signals() as stop, bar:
+    with stop_on_signals() as stop, bar, prints:
         task = bar.add_task("repeating what was recorded", total=end, time=0.0)
         new = play_branch(folder, change, runs, datetime.now(), progress=progress, stop=stop)
     if as_json:

@@ -1,7 +1,7 @@
 """The command `vrg sensors`, which shows what the sensors of a robot measure while a match runs."""
 
 import time
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -15,7 +15,7 @@ from vrg.commands.options import EndpointOption, KeysOption, NameOption, which_m
 from vrg.commands.topic import arrivals_on, listening
 from vrg.errors import MessageError
 from vrg.hal.sensors import message_of
-from vrg.ui.readings import Sensor, Watched, sensor_table
+from vrg.ui.readings import Watched, sensor_table
 
 REDRAW = 0.25
 """The real time in s between two tables."""
@@ -32,42 +32,45 @@ def sensors(
         float | None, typer.Option(min=0.5, help="Show one table after so long, real time, and end.")
     ] = None,
 ) -> None:
-    """Show what the sensors of a robot measure now: those that the world simulates."""
+    """Show what the sensors of a robot measure now: those that the world simulates.
+
+    Where the output is no terminal, each reading is a line, or the table comes once after --seconds.
+    """
     name, endpoint = which_match(match, router)
     keys, console = Keys(name), Console(highlight=False)
     watched, now, begun, told = Watched(), 0.0, time.monotonic(), False
+    in_lines = seconds is None and not console.is_terminal
     with listening(endpoint, seats) as (stop, session):
-        arrivals = arrivals_on(session, f"{keys.root}/robot/{chunk_of(robot)}/sensor/**")
-        with Live(console=console, auto_refresh=False, transient=False) as live:
-            while not stop.wait(REDRAW if seconds is None else seconds):
+        arrivals = arrivals_on(session, f"{keys.root}/robot/{chunk_of(robot)}/sensor/**", keys.clock.key)
+        with Live(console=console, auto_refresh=False) as live:
+            ended = False
+            while not ended and not stop.wait(REDRAW):
+                ended = seconds is not None and time.monotonic() - begun >= seconds
                 while not arrivals.empty():
-                    read = _read(keys, *arrivals.get_nowait())
-                    if read is not None:
-                        watched.take(*read)
-                        now = max(now, read[1].stamp)
-                if watched.newest:
+                    reading = _read(keys, *arrivals.get_nowait())
+                    now = now if reading is None else max(now, reading.stamp)
+                    if reading is not None and isinstance(reading.body, SensorMessage):
+                        *_, kind, sensor = reading.key.split("/")
+                        watched.take((kind, name_of(sensor)), reading)
+                        if in_lines:
+                            typer.echo(f"{reading.stamp:.2f} {kind} {name_of(sensor)}: {reading.body.words}")
+                if watched.newest and (ended or console.is_terminal):
                     live.update(sensor_table(watched, robot, now), refresh=True)
-                elif not told and time.monotonic() - begun > QUIET:
+                elif not watched.newest and not told and time.monotonic() - begun > QUIET:
                     told = True
                     typer.echo(
                         f"{robot}: no reading yet. The world simulates the sensors of virtual robots, and of physical "
                         "ones those that they lack; `vrg topic list` shows what there is.",
                         err=True,
                     )
-                if seconds is not None:
-                    break
     if not watched.newest and seconds is not None:
         raise typer.Exit(1)
 
 
-def _read(keys: Keys, key: str, payload: bytes) -> tuple[Sensor, Received[SensorMessage]] | None:
-    """A reading with its sensor, or None for a message that cannot be read here."""
+def _read(keys: Keys, key: str, payload: bytes) -> Received[Any] | None:
+    """A message, or None for one that cannot be read here."""
     topic = keys.topic_of(key, message_of)
     try:
-        reading = None if topic is None else decode(payload, topic.type, key)
+        return None if topic is None else decode(payload, topic.type, key)
     except MessageError:
         return None
-    if reading is None or not isinstance(reading.body, SensorMessage):
-        return None
-    *_, kind, sensor = key.split("/")
-    return (kind, name_of(sensor)), Received(reading.key, reading.stamp, reading.sequence, reading.body, reading.sender)

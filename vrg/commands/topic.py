@@ -25,6 +25,8 @@ from vrg.commands.options import EndpointOption, KeysOption, NameOption, credent
 from vrg.errors import MessageError
 from vrg.hal.sensors import message_of
 
+MOST = 1000
+"""The number of messages that wait to be taken."""
 QUIET = 3.0
 """The real time in s without a message after which `echo` says that none has come."""
 
@@ -53,6 +55,13 @@ def _plain(keys: Keys, key: str, payload: bytes) -> dict[str, Any]:
     return {"key": key, **head, **body}
 
 
+class Newest(queue.Queue[tuple[str, bytes]]):
+    """A queue that forgets its oldest item for a new one where it is full, and never blocks who puts one in."""
+
+    def _init(self, maxsize: int) -> None:
+        self.queue = deque(maxlen=MOST)
+
+
 @contextmanager
 def listening(endpoint: str, seats: Path | None) -> Iterator[tuple[Stop, Session]]:
     """A session with the router of a running match, and a Stop that Ctrl-C sets.
@@ -65,15 +74,11 @@ def listening(endpoint: str, seats: Path | None) -> Iterator[tuple[Stop, Session
         yield stop, session
 
 
-def arrivals_on(session: Session, expression: str) -> queue.Queue[tuple[str, bytes]]:
-    """What comes on a key expression from now on: key and payload. What comes faster than it is taken is dropped."""
-    arrivals: queue.Queue[tuple[str, bytes]] = queue.Queue(1000)
-
-    def arrived(key: str, payload: bytes) -> None:
-        if not arrivals.full():
-            arrivals.put_nowait((key, payload))
-
-    session.watch_raw(expression, arrived)
+def arrivals_on(session: Session, *expressions: str) -> queue.Queue[tuple[str, bytes]]:
+    """What comes on key expressions from now on: key and payload. If it is taken too slowly, the oldest is dropped."""
+    arrivals = Newest()
+    for expression in expressions:
+        session.watch_raw(expression, lambda key, payload: arrivals.put((key, payload)))
     return arrivals
 
 
@@ -167,6 +172,8 @@ def hz(
             since = time.monotonic() - 1.0
             recent = [t for t in list(times) if t > since]
             gaps = [b - a for a, b in pairwise(recent)]
-            row = {"hz": len(recent), "gap_max_ms": round(max(gaps, default=0.0) * 1e3, 2)}
-            typer.echo(json.dumps(row) if as_json else f"{row['hz']} Hz, longest gap {row['gap_max_ms']} ms")
+            longest = round(max(gaps) * 1e3, 2) if gaps else None
+            words = f"{len(recent)} Hz, longest gap {longest} ms" if gaps else f"{len(recent)} Hz, no gap to measure"
+            row = {"hz": len(recent), "gap_max_ms": longest}
+            typer.echo(json.dumps(row) if as_json else words if recent else "nothing came in the last second")
             reports += 1

@@ -1,22 +1,22 @@
-"""The tables of a match file as people write them."""
+"""The tables of a match file as people write them. Pydantic is loaded only where they are checked, in `loading`."""
 
 import math
 import re
-from typing import Any, Literal
+from collections.abc import Callable, Sequence
+from typing import Annotated, Any, Literal, get_type_hints
 
-from pydantic import Field, ValidationInfo, field_validator
+from msgspec import Struct, structs
 
 from vrg.bus.hosts import check_host
 from vrg.bus.names import NAME_RULE, is_name, normal
 from vrg.bus.radio_settings import LinkSettings, RadioSettings
-from vrg.config.setup import HERE
 from vrg.games import GAMES, PLANNERS
 from vrg.hal.backends import BACKENDS
 from vrg.hal.models import MODELS
-from vrg.hal.sim.engines import ENGINES
-from vrg.tables import Table, known_in
 from vrg.types import Pose
 
+HERE = "here"
+"""The name of the machine where the match is launched."""
 PLACED = ("router", "world", "referee", "recorder", "spectator")
 """The names of the processes of every match."""
 PROCESS_NAMES = (*PLACED, "drives", "web", "foxglove")
@@ -25,14 +25,88 @@ RESERVED = ("router-", "host-", "drives-")
 """What the names of further processes and logs begin with, in a match that spans several machines."""
 
 
-def _check_name(value: str) -> str:
+class Rule:
+    """What a value must be besides its type, as metadata of the type.
+
+    Args:
+        check: returns the value, perhaps in another form, or raises a ValueError.
+        bounds: what pydantic knows by name, such as `ge` and `max_length`.
+    """
+
+    def __init__(self, check: Callable[[Any], object] | None = None, **bounds: float | str) -> None:
+        self._check, self._bounds = check, bounds
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        from pydantic_core import core_schema  # noqa: PLC0415 - only who checks a file needs it
+
+        schema = {**handler(source), **self._bounds}
+        return schema if self._check is None else core_schema.no_info_after_validator_function(self._check, schema)
+
+
+class FileTable(Struct, frozen=True, kw_only=True):
+    """The base class of the tables. Pydantic refuses unknown fields, NaN and infinity in them."""
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: Any) -> Any:
+        from pydantic_core import core_schema  # noqa: PLC0415 - only who checks a file needs it
+
+        hints = get_type_hints(cls, include_extras=True)
+        fields = {
+            field.name: core_schema.typed_dict_field(
+                handler.generate_schema(hints[field.name]), required=field.required
+            )
+            for field in structs.fields(cls)
+        }
+        table = core_schema.typed_dict_schema(
+            fields, extra_behavior="forbid", config=core_schema.CoreConfig(allow_inf_nan=False)
+        )
+        return core_schema.no_info_after_validator_function(lambda checked: cls(**checked), table)
+
+
+def _name(value: str) -> str:
     value = normal(value)
     if not is_name(value):
         raise ValueError(NAME_RULE)
     return value
 
 
-class PlayerEntry(Table):
+def _player_name(value: str) -> str:
+    if value in PROCESS_NAMES or value.startswith(RESERVED):
+        raise ValueError(f"{value!r} is the name of another process of a match")
+    return _name(value)
+
+
+def _machine_names(value: dict[str, Any]) -> dict[str, Any]:
+    for name in value:
+        if not is_name(name):
+            raise ValueError(f"{NAME_RULE}, got {name!r}")
+    return value
+
+
+def _engine(value: str) -> str:
+    from vrg.hal.sim.engines import ENGINES  # noqa: PLC0415 - they load numpy, and players need none
+
+    return ENGINES.known(value)
+
+
+def _word(pattern: str, expected: str) -> Rule:
+    """The rule of a text that becomes a word of a command line."""
+
+    def check(value: str) -> str:
+        if not re.fullmatch(pattern, value):
+            raise ValueError(f"expected {expected}, got {value!r}")
+        return value
+
+    return Rule(check)
+
+
+_Name = Annotated[str, Rule(_name)]
+_Share = Annotated[float, Rule(ge=0, le=1)]
+_Delay = Annotated[float, Rule(ge=0, le=60)]
+_Distance = Annotated[float, Rule(gt=0, le=1e5)]
+
+
+class PlayerEntry(FileTable, frozen=True, kw_only=True):
     """One [[players]] table of a match file.
 
     Args:
@@ -49,35 +123,18 @@ class PlayerEntry(Table):
         machine: the machine on which its process runs: `here`, where the match is launched, or one of `machines`.
     """
 
-    name: str
+    name: Annotated[str, Rule(_player_name)]
     role: str
-    model: str = "P2AT"
-    backend: str = "sim"
-    x: float = Field(ge=-1e5, le=1e5)
-    y: float = Field(ge=-1e5, le=1e5)
-    heading: float = Field(0.0, ge=-1e4, le=1e4)
+    model: Annotated[str, Rule(MODELS.known)] = "P2AT"
+    backend: Annotated[str, Rule(BACKENDS.known)] = "sim"
+    x: Annotated[float, Rule(ge=-1e5, le=1e5)]
+    y: Annotated[float, Rule(ge=-1e5, le=1e5)]
+    heading: Annotated[float, Rule(ge=-1e4, le=1e4)] = 0.0
     strategy: str | None = None
     localisation: Literal["odometry", "feed"] = "odometry"
-    sensors: dict[str, dict[str, Any]] = Field(default_factory=dict)
+    sensors: dict[str, dict[str, Any]] = {}
     camera: bool = False
     machine: str = HERE
-
-    @field_validator("name")
-    @classmethod
-    def _name(cls, value: str) -> str:
-        if value in PROCESS_NAMES or value.startswith(RESERVED):
-            raise ValueError(f"{value!r} is the name of another process of a match")
-        return _check_name(value)
-
-    @field_validator("model")
-    @classmethod
-    def _model(cls, value: str) -> str:
-        return known_in(value, MODELS)
-
-    @field_validator("backend")
-    @classmethod
-    def _backend(cls, value: str) -> str:
-        return known_in(value, BACKENDS)
 
     @property
     def pose(self) -> Pose:
@@ -85,7 +142,7 @@ class PlayerEntry(Table):
         return Pose(self.x, self.y, math.radians(self.heading))
 
 
-class TeamTable(Table):
+class TeamTable(FileTable, frozen=True, kw_only=True):
     """One [teams.NAME] table of a match file.
 
     Args:
@@ -95,18 +152,7 @@ class TeamTable(Table):
     strategy: str | None = None
 
 
-_WORDS = {
-    "host": (
-        re.compile(r"[A-Za-z0-9_][^\s]*"),
-        "what you type after `ssh`, such as robot@lab2.local; its port and other options belong into ~/.ssh/config",
-    ),
-    "vrg": (re.compile(r"[A-Za-z0-9_./~+-]+"), "the path of the command `vrg` there, such as ~/vrg/.venv/bin/vrg"),
-    "display": (re.compile(r"[A-Za-z0-9_:./-]+"), "a display there, such as :0"),
-}
-"""What the fields of a machine may hold, and how to say so: they become words of a command line."""
-
-
-class MachineTable(Table):
+class Machine(FileTable, frozen=True, kw_only=True):
     """One [machines.NAME] table of a match file.
 
     Args:
@@ -120,28 +166,23 @@ class MachineTable(Table):
         via: the machine whose further router the processes of this machine use.
     """
 
-    host: str | None = None
-    address: str | None = None
-    vrg: str = "vrg"
-    display: str | None = None
+    host: Annotated[
+        str,
+        _word(
+            r"[A-Za-z0-9_]\S*",
+            "what you type after `ssh`, such as robot@lab2.local; its port and other options belong into ~/.ssh/config",
+        ),
+    ] = ""
+    address: Annotated[str, Rule(check_host)] | None = None
+    vrg: Annotated[
+        str, _word(r"[A-Za-z0-9_./~+-]+", "the path of the command `vrg` there, such as ~/vrg/.venv/bin/vrg")
+    ] = "vrg"
+    display: Annotated[str, _word(r"[A-Za-z0-9_:./-]+", "a display there, such as :0")] | None = None
     router: bool = False
     via: str | None = None
 
-    @field_validator("host", "vrg", "display")
-    @classmethod
-    def _word(cls, value: str | None, info: ValidationInfo) -> str | None:
-        pattern, expected = _WORDS[info.field_name or ""]
-        if value is not None and not pattern.fullmatch(value):
-            raise ValueError(f"expected {expected}, got {value!r}")
-        return value
 
-    @field_validator("address")
-    @classmethod
-    def _address(cls, value: str | None) -> str | None:
-        return None if value is None else check_host(value)
-
-
-class LinkTable(Table):
+class LinkTable(FileTable, frozen=True, kw_only=True):
     """How well messages travel between players; see `vrg.bus.radio_settings.LinkSettings`.
 
     Args:
@@ -150,51 +191,50 @@ class LinkTable(Table):
         bandwidth: the number of bytes that can travel in a second.
     """
 
-    range: float | None = Field(None, gt=0, le=1e5)
-    loss: float = Field(0.0, ge=0, le=1)
-    delay: float = Field(0.0, ge=0, le=60)
-    jitter: float = Field(0.0, ge=0, le=60)
-    bandwidth: float | None = Field(None, gt=0, le=1e12)
+    range: _Distance | None = None
+    loss: _Share | None = None
+    delay: _Delay | None = None
+    jitter: _Delay | None = None
+    bandwidth: Annotated[float, Rule(gt=0, le=1e12)] | None = None
+
+    @property
+    def given(self) -> dict[str, float]:
+        """The fields that the file has."""
+        values = {name: getattr(self, name) for name in structs.asdict(LinkSettings())}
+        return {name: value for name, value in values.items() if value is not None}
 
 
-class PairTable(LinkTable):
+class PairTable(LinkTable, frozen=True, kw_only=True):
     """One [[radio.links]] table. What it leaves out is as the [radio] table says.
 
     Args:
         between: the names of the two players. It holds for both directions.
     """
 
-    between: tuple[str, str]
-
-    @field_validator("between")
-    @classmethod
-    def _names(cls, value: tuple[str, str]) -> tuple[str, str]:
-        return _check_name(value[0]), _check_name(value[1])
+    between: tuple[_Name, _Name]
 
 
-class RadioTable(LinkTable):
+class RadioTable(LinkTable, frozen=True, kw_only=True):
     """The [radio] table of a match file: how all links are. Without it, every message arrives at once.
 
     Args:
         links: the links between two players that are not as all others.
     """
 
-    links: list[PairTable] = Field(default_factory=list)
+    links: list[PairTable] = []
 
     @property
     def settings(self) -> RadioSettings:
         """The same for the model of the radio."""
-        fields = set(LinkTable.model_fields)
-        every = self.model_dump(include=fields)
+        every = LinkSettings(**self.given)
         links = {}
         for pair in self.links:
-            link = LinkSettings(**{**every, **pair.model_dump(include=fields, exclude_unset=True)})
             one, other = pair.between
-            links[f"{one}>{other}"] = links[f"{other}>{one}"] = link
-        return RadioSettings(every=LinkSettings(**every), links=links)
+            links[f"{one}>{other}"] = links[f"{other}>{one}"] = structs.replace(every, **pair.given)
+        return RadioSettings(every=every, links=links)
 
 
-class MatchFile(Table):
+class MatchFile(FileTable, frozen=True, kw_only=True):
     """The top level of a match file.
 
     Args:
@@ -230,54 +270,26 @@ class MatchFile(Table):
         players: the players, at least one.
     """
 
-    name: str
-    game: str
+    name: _Name
+    game: Annotated[str, Rule(GAMES.known)]
     map: str
-    engine: str = "pybullet"
-    seed: int = Field(0, ge=0)
-    secret: str = Field("", max_length=64, pattern="^[!-~]*$")
-    rate: float = Field(1.0, ge=0.1, le=100)
+    engine: Annotated[str, Rule(_engine)] = "pybullet"
+    seed: Annotated[int, Rule(ge=0)] = 0
+    secret: Annotated[str, Rule(max_length=64, pattern="^[!-~]*$")] = ""
+    rate: Annotated[float, Rule(ge=0.1, le=100)] = 1.0
     lasers: bool = True
     noise: bool = True
-    planner: str | None = None
+    planner: Annotated[str, Rule(PLANNERS.known)] | None = None
     on_fault: Literal["disqualify", "halt"] = "disqualify"
-    memory: int = Field(2000, ge=200, le=1_000_000)
+    memory: Annotated[int, Rule(ge=200, le=1_000_000)] = 2000
     seats: bool | None = None
     sandbox: bool | None = None
-    radio: RadioTable | None = None
-    sight: float | None = Field(None, gt=0, le=1e5)
-    teams: dict[str, TeamTable] = Field(default_factory=dict)
+    radio: RadioTable = RadioTable()
+    sight: _Distance | None = None
+    teams: dict[str, TeamTable] = {}
     rules: dict[str, Any]
-    sensors: dict[str, dict[str, Any]] = Field(default_factory=dict)
-    backends: dict[str, dict[str, Any]] = Field(default_factory=dict)
-    machines: dict[str, MachineTable] = Field(default_factory=dict)
-    place: dict[str, str] = Field(default_factory=dict)
-    players: list[PlayerEntry] = Field(min_length=1)
-
-    @field_validator("name")
-    @classmethod
-    def _name(cls, value: str) -> str:
-        return _check_name(value)
-
-    @field_validator("machines")
-    @classmethod
-    def _machines(cls, value: dict[str, MachineTable]) -> dict[str, MachineTable]:
-        for name in value:
-            if not is_name(name):
-                raise ValueError(f"{NAME_RULE}, got {name!r}")
-        return value
-
-    @field_validator("game")
-    @classmethod
-    def _game(cls, value: str) -> str:
-        return known_in(value, GAMES)
-
-    @field_validator("planner")
-    @classmethod
-    def _planner(cls, value: str | None) -> str | None:
-        return value if value is None else known_in(value, PLANNERS)
-
-    @field_validator("engine")
-    @classmethod
-    def _engine(cls, value: str) -> str:
-        return known_in(value, ENGINES)
+    sensors: dict[str, dict[str, Any]] = {}
+    backends: dict[str, dict[str, Any]] = {}
+    machines: Annotated[dict[str, Machine], Rule(_machine_names)] = {}
+    place: dict[str, str] = {}
+    players: Sequence[PlayerEntry]

@@ -6,28 +6,37 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
-from msgspec.structs import replace
-from pydantic import ValidationError
+from msgspec import structs
+from pydantic import TypeAdapter, ValidationError
 
-from vrg.bus.radio_settings import PERFECT_RADIO
-from vrg.config.files import MatchFile
-from vrg.config.machines import machine_problems, machines_of
-from vrg.config.radio import radio_problems
+from vrg.config.checks import (
+    machine_problems,
+    machines_of,
+    radio_problems,
+    sensor_problems,
+    sensors_of,
+    zone_problems,
+)
+from vrg.config.files import HERE, MatchFile, TeamTable
 from vrg.config.rules import rulebook_of
-from vrg.config.sensors import sensor_problems, sensors_of
-from vrg.config.setup import HERE, MatchSetup, PlayerSetup
-from vrg.config.zones import zone_problems
+from vrg.config.setup import MatchSetup, PlayerSetup
 from vrg.errors import ConfigError, Problem
 from vrg.errors import Path as Place
 from vrg.games import GAMES, STRATEGIES
+from vrg.games.game import Game
 from vrg.hal.backends import BACKENDS
 from vrg.hal.companions import Companion
 from vrg.hal.sim.config import check_setup
 from vrg.hal.sim.map import load_map
-from vrg.tables import located, problems_of
-from vrg.toml_text import lines_of, syntax_error_line, with_values
+from vrg.registry import expected_one_of
+from vrg.tables import Table, located, parsed, problems_of
+from vrg.toml_text import with_value
 
 T = TypeVar("T")
+M = TypeVar("M", bound=Table)
+
+_FILE = TypeAdapter(MatchFile)
+"""What checks the tables of a match file, and finds all mistakes in them at once."""
 
 
 def match_path(game_or_path: str) -> Path:
@@ -59,7 +68,7 @@ def read_match(path: Path) -> MatchFile:
         ConfigError: it cannot be read, or a field is unknown, missing or wrong.
     """
     try:
-        return MatchFile.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
+        return _FILE.validate_python(tomllib.loads(path.read_text(encoding="utf-8")))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, ValidationError) as error:
         raise ConfigError([f"{path}: cannot be read; `vrg check {path}` says more: {error}"]) from None
 
@@ -91,18 +100,15 @@ def check_match(text: str, path: Path, base: Path, **overrides: str | int | floa
     Raises:
         ConfigError: the text has problems. The error lists all of them, each with the file and the line.
     """
-    lines = lines_of(text)
-    text = with_values(text, {k: v for k, v in overrides.items() if v is not None})
-    try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ConfigError([Problem(f"not TOML: {error}", (), str(path), syntax_error_line(error))]) from None
+    data, original = parsed(text, path), text
+    for field, value in overrides.items():
+        if value is not None:
+            text = with_value(text, (field,), value)
+            data[field] = value
     checker = _Checker(base)
     setup = checker.check(data, text, str(path))
     if setup is None or checker.problems:
-        found = {located(problem, path, lines) for problem in checker.numbered(data)}
-        in_order: list[Problem] = sorted(found, key=_place_in_file)
-        raise ConfigError(in_order)
+        raise ConfigError(located(map(checker.numbered, checker.problems), path, original))
     return setup
 
 
@@ -134,7 +140,6 @@ def check_strategies(setup: MatchSetup, make: Callable[[MatchSetup, str], object
     Raises:
         ConfigError: a strategy cannot be made. The error lists all problems, each with the file and the line.
     """
-    lines = lines_of(setup.text)
     problems = []
     for player in setup.players:
         try:
@@ -142,13 +147,7 @@ def check_strategies(setup: MatchSetup, make: Callable[[MatchSetup, str], object
         except ConfigError as error:
             problems += [Problem(p.text, ("players", player.number, "strategy")) for p in error.problems]
     if problems:
-        raise ConfigError([located(problem, setup.origin, lines) for problem in problems])
-
-
-def _stand_in(name: str, table: Any) -> dict[str, Any]:
-    """A table without mistakes in place of that of a machine, so that others may refer to it."""
-    router = isinstance(table, dict) and table.get("router") is True
-    return {"router": router} if name == HERE else {"host": "unknown", "router": router}
+        raise ConfigError(located(problems, setup.origin, setup.text))
 
 
 class _Checker:
@@ -156,8 +155,10 @@ class _Checker:
 
     def __init__(self, base: Path) -> None:
         self._base = base
-        self._numbers: list[int] | None = None
-        """The numbers in the file of the players that are checked; None if they are all."""
+        self._numbers: Sequence[int] = ()
+        """The numbers in the file of the players that are checked."""
+        self._by_name: dict[str | int, int] = {}
+        """The same by the players' names."""
         self._companions_at: dict[str, str] = {}
         """The machine of each companion, by the companion's name."""
         self.problems: list[Problem] = []
@@ -165,94 +166,84 @@ class _Checker:
     def check(self, data: dict[str, Any], text: str, origin: str) -> MatchSetup | None:
         """Return the set-up, or None if it cannot be made. The problems are added to `problems`."""
         try:
-            file = MatchFile.model_validate(data)
+            file = _FILE.validate_python(data)
+            self._numbers = range(len(file.players))
         except ValidationError as error:
             self.problems += problems_of(error)
             # All that is left is checked too, so that a person is told everything at once.
-            rest = self._without_mistakes(data, [detail["loc"] for detail in error.errors()])
-            if rest is None:
-                if isinstance(data.get("rules"), dict):
-                    self._check_rules(str(data.get("game")), data["rules"])
+            try:
+                file = self._without_mistakes(data, [detail["loc"] for detail in error.errors()])
+            except ValidationError:
                 return None
-            file = rest
+        self._by_name = {player.name: number for player, number in zip(file.players, self._numbers, strict=True)}
+        names = None if self.problems else {player.name for player in file.players}
+        game = self._attempt(lambda: GAMES.get(file.game), "game")
+        if game is None:
+            return None
+        if data.get("players") == []:
+            self.problems.append(Problem("expected at least one of them, got none", ("players",)))
         # The problems of the rules are found first, so that a rule book is made only from good settings.
-        good_rules = self._check_rules(file.game, file.rules) if isinstance(data.get("rules"), dict) else False
+        good_rules = isinstance(data.get("rules"), dict) and self._check_rules(game, file.rules)
         companions = self._check_backends(file)
-        self.problems += radio_problems(file.radio, None if self._numbers else {p.name for p in file.players})
+        self.problems += radio_problems(file.radio, names)
         self.problems += sensor_problems(file.sensors)
-        self.problems += self._team_problems(file)
-        self.problems += machine_problems(file, [companion.name for companion in companions])
+        self._check_teams(game, file.teams)
+        self.problems += machine_problems(file, self._companions_at)
         machines, place = machines_of(file, self._companions_at)
-        players = [player for number in range(len(file.players)) if (player := self._player(file, number))]
+        players = [player for index in range(len(file.players)) if (player := self._player(game, file, index))]
         setup = MatchSetup(
-            text=text,
-            origin=origin,
-            base=str(self._base),
-            name=file.name,
-            game=file.game,
-            map=file.map if "/" not in file.map and not file.map.endswith(".toml") else str(self._base / file.map),
-            engine=file.engine,
-            seed=file.seed,
-            secret=file.secret,
-            rate=1.0 if any(player.physical for player in players) else file.rate,
-            wanted_rate=file.rate,
-            lasers=file.lasers,
-            noise=file.noise,
-            on_fault=file.on_fault,
-            planner=file.planner,
-            memory=file.memory,
-            wanted_seats=file.seats,
-            wanted_sandbox=file.sandbox,
-            rules=file.rules,
-            backends=file.backends,
-            players=players,
-            companions=companions,
-            radio=PERFECT_RADIO if file.radio is None else file.radio.settings,
-            sight=file.sight,
-            machines=machines,
-            place=place,
-            idle=[name for name in file.machines if name != HERE and name not in machines],
+            **structs.asdict(file)
+            | {
+                "text": text,
+                "origin": origin,
+                "base": str(self._base),
+                "map": str(self._base / file.map) if "/" in file.map or file.map.endswith(".toml") else file.map,
+                "rate": 1.0 if any(player.physical for player in players) else file.rate,
+                "wanted_rate": file.rate,
+                "players": players,
+                "companions": companions,
+                "machines": machines,
+                "place": place,
+                "idle": [name for name in file.machines if name != HERE and name not in machines],
+            }
         )
         self.problems += check_setup(setup.world)
         if not self.problems:
-            setup = replace(setup, obstacles=list(load_map(setup.map).obstacles))
+            setup = structs.replace(setup, obstacles=list(load_map(setup.map).obstacles))
         if good_rules and not self.problems:
             book = self._attempt(lambda: rulebook_of(setup))
             if book is not None:
                 self.problems += zone_problems(book, setup.world)
         return setup
 
-    def _without_mistakes(self, data: dict[str, Any], mistakes: Sequence[Place]) -> MatchFile | None:
-        """The match file without the fields and players that have mistakes, or None if too little is left."""
-        wrong = {place[0] for place in mistakes if place}
-        bad_players = {place[1] for place in mistakes if place[0] == "players" and len(place) > 1}
+    def _without_mistakes(self, data: dict[str, Any], mistakes: Sequence[Place]) -> MatchFile:
+        """The match file without the fields and players that have mistakes.
+
+        Raises:
+            ValidationError: too little is left.
+        """
+        wrong, bad = {place[0] for place in mistakes}, {place[:2] for place in mistakes}
         tables = data.get("players")
-        if wrong & {"game", "backends"} or ("players" in wrong and not bad_players) or not isinstance(tables, list):
-            return None
-        self._numbers = [number for number in range(len(tables)) if number not in bad_players]
+        # What can be said of players depends on their backends.
+        tables = tables if isinstance(tables, list) and "backends" not in wrong else []
+        self._numbers = [number for number in range(len(tables)) if ("players", number) not in bad]
         rest = {key: value for key, value in data.items() if key not in wrong}
         rest = {"name": "unnamed", "map": "open", "rules": {}, **rest, "players": [tables[n] for n in self._numbers]}
         if "machines" in wrong and isinstance(data["machines"], dict):
-            # A machine whose table has a mistake is still one that processes can be placed on.
-            bad = {place[1] for place in mistakes if place[0] == "machines" and len(place) > 1}
-            rest["machines"] = {
-                name: _stand_in(name, table) if name in bad else table for name, table in data["machines"].items()
-            }
-        try:
-            return MatchFile.model_validate(rest)
-        except ValidationError:
-            return None
+            # A machine whose table has a mistake is still one that others may refer to.
+            for name, table in data["machines"].items():
+                stand_in = {} if name == HERE else {"host": "unknown", "router": True}
+                rest.setdefault("machines", {})[name] = stand_in if ("machines", name) in bad else table
+        return _FILE.validate_python(rest)
 
-    def numbered(self, data: dict[str, Any]) -> list[Problem]:
-        """The problems, with the number of each player that a path names."""
-        players = data.get("players")
-        tables = players if isinstance(players, list) else []
-        numbers = {table.get("name"): number for number, table in enumerate(tables) if isinstance(table, dict)}
-        return [_numbered(problem, numbers) for problem in self.problems]
-
-    def _number(self, index: int) -> int:
-        """The number in the file of a player that is checked."""
-        return index if self._numbers is None else self._numbers[index]
+    def numbered(self, problem: Problem) -> Problem:
+        """The problem, with the number of a player in place of its name in the path; the name is then in the text."""
+        path = problem.path
+        if len(path) < 2 or path[0] != "players" or path[1] not in self._by_name:
+            return problem
+        name = str(path[1])
+        text = problem.text if name in problem.text else f"{name}: {problem.text}"
+        return Problem(text, ("players", self._by_name[name], *path[2:]), problem.file, problem.line)
 
     def _attempt(self, action: Callable[[], T], *where: str | int) -> T | None:
         """Return the action's result, or None after adding its problems to the list."""
@@ -262,26 +253,23 @@ class _Checker:
             self.problems += [p if p.path or p.file else Problem(p.text, where) for p in error.problems]
             return None
 
-    def _check_rules(self, game: str, rules: dict[str, Any]) -> bool:
-        if game not in GAMES:
-            return False
-        settings = self._attempt(lambda: GAMES.get(game).load_settings(), "game")
-        if settings is None:
-            return False
-        try:
-            settings.model_validate(rules)
-        except ValidationError as error:
-            self.problems += problems_of(error, ("rules",))
-            return False
-        return True
+    def _check_rules(self, game: Game, rules: dict[str, Any]) -> bool:
+        settings = self._attempt(game.load_settings, "game")
+        return settings is not None and self._table(settings, rules, ("rules",)) is not None
 
-    def _player(self, file: MatchFile, number: int) -> PlayerSetup | None:
-        entry = file.players[number]
-        number = self._number(number)
+    def _table(self, kind: type[M], table: dict[str, Any], where: Place) -> M | None:
+        """A table of the file after its check, or None after adding its problems to the list."""
+        try:
+            return kind.model_validate(table)
+        except ValidationError as error:
+            self.problems += problems_of(error, where)
+            return None
+
+    def _player(self, game: Game, file: MatchFile, index: int) -> PlayerSetup | None:
+        entry, number = file.players[index], self._numbers[index]
         where = ("players", number)
-        game = self._attempt(lambda: GAMES.get(file.game), "game")
         backend = self._attempt(lambda: BACKENDS.get(entry.backend), *where, "backend")
-        if game is None or backend is None:
+        if backend is None:
             return None
         role = game.role(entry.role)
         if role is None or entry.role not in game.start_roles:
@@ -292,50 +280,41 @@ class _Checker:
             self.problems.append(Problem("a virtual robot has none: leave it out", (*where, "localisation")))
         team = file.teams.get(role.team)
         strategy = entry.strategy or (team.strategy if team else None) or role.strategy or game.strategy
-        if entry.strategy is not None and (wrong := self._strategy_problem(entry.strategy)):
-            self.problems.append(Problem(wrong, (*where, "strategy")))
+        self._check_strategy(entry.strategy, where)
+        if entry.machine not in (machines := list(dict.fromkeys([HERE, *file.machines]))):
+            self.problems.append(Problem(expected_one_of(machines, entry.machine), (*where, "machine")))
+        if entry.name in self._companions_at:
+            text = f"{entry.name!r} is the name of another process of this match"
+            self.problems.append(Problem(text, (*where, "name")))
         sensors = self._attempt(lambda: sensors_of(file, entry, where))
         return PlayerSetup(
-            name=entry.name,
-            role=entry.role,
-            team=role.team,
-            model=entry.model,
-            backend=entry.backend,
-            physical=backend.physical,
-            localisation=entry.localisation,
-            pose=entry.pose,
-            strategy=strategy,
-            number=number,
-            sensors=sensors or {},
-            camera=entry.camera,
+            **structs.asdict(entry)
+            | {
+                "team": role.team,
+                "physical": backend.physical,
+                "strategy": strategy,
+                "number": number,
+                "sensors": sensors or {},
+            }
         )
 
-    def _team_problems(self, file: MatchFile) -> list[Problem]:
-        """What is wrong with the tables [teams.*]."""
-        if file.game not in GAMES:
-            return []
-        known = list(dict.fromkeys(role.team for role in GAMES.get(file.game).roles))
-        found = []
-        for name, team in file.teams.items():
-            where = ("teams", name)
-            if name not in known:
-                found.append(Problem(f"expected one of the teams {', '.join(known)}, got {name!r}", where))
-            elif team.strategy is not None and (wrong := self._strategy_problem(team.strategy)):
-                found.append(Problem(wrong, (*where, "strategy")))
-        return found
+    def _check_teams(self, game: Game, teams: Mapping[str, TeamTable]) -> None:
+        known = list(dict.fromkeys(role.team for role in game.roles))
+        for name, team in teams.items():
+            if name in known:
+                self._check_strategy(team.strategy, ("teams", name))
+            else:
+                text = f"expected one of the teams {', '.join(known)}, got {name!r}"
+                self.problems.append(Problem(text, ("teams", name)))
 
-    def _strategy_problem(self, strategy: str) -> str | None:
-        """Why there is no strategy of this name or at this place, or None."""
-        if ":" not in strategy:
-            return (
-                None
-                if strategy in STRATEGIES
-                else (f"{STRATEGIES.expected(strategy)}; or `module:Class`, or `file.py:Class`")
-            )
-        path = strategy.rpartition(":")[0]
+    def _check_strategy(self, strategy: str | None, where: Place) -> None:
+        """Check that there is a strategy of this name or a file at this place, for the table at `where`."""
+        path, colon, _ = (strategy or "").rpartition(":")
+        if strategy is not None and not colon and strategy not in STRATEGIES:
+            text = f"{STRATEGIES.expected(strategy)}; or `module:Class`, or `file.py:Class`"
+            self.problems.append(Problem(text, (*where, "strategy")))
         if path.endswith(".py") and not (self._base / path).is_file():
-            return f"{strategy}: no such file: {self._base / path}"
-        return None
+            self.problems.append(Problem(f"{strategy}: no such file: {self._base / path}", (*where, "strategy")))
 
     def _check_backends(self, file: MatchFile) -> list[Companion]:
         """Check the tables [backends.*] and return the companions of the players' robots.
@@ -344,7 +323,7 @@ class _Checker:
         """
         companions: list[Companion] = []
         for backend in sorted({player.backend for player in file.players} | set(file.backends)):
-            users = {self._number(i): p.name for i, p in enumerate(file.players) if p.backend == backend}
+            users = [player for player in file.players if player.backend == backend]
             where = ("backends", backend)
             kind = self._attempt(lambda: BACKENDS.get(backend), *where)  # noqa: B023 - called at once
             if kind is None:
@@ -354,24 +333,14 @@ class _Checker:
                     self.problems.append(Problem("this backend has no settings", where))
             elif backend not in file.backends:
                 text = f"expected a table [backends.{backend}], found none"
-                self.problems.append(Problem(text, ("players", min(users), "backend")))
-            else:
-                try:
-                    settings = kind.settings.model_validate(file.backends[backend])
-                except ValidationError as error:
-                    self.problems += problems_of(error, where)
-                    continue
-                found = settings.problems(list(users.values()), self._base)
+                number = self._numbers[file.players.index(users[0])]
+                self.problems.append(Problem(text, ("players", number, "backend")))
+            elif settings := self._table(kind.settings, file.backends[backend], where):
+                found = settings.problems([player.name for player in users], self._base)
                 self.problems += [Problem(text, where) for text in found]
-                machines = {player.name: player.machine for player in file.players}
-                for machine in dict.fromkeys(machines[name] for name in users.values() if not found):
-                    there = [name for name in users.values() if machines[name] == machine]
+                for machine in dict.fromkeys(player.machine for player in users if not found):
+                    there = [player.name for player in users if player.machine == machine]
                     companions += self._placed(settings.companions(there), machine, companions)
-        taken = {companion.name for companion in companions}
-        for index, player in enumerate(file.players):
-            if player.name in taken:
-                text = f"{player.name!r} is the name of another process of this match"
-                self.problems.append(Problem(text, ("players", self._number(index), "name")))
         return companions
 
     def _placed(self, wanted: Sequence[Companion], machine: str, others: Sequence[Companion]) -> list[Companion]:
@@ -380,17 +349,3 @@ class _Checker:
         named = [dataclasses.replace(c, name=f"{c.name}-{machine}") if c.name in taken else c for c in wanted]
         self._companions_at.update({companion.name: machine for companion in named})
         return named
-
-
-def _place_in_file(problem: Problem) -> tuple[int, str]:
-    return problem.line or 0, str(problem)
-
-
-def _numbered(problem: Problem, numbers: Mapping[object, int]) -> Problem:
-    """Replace a player's name in a problem's path by the player's number. The name is then in the text."""
-    path = problem.path
-    if len(path) < 2 or path[0] != "players" or path[1] not in numbers:
-        return problem
-    name = str(path[1])
-    text = problem.text if name in problem.text else f"{name}: {problem.text}"
-    return Problem(text, ("players", numbers[name], *path[2:]), problem.file, problem.line)

@@ -4,15 +4,15 @@ A process that is given a set-up needs neither the match file nor the code that 
 """
 
 import hashlib
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import msgspec
-from msgspec import Struct, structs
+from msgspec import structs
 
-from vrg.bus.radio_settings import PERFECT_RADIO, RadioSettings
 from vrg.bus.seats import Roster
 from vrg.bus.topics import Keys
+from vrg.config.files import HERE, Machine, MatchFile, PlayerEntry
 from vrg.errors import ConfigError, LaunchError
 from vrg.hal.companions import Companion
 from vrg.hal.models import RobotModel, robot_model
@@ -20,11 +20,6 @@ from vrg.hal.models.settings import with_settings
 from vrg.hal.sim.config import RobotSetup, WorldConfig
 from vrg.modules import module_in
 from vrg.regions import Region
-from vrg.types import Pose
-
-HERE = "here"
-"""The name of the machine where the match is launched."""
-
 
 RULES, NOISE = "rules", "noise"
 """The purposes of `MatchSetup.draw` that the referee and the world have."""
@@ -40,33 +35,22 @@ def radio_seed(player: str) -> str:
     return f"radio {player}"
 
 
-class PlayerSetup(Struct, frozen=True, kw_only=True):
-    """The set-up of one player.
+class PlayerSetup(PlayerEntry, frozen=True, kw_only=True):
+    """The set-up of one player: the table of the match file with what follows from the rest of the file.
 
     Args:
-        name: the player's name.
-        role: its role at the start. team: the team of that role.
-        model: the model of its robot. backend: the backend that drives its robot.
-        physical: True if its robot is a physical one. localisation: `odometry` or `feed`, see `vrg.hal.device.Device`.
-        pose: its pose at the start, in the map's frame.
+        team: the team of its role.
+        physical: True if its robot is a physical one.
         strategy: `module:Class`, `file.py:Class`, or the name of a registered strategy.
         number: its place among the players of the match file, from 0.
-        sensors: the numbers of its robot's sensors that are not those of the model.
-        camera: True if its robot's camera takes pictures all the time.
+        sensors: the numbers of its robot's sensors that are not those of the model, those of the match included.
     """
 
-    name: str
-    role: str
     team: str
-    model: str
-    backend: str
     physical: bool
-    localisation: str
-    pose: Pose
     strategy: str
     number: int
-    sensors: dict[str, dict[str, int | float]] = {}
-    camera: bool = False
+    sensors: dict[str, dict[str, int | float]]
 
     @property
     def robot(self) -> RobotModel:
@@ -79,26 +63,8 @@ class PlayerSetup(Struct, frozen=True, kw_only=True):
         return with_settings(model, {kind: own for kind, own in self.sensors.items() if kind in kinds})
 
 
-class Machine(Struct, frozen=True, kw_only=True):
-    """A machine on which processes of a match run; see `vrg.config.files.MachineTable`.
-
-    Args:
-        host: what `ssh` connects to; empty for the machine where the match is launched.
-        address: the address or name at which other machines reach it; None means the one that ssh has used.
-        vrg: the command `vrg` there. display: the display there for windows.
-        router: True if it has a further router. via: the machine whose further router it uses.
-    """
-
-    host: str
-    address: str | None = None
-    vrg: str = "vrg"
-    display: str | None = None
-    router: bool = False
-    via: str | None = None
-
-
-class MatchSetup(Struct, frozen=True, kw_only=True):
-    """The set-up of a match. Fields that are not listed here are those of `vrg.config.files.MatchFile`.
+class MatchSetup(MatchFile, frozen=True, kw_only=True):
+    """The set-up of a match: the match file with what follows from it.
 
     Args:
         text: the text of the match file, with the overrides. origin: the path of the file, for messages.
@@ -106,14 +72,6 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
         map: a map's name, or the path of its file. obstacles: the ground that its walls and obstacles cover, m.
         rate: match seconds per real second; 1 with any physical robot, whatever the file says.
         wanted_rate: the rate that the file says.
-        planner: the name of a registered planner, which may change how all players drive; None for none.
-        on_fault: what follows if a player fails for good: `disqualify` or `halt`.
-        memory: the most memory that a player's process may use, MB.
-        wanted_seats: what the file says of seats; None if it says nothing.
-        wanted_sandbox: what the file says of players' sandboxes; None if it says nothing.
-        rules: the game's own settings. backends: the settings of the backends that have any, by name.
-        radio: how the radio links between players are.
-        sight: how far a team sees from each of its robots, m; None if everybody sees everybody.
         companions: the processes that the players' robots need besides those of the players.
         machines: the machines that the match uses, by name. place: the machine of each process, by the process' name;
             what is missing runs where the match is launched.
@@ -127,33 +85,13 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
     text: str
     origin: str
     base: str
-    name: str
-    game: str
-    map: str
-    engine: str
-    seed: int
-    rate: float
     wanted_rate: float
-    lasers: bool
-    noise: bool
-    on_fault: str
-    planner: str | None = None
-    memory: int
-    rules: dict[str, Any]
-    backends: dict[str, dict[str, Any]]
-    players: list[PlayerSetup]
+    players: Sequence[PlayerSetup]
     companions: list[Companion]
-    obstacles: list[Region] = []
-    wanted_seats: bool | None = None
-    wanted_sandbox: bool | None = None
-    radio: RadioSettings = PERFECT_RADIO
-    sight: float | None = None
-    machines: dict[str, Machine] = {}
-    place: dict[str, str] = {}
-    idle: list[str] = []
+    obstacles: Sequence[Region] = ()
+    idle: Sequence[str] = ()
     developer: bool = False
-    secret: str = ""
-    drawn: dict[str, int] = {}
+    drawn: Mapping[str, int] = msgspec.field(default_factory=dict)
 
     def draw(self, purpose: str) -> int:
         """The seed of what is random for a purpose, from 0 to 2**63 - 1: a keyed hash of the seed and the purpose.
@@ -197,9 +135,9 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
         return Roster(self.name, teams, fed=fed, hosts=tuple(self.hosts), linked=linked)
 
     @property
-    def seats(self) -> bool:
+    def has_seats(self) -> bool:
         """Whether only processes with keys are let into the match."""
-        return bool(self.hosts) if self.wanted_seats is None else self.wanted_seats
+        return bool(self.hosts) if self.seats is None else self.seats
 
     def sandboxed(self, name: str, *, seats: bool) -> bool:
         """Whether the process of a player is sealed before the player's code is loaded.
@@ -210,8 +148,8 @@ class MatchSetup(Struct, frozen=True, kw_only=True):
         Raises:
             ConfigError: there is no such player.
         """
-        if self.wanted_sandbox is not None:
-            return self.wanted_sandbox
+        if self.sandbox is not None:
+            return self.sandbox
         path = self.player(name).strategy.rpartition(":")[0]
         return seats and (path.endswith(".py") or bool(path and module_in(Path(self.base), path.split(".")[0])))
 

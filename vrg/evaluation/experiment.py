@@ -15,13 +15,12 @@ from msgspec import Struct, structs
 import vrg
 from vrg import __version__
 from vrg.config.setup import MatchSetup
-from vrg.errors import ConfigError
 from vrg.errors import Path as Place
 from vrg.evaluation.contenders import Contender, teams_of, with_strategies
 from vrg.evaluation.games import Game, Pairing
 from vrg.games import STRATEGIES
 from vrg.launch.keeping import files_of
-from vrg.toml_text import with_value_in
+from vrg.toml_text import with_value
 
 FORMAT = 1
 
@@ -117,23 +116,17 @@ def written(setup: MatchSetup, strategies: dict[str, str], secret: str = "") -> 
     Args:
         strategies: the strategy of each team, with the whole path if it is that of a file.
         secret: of the match, where the file has none.
-
-    Raises:
-        ConfigError: the match file has players without a table of their own.
     """
     playing = with_strategies(setup, strategies)
     text = setup.text
     if secret and not setup.secret:
-        text = with_value_in(text, (), "secret", secret)
+        text = with_value(text, ("secret",), secret)
     chosen: dict[Place, str] = {("players", player.number): player.strategy for player in playing.players}
     # What the file says of a team may be a file that is not where the written match is.
     teams = tomllib.loads(text).get("teams", {})
     chosen |= {("teams", player.team): player.strategy for player in playing.players if player.team in teams}
     for table, strategy in chosen.items():
-        try:
-            text = with_value_in(text, table, "strategy", strategy)
-        except ValueError as error:
-            raise ConfigError([f"{setup.origin}: {error}"]) from None
+        text = with_value(text, (*table, "strategy"), strategy)
     return structs.replace(playing, text=text)
 
 

@@ -101,6 +101,7 @@ def play_branch(
         ConfigError: the player or the strategy does not exist.
         LaunchError: the match cannot be repeated, or this was broken off.
         JournalError: its evidence is damaged.
+        BrokenPipeError: `progress` has raised it.
     """
     end = last_instant(of)
     if not 0.0 <= change.time <= end:
@@ -124,7 +125,7 @@ def play_branch(
         write_setup(setup, folder.setup)
         write_whole(folder.branch, msgspec.json.encode(Branch(str(of.path.resolve()), changes)))
         state = _play(setup, of, folder, changes, progress, stop)
-    except (ConfigError, LaunchError):
+    except (ConfigError, LaunchError, BrokenPipeError):  # `progress` may write for a reader that has gone
         shutil.rmtree(folder.path, ignore_errors=True)
         raise
     except OSError as error:

@@ -8,7 +8,8 @@ from pathlib import Path
 import msgspec
 from msgspec import Struct
 
-from vrg.config.setup import HERE, MatchSetup
+from vrg.config.files import HERE
+from vrg.config.setup import MatchSetup
 from vrg.hal.backends import BACKENDS
 from vrg.launch.sandbox.seal import missing
 
@@ -41,7 +42,7 @@ def examine(setup: MatchSetup, match_file: Path, machine: str) -> list[Finding]:
     text = _last_lines(said.stdout if good else said.stderr).replace(f"{match_file}", match_file.name)
     found.append(Finding("match", good, text))
     here = [player.name for player in setup.players if setup.place.get(player.name, HERE) == machine]
-    sealed = [name for name in here if setup.sandboxed(name, seats=setup.seats)]
+    sealed = [name for name in here if setup.sandboxed(name, seats=setup.has_seats)]
     if sealed:
         lacking = missing()
         found.append(Finding("sandbox", lacking is None, lacking or f"the players {', '.join(sealed)} can be sealed"))

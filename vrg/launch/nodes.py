@@ -171,7 +171,7 @@ def player_node(
     driver = open_driver(player.backend, context)
     clock = REAL_CLOCK if medium is None else medium.clock
     device = Device(driver, keys, mailbox, start=player.pose, localisation=player.localisation, clock=clock)
-    radio = Radio(keys, mailbox, name, player.team, link_of(setup.radio, setup.draw(radio_seed(name))))
+    radio = Radio(keys, mailbox, name, player.team, link_of(setup.radio.settings, setup.draw(radio_seed(name))))
     return Player(mailbox, keys, device, strategy, team=player.team, radio=radio, obstacles=setup.obstacles)
 
 

@@ -4,7 +4,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vrg.bus.seats import Seat, seats_of_node
-from vrg.config.setup import HERE, MatchSetup
+from vrg.config.files import HERE
+from vrg.config.setup import MatchSetup
 from vrg.games import game_of
 from vrg.launch.child import arguments_of
 from vrg.launch.managed import ProcessSpec

@@ -10,7 +10,7 @@ from vrg.bus.messages import ProcessStatus
 from vrg.bus.session import Session, open_session
 from vrg.bus.stopping import StopSignal
 from vrg.bus.topics import Keys, router_alive
-from vrg.config.setup import HERE
+from vrg.config.files import HERE
 from vrg.errors import BusError, CredentialsError, LaunchError
 from vrg.launch.child import FAILED_FOR_GOOD, arguments_of, split_options
 from vrg.launch.events import NoNotes, Notes, What

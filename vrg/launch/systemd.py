@@ -10,7 +10,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from vrg.config.setup import HERE, MatchSetup
+from vrg.config.files import HERE
+from vrg.config.setup import MatchSetup
 from vrg.launch.keeping import files_of
 from vrg.launch.sandbox.excess import THREADS
 from vrg.launch.specs import WINDOW, further_router, placed, seats_at, window_of

@@ -27,6 +27,11 @@ class Banner:
     hint: str = ""
     brief: bool = False
 
+    @property
+    def text(self) -> str:
+        """The lines as one: news in a list, and everything else in sentences."""
+        return ("; " if self.brief else ". ").join(self.lines)
+
 
 def banners(scene: Scene) -> list[Banner]:
     """The banners of a scene, the gravest first."""

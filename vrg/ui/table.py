@@ -128,7 +128,7 @@ class TerminalTable(Node):
         # What hinders the match is told when it begins and with each status: its words change all the time.
         for banner in found:
             if status or banner.heading not in self._alarms:
-                self._line(": ".join([banner.heading, "; ".join(banner.lines)] if banner.lines else [banner.heading]))
+                self._line(": ".join([banner.heading, banner.text] if banner.lines else [banner.heading]))
         self._alarms = told
 
     def _line(self, text: str) -> None:
@@ -156,7 +156,7 @@ def table(scene: Scene, width: int = 120, height: int = 50) -> RenderableType:
     parts: list[RenderableType] = [_heading(scene)]
     for banner in banners(scene):
         text = Text(f" {banner.heading} ", style=f"bold {_hex(palette.ink_on(banner.colour))} on {_hex(banner.colour)}")
-        text.append("  " + "; ".join(banner.lines), style="not bold")
+        text.append("  " + banner.text, style="not bold")
         parts.append(text)
     inside = max(1, width - 4)
     room = height - 2 - sum(_height(part, inside) for part in parts)

@@ -83,13 +83,13 @@ def test_who_the_player_is() -> None:
         ({}, "Play Round   0:01.0", Level.CALM),
         ({"game": "roboflag", "score": {"red": 2, "blue": 1}}, "Play Round   0:01.0   Red 2   Blue 1", Level.CALM),
         (
-            {"halted": "a foul", "way_out": "an official continues"},
-            "HALT: a foul; an official continues",
+            {"halted": "a foul", "way_out": "The key C continues"},
+            "HALT: a foul. The key C continues",
             Level.CAUTION,
         ),
         ({"estop": True}, "EMERGENCY STOP", Level.ALARM),
         ({"live": False}, "NO CLOCK: No clock from the world: what you see is old, robots stop.", Level.ALARM),
-        ({"stage": m.Stage.GAME_OVER}, "GAME OVER: No winner; Team 0", Level.GOOD),
+        ({"stage": m.Stage.GAME_OVER}, "GAME OVER: No winner. Team 0", Level.GOOD),
         ({"stage": m.Stage.INITIALIZE, "waiting": ["ann is late"]}, "Waiting for: ann is late", Level.CALM),
     ],
 )

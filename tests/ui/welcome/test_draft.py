@@ -86,11 +86,19 @@ def test_a_file_that_is_no_toml_is_one_problem_with_its_line() -> None:
     assert Draft("b =\n", Path.cwd()).players == ()
 
 
-def test_players_in_one_line_are_left_to_a_text_editor() -> None:
-    draft = Draft('players = [{name = "a", x = 1.0}]', Path.cwd())
-    assert draft.players[0].name == "a"
-    with pytest.raises(ValueError, match="a header of its own"):
-        draft.set("x", "2", 0)
+def test_players_in_one_line_can_be_changed_too() -> None:
+    draft = Draft('players = [{name = "a", x = 1.0}]  # all', Path.cwd())
+    changed = draft.set("x", "2", 0).add(draft.players[0])
+    assert [(player.name, changed.shown("x", number)) for number, player in enumerate(changed.players)] == [
+        ("a", "2"),
+        ("a", "0"),
+    ]
+    assert changed.remove(0).text.endswith("# all")
+
+
+def test_a_player_that_is_no_table_is_left_to_a_text_editor() -> None:
+    with pytest.raises(ValueError, match=r"expected a table players\.0, got 'a'"):
+        Draft('players = ["a", {name = "b"}]', Path.cwd()).set("x", "2", 0)
 
 
 @pytest.mark.parametrize(

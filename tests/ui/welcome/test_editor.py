@@ -287,8 +287,8 @@ def test_nobody_is_asked_where_nothing_has_changed(editor: Editor) -> None:
     assert editor.left
 
 
-def test_players_in_one_line_are_left_to_a_text_editor(tmp_path: Path) -> None:
-    draft = Draft('game = "hud"\nplayers = [{name = "a", role = "player", x = 1.0, y = 0.0}]\n', tmp_path)
+def test_a_player_that_is_no_table_is_left_to_a_text_editor(tmp_path: Path) -> None:
+    draft = Draft('game = "hud"\nplayers = ["a", {role = "player", x = 1.0, y = 0.0}]\n', tmp_path)
     editor = Editor(draft, Choices(), CHECK, save_draft)
     editor.go(Cell("x", 0))
     typed(editor, "2")

@@ -15,7 +15,7 @@ from vrg.hal.can.link import SERIAL, AdapterValue, Link, known_interface
 from vrg.hal.can.protocols import PROTOCOLS, Protocol
 from vrg.hal.companions import Companion
 from vrg.hal.settings import BackendSettings
-from vrg.tables import Table, known_in, problems_of
+from vrg.tables import Table, problems_of
 
 if TYPE_CHECKING:
     from vrg.hal.can.workshop.simulation import Simulation
@@ -69,7 +69,7 @@ class RobotWiring(Table):
     @field_validator("protocol")
     @classmethod
     def _protocol(cls, value: str | None) -> str | None:
-        return value if value is None else known_in(value, PROTOCOLS)
+        return value if value is None else PROTOCOLS.known(value)
 
     # One validator for each field, so that all mistakes are told at once; what is wrong itself is not in `info.data`.
     @field_validator("axes")
@@ -168,7 +168,7 @@ class CanSettings(BackendSettings):
     @field_validator("protocol")
     @classmethod
     def _protocol(cls, value: str) -> str:
-        return known_in(value, PROTOCOLS)
+        return PROTOCOLS.known(value)
 
     @model_validator(mode="after")
     def _nodes(self) -> "CanSettings":

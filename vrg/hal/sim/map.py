@@ -19,7 +19,6 @@ radius = 0.25
 """
 
 import math
-import tomllib
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -29,12 +28,11 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field, ValidationError, model_validator
 
-from vrg.errors import ConfigError, Problem
+from vrg.errors import ConfigError
 from vrg.hal.sim.maps import MAPS
 from vrg.hal.sim.shapes import Box, box_corners, box_edges, boxes_touch, circle_touches
 from vrg.regions import Circle, Polygon, Region
-from vrg.tables import RegionSetting, Table, located, problems_of
-from vrg.toml_text import lines_of, syntax_error_line
+from vrg.tables import RegionSetting, Table, located, parsed, problems_of
 from vrg.types import Pose
 
 WALL_HEIGHT = 1.0
@@ -157,12 +155,9 @@ def load_map(name_or_path: str | Path) -> Map:
 
 def _parse(text: str, file: str) -> Map:
     try:
-        entry = _MapFile.model_validate(tomllib.loads(text))
-    except tomllib.TOMLDecodeError as error:
-        raise ConfigError([Problem(f"expected TOML: {error}", (), file, syntax_error_line(error))]) from None
+        entry = _MapFile.model_validate(parsed(text, file))
     except ValidationError as error:
-        lines = lines_of(text)
-        raise ConfigError([located(problem, file, lines) for problem in problems_of(error)]) from None
+        raise ConfigError(located(problems_of(error), file, text)) from None
     boxes = [box for wall in entry.wall for box in wall.boxes()]
     boxes += [Box(b.x, b.y, math.radians(b.heading), b.length, b.width) for b in entry.box]
     return Map(

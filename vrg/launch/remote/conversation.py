@@ -8,7 +8,7 @@ from functools import singledispatchmethod
 
 from vrg import __version__
 from vrg.bus.messages import ProcessStatus
-from vrg.config.setup import Machine
+from vrg.config.files import Machine
 from vrg.errors import LaunchError, MessageError
 from vrg.launch.events import Notes
 from vrg.launch.findings import Finding

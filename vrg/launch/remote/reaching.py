@@ -7,7 +7,8 @@ from pathlib import Path
 from vrg.bus.credentials import find_credentials
 from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.stopping import StopSignal
-from vrg.config.setup import HERE, Machine, MatchSetup
+from vrg.config.files import HERE, Machine
+from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError
 from vrg.launch.endpoints import free_endpoint
 from vrg.launch.events import NoNotes, Notes

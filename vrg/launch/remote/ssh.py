@@ -10,7 +10,7 @@ import shlex
 import subprocess
 from pathlib import Path
 
-from vrg.config.setup import Machine
+from vrg.config.files import Machine
 from vrg.errors import LaunchError
 from vrg.launch.remote.channel import Channel
 from vrg.launch.remote.wire import BANNER, Frames, ToLauncher

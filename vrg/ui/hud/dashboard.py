@@ -107,7 +107,7 @@ def alert(board: Dashboard) -> Line:
     for banner in banners(scene):
         level = Level.CALM if banner.brief else Level.ALARM if scene.estop or not scene.live else Level.CAUTION
         over = scene.stage is Stage.GAME_OVER and level is Level.CAUTION
-        told = ": ".join(text for text in (banner.heading, "; ".join(banner.lines)) if text)
+        told = ": ".join(text for text in (banner.heading, banner.text) if text)
         return Line("", told, Level.GOOD if over else level)
     if scene.stage is None:
         return Line("", words.WAITING)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from vrg.games import game_of
-from vrg.toml_text import TomlValue, with_item, with_value_in, with_values, without_item, without_value_in
+from vrg.toml_text import TomlValue, with_item, with_value, without
 from vrg.types import Pose
 
 SETTINGS: Final = ("name", "game", "map", "engine", "seed")
@@ -124,22 +124,22 @@ class Draft:
         What should be a number and is none is kept as it was typed, so that the check of the file can tell of it.
 
         Raises:
-            ValueError: the file has its players in a form that only a text editor can change.
+            ValueError: the field belongs to a player that is no table, or the file is no TOML.
         """
         typed = typed.strip()
         if typed == self.shown(name, player):
             return self
         where = () if player is None else ("players", player)
         if not typed and (name in DEFAULTS or name in ("strategy", "heading")):
-            return replace(self, text=without_value_in(self.text, where, name))
-        return replace(self, text=with_value_in(self.text, where, name, _value(name, typed)))
+            return replace(self, text=without(self.text, (*where, name)))
+        return replace(self, text=with_value(self.text, (*where, name), _value(name, typed)))
 
     def place(self, player: int, pose: Pose) -> "Draft":
         """Return the draft with a player's robot at a pose, to the centimetre and a tenth of a degree."""
         draft = self
         for name, value in _numbers(pose).items():
             if draft.shown(name, player) != _shown(value):
-                draft = replace(draft, text=with_value_in(draft.text, ("players", player), name, value))
+                draft = replace(draft, text=with_value(draft.text, ("players", player, name), value))
         return draft
 
     def add(self, entry: Entry) -> "Draft":
@@ -152,16 +152,12 @@ class Draft:
         return replace(self, text=with_item(self.text, "players", item | _numbers(entry.pose or Pose(0.0, 0.0, 0.0))))
 
     def remove(self, player: int) -> "Draft":
-        """Return the draft without a player.
-
-        Raises:
-            ValueError: the file has its players in a form that only a text editor can change.
-        """
-        return replace(self, text=without_item(self.text, ("players", player)))
+        """Return the draft without a player."""
+        return replace(self, text=without(self.text, ("players", player)))
 
     def named(self, name: str, file: Path) -> "Draft":
         """Return the draft as it is saved under another name."""
-        return replace(self, text=with_values(self.text, {"name": name}), file=file)
+        return replace(self, text=with_value(self.text, ("name",), name), file=file)
 
     def free_name(self, role: str) -> str:
         """A name that no player has yet, like those of the players in the same role: `minnow4` after `minnow3`."""
