@@ -1,5 +1,6 @@
 """Match files: one TOML file describes a match, and all its problems are reported at once.
 
-`files` has the tables as people write them, and `loading` reads and checks them. The result is in `setup`: the set-up
-from which every process of a match is made, without the code that checks match files.
+`files` declares the tables as people write them; `loading`, with `checks`, reads and checks them. The result is the
+set-up of the match in `setup`: the file with what follows from it. Every process of a match is made from it, without
+the code that checks match files.
 """
