@@ -34,7 +34,7 @@ class Mended(Strategy):
 
 def match_text(folder: Path) -> str:
     """The long match of three minnows, and a row of broken ones."""
-    text = long_match("faults").replace("seed = 5", "seed = 5\nmemory = 300")
+    text = long_match("faults").replace("seed = 5", "seed = 5\nmemory = 300\nsandbox = false")
     for number, (name, (kind, _)) in enumerate(CULPRITS.items()):
         text += (
             f'\n[[players]]\nname = "{name}"\nrole = "minnow"\nx = {-20 + 3 * number}\ny = 92.0\nheading = -90.0\n'

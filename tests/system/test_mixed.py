@@ -40,7 +40,9 @@ def mixed_match(folder: Path) -> str:
         folder: that of the strategy of bob, which can be made to hang.
     """
     text = match_text("mixed-long", length=190.0, width=60.0, zone=6.0, wiring=WIRING)
-    return 'on_fault = "halt"\n' + text.replace('name = "bob"', f'name = "bob"\nstrategy = "{folder}/stuck.py:Stuck"')
+    return 'sandbox = false\non_fault = "halt"\n' + text.replace(
+        'name = "bob"', f'name = "bob"\nstrategy = "{folder}/stuck.py:Stuck"'
+    )
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -35,7 +35,7 @@ if HERE.with_name("blocks").exists():
 def with_strategy(text: str, folder: Path, code: str) -> str:
     """A match in which bob plays by this code."""
     (folder / "mine.py").write_text(code)
-    return text.replace('name = "bob"', f'name = "bob"\nstrategy = "{folder}/mine.py:Player"')
+    return "sandbox = false\n" + text.replace('name = "bob"', f'name = "bob"\nstrategy = "{folder}/mine.py:Player"')
 
 
 @pytest.fixture

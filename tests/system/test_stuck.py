@@ -13,7 +13,9 @@ pytestmark = pytest.mark.system
 
 def test_a_player_in_an_endless_loop_is_stopped_and_started_again(start: Callable[..., Match], tmp_path: Path) -> None:
     (tmp_path / "stuck.py").write_text(STUCK_ONCE)
-    text = patient(long_match("stuck")).replace('name = "bob"', f'name = "bob"\nstrategy = "{tmp_path}/stuck.py:Stuck"')
+    text = "sandbox = false\n" + patient(long_match("stuck")).replace(
+        'name = "bob"', f'name = "bob"\nstrategy = "{tmp_path}/stuck.py:Stuck"'
+    )
     match = start(text)
     observer = match.observer
     old = match.child("bob")

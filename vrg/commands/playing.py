@@ -27,6 +27,7 @@ from vrg.launch.fork_server import ForkServer
 from vrg.launch.keeping import keep, keep_layout
 from vrg.launch.result import conclusion, ended_of, plot, summary, write_result
 from vrg.launch.run_folder import RunFolder
+from vrg.launch.serving import is_sealed
 from vrg.launch.specs import WINDOW, window_of
 from vrg.ui.table import TerminalTable
 
@@ -124,6 +125,8 @@ def play_match(
     )
     if setup.rate != setup.wanted_rate:
         console.print(f"rate {setup.rate:g}, not {setup.wanted_rate:g}: {', '.join(setup.physical)} cannot be hurried")
+    secured = not wish.in_process and (wish.keys is not None or (setup.has_seats if wish.seats is None else wish.seats))
+    _warn_of_unsealed(setup, console, seats=secured, in_process=wish.in_process)
     state: RefereeState | None
     with stop_on_signals() as stop:
         server.stop = stop
@@ -131,12 +134,21 @@ def play_match(
             setup = setup if wish.paced else setup.at_rate(0.0)
             state, failure = _play_in_process(setup, folder, show, stop, paced=wish.paced)
         else:
-            secured = wish.keys is not None or (setup.has_seats if wish.seats is None else wish.seats)
             security = Security(wanted=secured, given=wish.keys)
             state, failure = play_processes(setup, folder, show, stop, server, security)
     _conclude(setup, folder, show, state, interrupted=stop.is_set(), failure=failure)
     if failure is not None:
         raise failure
+
+
+def _warn_of_unsealed(setup: MatchSetup, console: Console, *, seats: bool, in_process: bool) -> None:
+    """Tell whose code can do all that the user of `vrg play` can."""
+    files = [player.name for player in setup.players if setup.strategy_file(player.name) is not None]
+    names = [name for name in files if in_process or not is_sealed(setup, name, seats=seats)]
+    if names:
+        whose = ", ".join(names) if len(names) < 5 else f"{len(names)} players"
+        how = "leave --in-process out and add --sandbox" if in_process else "--sandbox seals it"
+        console.print(f"[yellow]the code of {escape(whose)} can do all that you can: {how}[/yellow]", soft_wrap=True)
 
 
 def _for_developers(setup: MatchSetup) -> MatchSetup:

@@ -4,6 +4,7 @@ A process that is given a set-up needs neither the match file nor the code that 
 """
 
 import hashlib
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -142,6 +143,9 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
     def sandboxed(self, name: str, *, seats: bool) -> bool:
         """Whether the process of a player is sealed before the player's code is loaded.
 
+        By default it is if its strategy is a file, and the match has seats or the file is a stranger's: it lies outside
+        the folder of the match file, or belongs to another user.
+
         Args:
             seats: True if the match is played with seats.
 
@@ -150,8 +154,26 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
         """
         if self.sandbox is not None:
             return self.sandbox
-        path = self.player(name).strategy.rpartition(":")[0]
-        return seats and (path.endswith(".py") or bool(path and module_in(Path(self.base), path.split(".")[0])))
+        file = self.strategy_file(name)
+        return file is not None and (seats or self._is_strangers(file))
+
+    def strategy_file(self, name: str) -> Path | None:
+        """The file or the package of a player's strategy; None if that comes with an installed package.
+
+        Raises:
+            ConfigError: there is no such player.
+        """
+        base, path = Path(self.base).resolve(), self.player(name).strategy.rpartition(":")[0]
+        if path.endswith(".py"):
+            return (base / path).resolve()
+        found = module_in(base, path.split(".")[0]) if path else None
+        return None if found is None else found.resolve()
+
+    def _is_strangers(self, file: Path) -> bool:
+        try:
+            return not file.is_relative_to(Path(self.base).resolve()) or file.stat().st_uid != os.geteuid()
+        except OSError:
+            return True
 
     @property
     def physical(self) -> list[str]:

@@ -78,7 +78,7 @@ def serve(
         # Where no launcher has drawn one; nothing that these two draw is the same.
         setup = setup.with_secret(folder.secret())
     credentials = None if keys is None else find_credentials(keys, seats_of_node(kind, name))
-    sealed = kind == "player" and setup.sandboxed(name, seats=keys is not None)
+    sealed = kind == "player" and is_sealed(setup, name, seats=keys is not None)
     if sealed:
         # Threads that run already would stay as they are, so this comes before there are any.
         folder.prepare()
@@ -145,6 +145,21 @@ def _shown(
         return view, lambda: view.closed
     window = nodes.spectator_node(setup, name or f"window-{os.getpid()}", run, official=official)
     return window, lambda: window.closed
+
+
+def is_sealed(setup: MatchSetup, name: str, *, seats: bool) -> bool:
+    """Whether the process of a player is sealed on this machine.
+
+    One that cannot refuses where the match file wants it or the match has seats; the default for strangers' files is
+    only for machines that can.
+
+    Raises:
+        ConfigError: there is no such player.
+    """
+    from vrg.launch.sandbox.seal import missing  # noqa: PLC0415 - most matches have no sandboxes
+
+    wanted = setup.sandboxed(name, seats=seats)
+    return wanted and (seats or bool(setup.sandbox) or missing() is None)
 
 
 def _seal(setup: MatchSetup, name: str, router: str, folder: RunFolder, credentials: Credentials | None) -> None:

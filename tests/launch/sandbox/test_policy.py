@@ -1,5 +1,6 @@
 """What a player's process may reach, by its match."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -128,6 +129,17 @@ def test_players_are_sealed_by_default_if_their_strategy_is_a_file_of_a_match_wi
     assert not match.sandboxed("ann", seats=False)
     built_in = match.substituted("ann", "sharks-and-minnows")
     assert not built_in.sandboxed("ann", seats=True)
+
+
+def test_a_strangers_file_is_sealed_without_seats_too(
+    match: MatchSetup, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    elsewhere = tmp_path_factory.mktemp("elsewhere") / "new.py"
+    elsewhere.touch()
+    assert match.substituted("ann", f"{elsewhere}:S").sandboxed("ann", seats=False), "outside the match's folder"
+    monkeypatch.setattr(os, "geteuid", lambda: 12345)
+    assert match.sandboxed("ann", seats=False), "of another user"
+    assert not match.substituted("ann", "sharks-and-minnows").sandboxed("ann", seats=False)
 
 
 @pytest.mark.parametrize("wanted", [True, False])

@@ -12,7 +12,6 @@ from vrg.launch.code_files import imported
 from vrg.launch.endpoints import port_of
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.sandbox.policy import Access, Policy, files
-from vrg.modules import module_in
 
 
 def policy_of(setup: MatchSetup, name: str, *, router: str | None, run: RunFolder, seat: Path | None) -> Policy:
@@ -29,7 +28,7 @@ def policy_of(setup: MatchSetup, name: str, *, router: str | None, run: RunFolde
     """
     player = setup.player(name)
     base = Path(setup.base).resolve()
-    code = strategy_file(player, base)
+    code = setup.strategy_file(name)
     theirs = _of_others(setup, player)
     own = [path for path in ([code, *imported(code)] if code is not None else []) if path not in theirs]
     folder = run.of_player(name).resolve()
@@ -68,28 +67,14 @@ def policy_of(setup: MatchSetup, name: str, *, router: str | None, run: RunFolde
     )
 
 
-def strategy_file(player: PlayerSetup, base: Path) -> Path | None:
-    """The file or the package of a player's strategy; None if it is none of the match's own.
-
-    Args:
-        base: the folder that relative paths in the match file start from.
-    """
-    path = player.strategy.rpartition(":")[0]
-    if path.endswith(".py"):
-        return (base / path).resolve()
-    found = module_in(base, path.split(".")[0]) if path else None
-    return None if found is None else found.resolve()
-
-
 def _of_others(setup: MatchSetup, player: PlayerSetup) -> set[Path]:
     """The strategies of other teams, and what only they import: to import it oneself is not enough to read it.
 
     A module that both import is taken to be shared.
     """
-    base = Path(setup.base).resolve()
     teams: dict[Path, set[str]] = {}
     for other in setup.players:
-        if (code := strategy_file(other, base)) is not None:
+        if (code := setup.strategy_file(other.name)) is not None:
             teams.setdefault(code, set()).add(other.team)
     parts = {code: {code, *imported(code)} for code in teams}
     own = {code for code, players in teams.items() if player.team in players}
