@@ -13,15 +13,16 @@ from typer.testing import CliRunner
 from tests.system.harness import wait_until
 from tests.test_machines import load
 from vrg.cli import make_app
+from vrg.commands.options import web_address
 from vrg.commands.page import open_page, print_links
-from vrg.commands.play import web_address
+from vrg.config.files import WEB
 from vrg.errors import LaunchError
 from vrg.launch import child, managed
 from vrg.launch.child import split_options, title
 from vrg.launch.endpoints import free_port
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.managed import ManagedProcess, ProcessSpec
-from vrg.launch.specs import WEB, placed, specs
+from vrg.launch.specs import placed, specs
 from vrg.ui.web.admission import admission, read_admission
 
 

@@ -7,11 +7,11 @@ from typer.testing import CliRunner
 
 from vrg.bus.seats import Seat, SeatKind
 from vrg.cli import make_app
-from vrg.config.files import HERE
+from vrg.config.files import HERE, WINDOW
 from vrg.config.loading import load_match, match_path
 from vrg.config.setup import read_setup, write_setup
 from vrg.launch import nodes
-from vrg.launch.specs import WINDOW, seats_at, specs, window_of
+from vrg.launch.specs import seats_at, specs, window_of
 
 
 def test_it_is_the_window_of_a_match_that_is_played_with_it(tmp_path: Path) -> None:

@@ -12,12 +12,12 @@ os.environ["SDL_VIDEODRIVER"] = "dummy"
 
 from vrg.bus.lockstep import Lockstep
 from vrg.bus.seats import Seat, SeatKind
-from vrg.config.files import HERE
+from vrg.config.files import HERE, WINDOW
 from vrg.config.loading import load_match, match_path
 from vrg.games.hud.helm import Wish
 from vrg.launch import nodes
 from vrg.launch.run_folder import RunFolder
-from vrg.launch.specs import WINDOW, seats_at, specs, window_of
+from vrg.launch.specs import seats_at, specs, window_of
 from vrg.launch.systemd import Installation, units
 from vrg.types import Pose
 from vrg.ui.hud.node import Hud

@@ -42,7 +42,7 @@ def live_address(typed: str | None) -> str:
     Raises:
         typer.BadParameter: it is no address. LaunchError: no port is free there, or the SDK is not installed.
     """
-    from vrg.commands.play import web_address
+    from vrg.commands.options import web_address
     from vrg.launch.endpoints import free_port
     from vrg.recording.live import PORT
 

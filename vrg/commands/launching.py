@@ -22,7 +22,7 @@ from vrg.bus.session import DEFAULT_ENDPOINT, Session, open_session
 from vrg.bus.stopping import Stop
 from vrg.commands.foxglove import told
 from vrg.commands.page import print_links
-from vrg.config.files import HERE
+from vrg.config.files import HERE, LIVE, WEB
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError
 from vrg.launch.endpoints import host_of, port_of
@@ -35,7 +35,7 @@ from vrg.launch.remote.reaching import hand_out_keys, reach, remote_hosts, route
 from vrg.launch.remote.remote_host import RemoteHost
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.seats import LAUNCHER
-from vrg.launch.specs import LIVE, WEB, specs
+from vrg.launch.specs import specs
 from vrg.launch.supervisor import Supervisor
 from vrg.types import printable
 from vrg.ui.table import TerminalTable

@@ -144,3 +144,23 @@ def whole_target(strategy: str) -> str:
     path, colon, name = strategy.rpartition(":")
     file = path if path.endswith(".py") else f"{path}.py"
     return f"{Path(file).resolve()}{colon}{name}" if colon and Path(file).is_file() else strategy
+
+
+def web_address(typed: str | None, option: str = "--at") -> tuple[str, int | None]:
+    """The address and the port at which something is served; None for a port that was not typed.
+
+    Args:
+        typed: such as `0.0.0.0:8080`, `192.168.1.5` or `[::1]:8080`; None for this machine only.
+        option: the option with which it was typed.
+
+    Raises:
+        typer.BadParameter: it is none of these.
+    """
+    from vrg.ui.web.admission import DEFAULT_HOST
+
+    if typed is None:
+        return DEFAULT_HOST, None
+    host, colon, port = typed.rpartition(":") if typed.count(":") == 1 or "]:" in typed else (typed, "", "")
+    if not host.strip("[]") or (colon and not (port.isdecimal() and 0 < int(port) < 65536)):
+        raise typer.BadParameter(f"expected an address such as 0.0.0.0:8080, got {typed!r}", param_hint=option)
+    return host.strip("[]"), int(port) if colon else None

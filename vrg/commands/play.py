@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from vrg.commands.options import KeysOption, MatchArgument, RunsOption
+from vrg.commands.options import KeysOption, MatchArgument, RunsOption, web_address
 from vrg.launch.fork_server import fork_server
 
 
@@ -156,23 +156,3 @@ def rate_of(rate: str | None, one_process: bool) -> float | None:
     if not 0.1 <= value <= 100:
         raise typer.BadParameter(f"expected 0.1 to 100 or max, got {rate!r}", param_hint="--rate")
     return value
-
-
-def web_address(typed: str | None, option: str = "--at") -> tuple[str, int | None]:
-    """The address and the port at which something is served; None for a port that was not typed.
-
-    Args:
-        typed: such as `0.0.0.0:8080`, `192.168.1.5` or `[::1]:8080`; None for this machine only.
-        option: the option with which it was typed.
-
-    Raises:
-        typer.BadParameter: it is none of these.
-    """
-    from vrg.ui.web.admission import DEFAULT_HOST
-
-    if typed is None:
-        return DEFAULT_HOST, None
-    host, colon, port = typed.rpartition(":") if typed.count(":") == 1 or "]:" in typed else (typed, "", "")
-    if not host.strip("[]") or (colon and not (port.isdecimal() and 0 < int(port) < 65536)):
-        raise typer.BadParameter(f"expected an address such as 0.0.0.0:8080, got {typed!r}", param_hint=option)
-    return host.strip("[]"), int(port) if colon else None

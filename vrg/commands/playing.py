@@ -19,6 +19,7 @@ from vrg.commands.launching import Security, Show, play_processes
 from vrg.commands.options import has_display
 from vrg.commands.page import open_page
 from vrg.commands.plan import print_plan
+from vrg.config.files import WINDOW
 from vrg.config.loading import check_strategies, load_match, match_path
 from vrg.config.setup import MatchSetup, write_setup
 from vrg.errors import ConfigError, LaunchError
@@ -28,7 +29,7 @@ from vrg.launch.keeping import keep, keep_layout
 from vrg.launch.result import conclusion, ended_of, plot, summary, write_result
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.serving import is_sealed
-from vrg.launch.specs import WINDOW, window_of
+from vrg.launch.specs import window_of
 from vrg.ui.table import TerminalTable
 
 

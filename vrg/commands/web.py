@@ -13,8 +13,7 @@ from vrg.bus.session import open_session
 from vrg.bus.topics import Keys
 from vrg.commands.attaching import SetupArgument, attached
 from vrg.commands.commander import first_state
-from vrg.commands.options import EndpointOption, KeysOption, NameOption, credentials_for
-from vrg.commands.play import web_address
+from vrg.commands.options import EndpointOption, KeysOption, NameOption, credentials_for, web_address
 
 
 def web(

@@ -24,6 +24,7 @@ from vrg.bus.process import PULSE_PERIOD
 from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import Session, open_session
 from vrg.bus.stopping import StopSignal
+from vrg.config.files import WINDOW
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError
 from vrg.launch.events import What
@@ -32,7 +33,6 @@ from vrg.launch.listening import Listening
 from vrg.launch.run_folder import RunFolder, write_json
 from vrg.launch.running import RunningMatch, registered
 from vrg.launch.seats import LAUNCHER, Seats
-from vrg.launch.specs import WINDOW
 
 LINGER = 1.0
 """The real time in s that all processes go on after the game is over, so that everybody hears how it ended."""

@@ -198,7 +198,7 @@ def live_node(setup: MatchSetup, address: str) -> "LiveRecorder":
     Raises:
         LaunchError: Foxglove's SDK is not installed.
     """
-    from vrg.launch.specs import LIVE
+    from vrg.config.files import LIVE
     from vrg.recording.live import LiveRecorder, LiveServer
 
     host, _, port = address.rpartition(":")
@@ -291,7 +291,7 @@ def web_node(setup: MatchSetup, admission: str) -> "WebNode":
     Raises:
         ValueError: the admission cannot be read.
     """
-    from vrg.launch.specs import WEB
+    from vrg.config.files import WEB
     from vrg.ui.web.admission import read_admission
     from vrg.ui.web.node import WebNode
     from vrg.ui.web.server import WebServer

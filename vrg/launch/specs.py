@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vrg.bus.seats import Seat, seats_of_node
-from vrg.config.files import HERE
+from vrg.config.files import HERE, LIVE, WEB, WINDOW
 from vrg.config.setup import MatchSetup
 from vrg.games import game_of
 from vrg.launch.child import arguments_of
@@ -12,13 +12,6 @@ from vrg.launch.managed import ProcessSpec
 
 if TYPE_CHECKING:
     from vrg.ui.web.admission import Admission
-
-WINDOW = "spectator"
-"""The name of the process of the window that shows a match."""
-LIVE = "foxglove"
-"""The name of the process that Foxglove connects to. It runs where the match is launched."""
-WEB = "web"
-"""The name of the process that serves the page. It runs where the match is launched, which prints its links."""
 
 
 def placed(setup: MatchSetup, *, window: bool, record: bool, web: bool = False) -> dict[str, str]:

@@ -10,11 +10,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from vrg.config.files import HERE
+from vrg.config.files import HERE, WINDOW
 from vrg.config.setup import MatchSetup
 from vrg.launch.keeping import files_of
 from vrg.launch.sandbox.excess import THREADS
-from vrg.launch.specs import WINDOW, further_router, placed, seats_at, window_of
+from vrg.launch.specs import further_router, placed, seats_at, window_of
 
 RUN = "run"
 """The name of the unit of the run folder."""
