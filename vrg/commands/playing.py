@@ -104,6 +104,9 @@ def play_match(
     if wish.dry:
         print_plan(setup, console, window=show.window, record=show.record, web=wish.web is not None)
         return
+    secured = not wish.in_process and (wish.keys is not None or (setup.has_seats if wish.seats is None else wish.seats))
+    for warning in unsealed(setup, seats=secured, in_process=wish.in_process):
+        show.announce(warning)
     if wish.in_process:
         # Emulated motor controllers can be hurried, and real ones are refused.
         setup = setup.at_rate(setup.wanted_rate)
@@ -126,8 +129,6 @@ def play_match(
     )
     if setup.rate != setup.wanted_rate:
         console.print(f"rate {setup.rate:g}, not {setup.wanted_rate:g}: {', '.join(setup.physical)} cannot be hurried")
-    secured = not wish.in_process and (wish.keys is not None or (setup.has_seats if wish.seats is None else wish.seats))
-    _warn_of_unsealed(setup, console, seats=secured, in_process=wish.in_process)
     state: RefereeState | None
     with stop_on_signals() as stop:
         server.stop = stop
@@ -142,14 +143,19 @@ def play_match(
         raise failure
 
 
-def _warn_of_unsealed(setup: MatchSetup, console: Console, *, seats: bool, in_process: bool) -> None:
-    """Tell whose code can do all that the user of `vrg play` can."""
+def unsealed(setup: MatchSetup, *, seats: bool, in_process: bool) -> list[str]:
+    """Whose code can do all that the user of the command can, in a sentence if there is any.
+
+    Args:
+        seats: True if the match is played with seats. in_process: True if it is played in one process.
+    """
     files = [player.name for player in setup.players if setup.strategy_file(player.name) is not None]
     names = [name for name in files if in_process or not is_sealed(setup, name, seats=seats)]
-    if names:
-        whose = ", ".join(names) if len(names) < 5 else f"{len(names)} players"
-        how = "leave --in-process out and add --sandbox" if in_process else "--sandbox seals it"
-        console.print(f"[yellow]the code of {escape(whose)} can do all that you can: {how}[/yellow]", soft_wrap=True)
+    if not names:
+        return []
+    whose = ", ".join(names) if len(names) < 5 else f"{len(names)} players"
+    how = "it is sealed only in processes of their own" if in_process else "--sandbox seals it"
+    return [f"the code of {whose} can do all that you can: {how}"]
 
 
 def _for_developers(setup: MatchSetup) -> MatchSetup:
