@@ -62,9 +62,10 @@ class Show:
     page: Admission | None = None
     live: str | None = None
 
-    def announce(self, text: str) -> None:
+    def announce(self, *texts: str) -> None:
         """Print what happens to the processes."""
-        self.console.print(f"[yellow]{escape(printable(text, lines=True))}[/yellow]")
+        for text in texts:
+            self.console.print(f"[yellow]{escape(printable(text, lines=True))}[/yellow]")
 
 
 @dataclass(frozen=True)
