@@ -70,8 +70,6 @@ def main() -> None:
         told["sentence"],
         f"{len(faults)} faults, {len(told['incidents'])} incidents, {len(robots)} robots that had to stand; times are "
         f"match time at rate 1, good to {told['resolution']:.2f} s",
-        f"links: {sum(link['arrived'] for link in told['links'].values())} messages heard, "
-        f"{sum(link['lost'] for link in told['links'].values())} lost",
         f"{told['refused']} messages under a wrong key were refused, none was handed to a node",
         *told["notes"],
     ]

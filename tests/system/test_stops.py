@@ -104,7 +104,6 @@ def test_every_fault_of_a_match_is_certified_once_and_as_it_was_seen(start: Call
         agrees(observer, incident, name)
         newest = max(r.stamp for r in heard.reports[name] if r.stamp <= incident["time"] + TICK)
         assert incident["time"] == pytest.approx(newest, abs=SEEN), "it begins with the newest message"
-    assert deaths["bob"]["ages"]["bob"] > 2.0, "a process that hangs is found after a while"
     for incident in (halts[0], estop):
         assert sorted(incident["robots"]) == sorted(PLAYERS)
         for name in MINNOWS:

@@ -14,7 +14,7 @@ from vrg.commands.options import table_console
 
 if TYPE_CHECKING:
     from vrg.launch.certificate import Certificate
-    from vrg.recording.stops import Incident, Stop
+    from vrg.recording.stops import Stop
 
 
 def stops(
@@ -22,7 +22,7 @@ def stops(
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON in place of a table.")] = False,
 ) -> None:
     """Tell how long each robot took to stop, and how far it rolled, after each HALT, emergency stop, death and loss."""
-    from vrg.launch.certificate import BUDGETS, certificate_of, data_of, sentence
+    from vrg.launch.certificate import certificate_of, data_of, sentence
 
     folder, setup = ended_run(run)
     certificate = certificate_of(setup, folder)
@@ -36,45 +36,39 @@ def stops(
         console.print("No HALT, no emergency stop, no death of a process and no lost machine is known of this run.")
         return
     table = Table()
-    for number, head in enumerate(
-        ("at, s", "what", "robot", "stood after, s", "rolled, m", "from, m/s", "link, s", "budget, s")
-    ):
+    for number, head in enumerate(("at, s", "what", "robot", "stood after, s", "rolled, m", "from, m/s")):
         table.add_column(head, justify="left" if number in (1, 2) else "right", overflow="fold")
     for row in rows(certificate):
         table.add_row(*map(escape, row))
     console.print(table)
-    for text in (*remarks(certificate), *BUDGETS):
+    for text in remarks(certificate):
         console.print(escape(text), soft_wrap=True)
     console.print(f"[bold]{escape(sentence(certificate))}[/bold]", soft_wrap=True)
 
 
 def rows(certificate: "Certificate") -> Iterator[tuple[str, ...]]:
     """The rows of the table: one for each robot that moved, and one for all that stood already."""
-    from vrg.launch.certificate import budget
     from vrg.recording.stops import Outcome
 
     for number, incident in enumerate(certificate.incidents):
         of = [stop for stop in certificate.stops if stop.incident == number]
         first = (f"{incident.time:.2f}", incident.what)
         for stop in (stop for stop in of if stop.moved):
-            age = incident.ages.get(stop.robot)
             yield (
                 *first,
                 stop.robot,
                 _seconds(stop),
                 f"{'>= ' if stop.gap else ''}{stop.distance:.3f}",
                 f"{stop.speed:.2f}",
-                "" if age is None else f"{age:.2f}",
-                budget(incident),
             )
             first = ("", "")
         for outcome in (Outcome.STOOD, Outcome.UNKNOWN):
             names = [stop.robot for stop in of if stop.outcome is outcome]
             if names:
-                yield (*first, ", ".join(names), str(outcome), "", "", _ages(incident, names), "")
+                yield (*first, ", ".join(names), str(outcome), "", "")
                 first = ("", "")
         if not of:
-            yield (*first, "", "no robot has to stop", "", "", "", "")
+            yield (*first, "", "no robot has to stop", "", "")
 
 
 def _seconds(stop: "Stop") -> str:
@@ -88,37 +82,13 @@ def _seconds(stop: "Stop") -> str:
     return f"{stop.outcome} ({stop.seconds:.2f}){clock}"
 
 
-def _ages(incident: "Incident", names: list[str]) -> str:
-    ages = [incident.ages[name] for name in names if name in incident.ages]
-    return f"up to {max(ages):.2f}" if ages else ""
-
-
 def remarks(certificate: "Certificate") -> Iterator[str]:
     """What else must be known to read the table."""
     yield (
         "Times are match time: from the referee's decision, from the order of an emergency stop, or from the newest "
         "message of a process that died or of a machine that is away. "
-        f"They are good to {certificate.resolution:.2f} s. link: the age of the newest message of the robot's player."
+        f"They are good to {certificate.resolution:.2f} s. What they may be: docs/safety.md."
     )
     if certificate.rate is not None and not math.isclose(certificate.rate, 1.0):
         took = 1 / certificate.rate
         yield f"The match was played at rate {certificate.rate:g}: a second of match time took {took:.2f} s."
-    for incident in certificate.incidents:
-        if incident.lost:
-            where = f"from {incident.time:.2f} s ({incident.what}) up to the next incident"
-            yield f"Messages lost {where}: {incident.lost}."
-    worst = max(((link.longest, name) for name, link in certificate.links.items()), default=None)
-    if worst is not None:
-        lost = sum(link.lost for link in certificate.links.values())
-        heard = sum(link.arrived for link in certificate.links.values())
-        yield (
-            f"Links{_span(certificate)}: {heard} messages heard, {lost} lost; the longest silence between two messages "
-            f"of one program was {worst[0]:.2f} s ({worst[1]})."
-        )
-
-
-def _span(certificate: "Certificate") -> str:
-    from vrg.launch.incidents import LAUNCHER
-
-    killed = any(incident.process == LAUNCHER for incident in certificate.incidents)
-    return " up to the last event of vrg play" if killed else " over the whole run"

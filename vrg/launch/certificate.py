@@ -9,20 +9,13 @@ from vrg.bus.messages import at_rest
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import Record, read_journal
 from vrg.errors import JournalError, MessageError
-from vrg.launch.events import Event, Link, What, read_events
+from vrg.launch.events import Event, What, read_events
 from vrg.launch.incidents import LAUNCHER, Evidence, incidents_of
-from vrg.launch.listening import REFEREE, WORLD
+from vrg.launch.listening import WORLD
 from vrg.launch.run_folder import RunFolder
 from vrg.recording.stops import HOLD, Incident, Kind, Motion, Outcome, Stop, rests_of, stop_of, stops_of, worst
 from vrg.types import Twist
 
-BUDGETS = (
-    "Budgets to compare with, until the motors are told to stop; a robot then still brakes:",
-    "  watchdog 0.2 s without a command; player 0.3 s and gate 0.5 s without the referee; an emergency stop reaches "
-    "every robot within 0.1 s (docs/safety.md)",
-    "  FRC: outputs are disabled 125 ms after the last packet, CAN motors 220 ms after the last keep-alive",
-)
-"""What our own layers and another competition promise."""
 JUST_BEFORE = 0.001
 """The match time in s by which an instant is put back so that it is before what happens at it."""
 
@@ -33,15 +26,12 @@ class Certificate:
 
     Args:
         incidents: what happened, in the order of match time. stops: how each robot stopped; see `Stop`.
-        links: what the launcher has heard of each sender up to its last event: the end of the run, unless it was
-            killed.
         rate: match seconds per real second that the match was played at; None where it was as fast as possible.
         notes: what cannot be told, and why, in sentences.
     """
 
     incidents: Sequence[Incident]
     stops: Sequence[Stop]
-    links: dict[str, Link]
     rate: float | None
     notes: Sequence[str] = ()
 
@@ -82,10 +72,9 @@ def certificate_of(setup: MatchSetup, folder: RunFolder) -> Certificate:
         last = f"its last event, at {events[-1].time or 0.0:.2f} s,"
         notes.append(
             f"vrg play did not end by itself: nobody logged when. What happened after {last} is known from the "
-            "recording, and the links are told up to that event."
+            "recording."
         )
-    links = events[-1].links if events else {}
-    return Certificate(incidents, stops, links, setup.rate or None, notes)
+    return Certificate(incidents, stops, setup.rate or None, notes)
 
 
 def _records(folder: RunFolder, notes: list[str]) -> list[Record]:
@@ -102,7 +91,7 @@ def _events(folder: RunFolder, notes: list[str]) -> list[Event]:
     except FileNotFoundError:
         notes.append(
             f"There is no {folder.events.name}, because the match was played in one process or by an older release: "
-            "deaths of processes and the ages of links are not known."
+            "deaths of processes are not known."
         )
     except OSError as error:
         notes.append(f"{folder.events} cannot be read ({error.strerror}): deaths of processes are not known.")
@@ -140,8 +129,7 @@ def _in_real_time(stop: Stop, incident: Incident, events: Sequence[Event], motio
     # The incident lies before the last clock if the next world goes on from a snapshot before it. With physical robots
     # match time is as fast as real time.
     event = events[number]
-    age, last = (link.age, link.time) if (link := event.links.get(WORLD)) else (0.0, event.time or 0.0)
-    began = event.monotonic - age - max(0.0, last - incident.time)
+    began = (event.clock or event.monotonic) - max(0.0, event.newest.get(WORLD, event.time or 0.0) - incident.time)
     samples = [
         (e.monotonic - began, e.x, e.y, Twist(e.v, e.w, e.side))
         for e in events
@@ -220,7 +208,7 @@ def _after(incident: Incident, robot: str) -> str:
 
 
 def data_of(certificate: Certificate) -> dict[str, Any]:
-    """The certificate as plain data, for result.json. Times in s of match time, lengths in m, ages in real s."""
+    """The certificate as plain data, for result.json. Times in s of match time, lengths in m."""
     stop = certificate.worst
     return {
         "incidents": [
@@ -230,8 +218,6 @@ def data_of(certificate: Certificate) -> dict[str, Any]:
                 "time": round(incident.time, 3),
                 "went_on": round(incident.until, 3) if math.isfinite(incident.until) else None,
                 "process": incident.process,
-                "ages": incident.ages,
-                "lost": incident.lost,
                 "robots": {stop.robot: _stop_data(stop) for stop in certificate.stops if stop.incident == number},
             }
             for number, incident in enumerate(certificate.incidents)
@@ -240,7 +226,6 @@ def data_of(certificate: Certificate) -> dict[str, Any]:
         "sentence": sentence(certificate),
         "resolution": round(certificate.resolution, 3),
         "rate": certificate.rate,
-        "links": {name: _link_data(link) for name, link in certificate.links.items()},
         "notes": list(certificate.notes),
     }
 
@@ -256,16 +241,3 @@ def _stop_data(stop: Stop) -> dict[str, Any]:
         "again": None if stop.again is None else round(stop.again, 3),
         "clock": "real" if stop.real else "match",
     }
-
-
-def _link_data(link: Link) -> dict[str, Any]:
-    return {"arrived": link.arrived, "lost": link.lost, "longest_silence": link.longest}
-
-
-def budget(incident: Incident) -> str:
-    """What the layers of VRG promise after such an incident, until the motors are told to stop, in words."""
-    if incident.kind is Kind.ESTOP:
-        return "0.1"
-    if incident.kind is Kind.HALT or (incident.kind is Kind.AWAY and incident.robots is None):
-        return "0.5 (gate)"
-    return {REFEREE: "0.5 (gate)", WORLD: "-", LAUNCHER: "-"}.get(incident.process or "", "0.2 (watchdog)")

@@ -1,8 +1,8 @@
 """What happens to the processes of a match, in a file of the run folder: one JSON object a line.
 
 The launcher writes a line for each process that is ready, dies, is killed or started again, for each machine that stops
-answering or answers again, for each order of the emergency stop and each HALT that it hears, and one at its own end. A
-launcher that was killed leaves a file without that last line.
+answering or answers again, for each order of the emergency stop that it hears, and one at its own end. A launcher that
+was killed leaves a file without that last line.
 """
 
 import enum
@@ -31,29 +31,11 @@ class What(enum.StrEnum):
     CLOSED = "closed"
     ESTOP = "estop"
     RELEASE = "release"
-    HALT = "halt"
     AWAY = "away"
     BACK = "back"
     STEPPED_BACK = "stepped back"
     MEASURED = "measured"
     ENDED = "ended"
-
-
-class Link(Struct, frozen=True, omit_defaults=True):
-    """What the launcher has heard of one sender: a player's reports, the referee's states, or the world's clock.
-
-    Args:
-        age: the real time in s since its newest message.
-        time: the stamp of that message, s of match time.
-        arrived, lost: the number of messages that came, and of those that are missing among them, by their numbers.
-        longest: the longest real time in s between two of them, while it was not started again.
-    """
-
-    age: float
-    time: float = 0.0
-    arrived: int = 0
-    lost: int = 0
-    longest: float = 0.0
 
 
 class Event(Struct, frozen=True, kw_only=True, omit_defaults=True):
@@ -63,21 +45,23 @@ class Event(Struct, frozen=True, kw_only=True, omit_defaults=True):
         what: what has happened.
         process: the process, for MEASURED the robot, for AWAY and BACK the machine; None where it is about none.
         monotonic: the launcher's monotonic time at which it noticed this, s.
-        time: the match time that it had heard by then, s; None before the first clock.
+        time: the match time that it had heard by then, s; None before the first clock. For ESTOP it is that from which
+            the world has latched the stop, if it has.
+        clock: the monotonic time at which it heard the last clock, s.
         text: what happened, in words. status: the exit status of a process that has ended.
-        number: the number of the referee's call, for HALT.
-        links: what was heard of each sender by then, by the name of the player, or `referee`, or `world`.
+        newest: the match time of the newest message of each sender, s, by the name of the player, or `referee`, or
+            `world`.
         x, y: where a physical robot was measured while match time stood, m. v, w, side: its twist then.
     """
 
     what: What
     monotonic: float
     time: float | None = None
+    clock: float = 0.0
     process: str | None = None
     text: str = ""
     status: int | None = None
-    number: int | None = None
-    links: dict[str, Link] = {}
+    newest: dict[str, float] = {}
     x: float = 0.0
     y: float = 0.0
     v: float = 0.0

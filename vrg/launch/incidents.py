@@ -1,16 +1,17 @@
 """What happened in a match after which robots must stop, from its journal and its log of events. It reads no files.
 
-A HALT begins with the referee's decision, an emergency stop with its order, and the death of a process or the loss of
-a machine with the newest message that came from it: nobody knows how much later it died.
+The journal tells of each HALT and each emergency stop. A HALT begins with the referee's decision, an emergency stop
+with its order if that was heard, and the death of a process or the loss of a machine with the newest message that came
+from it: nobody knows how much later it died.
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 
 from vrg.coordinator.coordinator import PERIOD
 from vrg.coordinator.journal import Record
-from vrg.launch.events import Event, Link, What
+from vrg.launch.events import Event, What
 from vrg.launch.listening import REFEREE, WORLD
 from vrg.recording.records import EstopRecord
 from vrg.recording.stops import Incident, Kind
@@ -33,9 +34,6 @@ _ESTOP = "emergency stop"
 """How the reason of a HALT begins that the referee has called because of the emergency stop."""
 _BY_SOMEBODY = ("called by", _ESTOP)
 """How the reasons of those HALTs begin that somebody asked for."""
-
-_Told = tuple[Incident, Event | None]
-"""An incident, and the event that tells of it, if one does."""
 
 
 @dataclass(frozen=True)
@@ -70,9 +68,8 @@ class Evidence:
 
 def incidents_of(of: Evidence) -> list[Incident]:
     """Every HALT, emergency stop and death of a process, in the order of match time."""
-    estops = [*_ordered(of), *_lost_orders(of)]
-    found = [*_halts(of), *estops, *_deaths(of), *_machines(of), *_launcher(of)]
-    return sorted(_with_losses(found, of.events), key=lambda incident: (incident.time, incident.kind, incident.what))
+    found = [*_halts(of), *_deaths(of), *_machines(of), *_launcher(of)]
+    return sorted(found, key=lambda incident: (incident.time, incident.kind, incident.what))
 
 
 def goes_on(records: Iterable[Record], after: float) -> float:
@@ -80,93 +77,42 @@ def goes_on(records: Iterable[Record], after: float) -> float:
     return next((r.time for r in records if r.time >= after and any(c.rule in _GOES_ON for c in r.calls)), math.inf)
 
 
-def ages_of(links: dict[str, Link]) -> dict[str, float]:
-    """The age of the newest message of each link, s of real time."""
-    return {name: link.age for name, link in links.items()}
-
-
 def _is_estop(text: str) -> bool:
     return text.removeprefix("play is halted: ").startswith(_ESTOP)
 
 
-def _halts(of: Evidence) -> list[_Told]:
-    """The HALTs that stopped play, but for those that belong to an emergency stop."""
-    found: list[_Told] = []
-    heard = {event.number: event for event in of.events if event.what is What.HALT}
-    before: str | None = None
+def _halts(of: Evidence) -> Iterator[Incident]:
+    """The HALTs that stopped play, and the emergency stops, each once however often it is called until play goes on."""
+    halted: str | None = None
+    stopped_until = -math.inf
     for record in of.records:
         calls = [call for call in record.calls if call.rule == "halt"]
-        if before is None and record.standing.halted is not None and calls and not _is_estop(calls[0].text):
-            event = heard.get(calls[0].number)
-            until = goes_on(of.records, record.time)
-            ages = ages_of(event.links) if event else {}
-            found.append((Incident(Kind.HALT, calls[0].text, record.time, until, ages=ages), event))
-        before = record.standing.halted
-    return found
-
-
-def _orders(of: Evidence) -> list[tuple[float, bool, str, Event | None, float]]:
-    """(match time, engaged, by whom, the event, resolution) of each order of the emergency stop."""
-    if any(event.what is What.BEGAN for event in of.events):
-        return [
-            (event.time or 0.0, event.what is What.ESTOP, event.text, event, max(of.tick, of.match_time(of.tick)))
-            for event in of.events
-            if event.what in (What.ESTOP, What.RELEASE)
-        ]
-    return [
-        (time, order.engaged, f"by {order.by}{f': {order.reason}' if order.reason else ''}", None, PERIOD)
-        for time, order in of.estops
-    ]
-
-
-def _ordered(of: Evidence) -> list[_Told]:
-    """The emergency stops whose orders were heard. An order to engage one that is engaged changes nothing."""
-    found: list[_Told] = []
-    engaged = False
-    for time, engages, by, event, resolution in _orders(of):
-        # Play does not go on before a release: if it has gone on, a release was not heard.
-        if engages and (not engaged or time >= found[-1][0].until):
-            until = goes_on(of.records, time)
-            ages = ages_of(event.links) if event else {}
-            incident = Incident(Kind.ESTOP, f"{_ESTOP} {by}", time, until, resolution=resolution, ages=ages)
-            found.append((incident, event))
-        engaged = engages
-    return found
-
-
-def _engaged(of: Evidence) -> list[tuple[float, float, float]]:
-    """(from, up to, until) of each emergency stop whose order was heard: match times, s.
-
-    A HALT of the referee because of an emergency stop, called in that time and ended by the same call, belongs to it.
-    """
-    spans = []
-    orders = _orders(of)
-    for number, (time, engages, _, _, _) in enumerate(orders):
-        if engages:
-            released = next((later for later, engaged, _, _, _ in orders[number:] if not engaged), math.inf)
-            begin = time - max(of.tick, of.match_time(BEHIND))
-            spans.append((begin, released + of.match_time(LATE), goes_on(of.records, time)))
-    return spans
-
-
-def _lost_orders(of: Evidence) -> list[_Told]:
-    """The emergency stops that only the journal tells of, each once, however often it is called until play goes on."""
-    spans = _engaged(of)
-    found: list[_Told] = []
-    for record in of.records:
         until = goes_on(of.records, record.time)
-        told = any(begin <= record.time <= end and until == over for begin, end, over in spans)
-        told |= bool(found) and until == found[-1][0].until
-        calls = [call for call in record.calls if call.rule == "halt" and _is_estop(call.text)]
-        if calls and not told:
-            what = calls[0].text.removeprefix("play is halted: ")
-            found.append((Incident(Kind.ESTOP, what, record.time, until, resolution=PERIOD), None))
-    return found
+        estops = [call for call in calls if _is_estop(call.text)]
+        if estops and record.time >= stopped_until:
+            stopped_until = until
+            yield _estop(of, record.time, until, estops[0].text)
+        elif halted is None and record.standing.halted is not None and calls and not estops:
+            yield Incident(Kind.HALT, calls[0].text, record.time, until)
+        halted = record.standing.halted
 
 
-def _deaths(of: Evidence) -> list[_Told]:
+def _estop(of: Evidence, called: float, until: float, text: str) -> Incident:
+    """An emergency stop because of which the referee has called a HALT; it begins with its order if that was heard."""
+    what = text.removeprefix("play is halted: ")
+    logged = any(event.what is What.BEGAN for event in of.events)
+    orders = [(e.time or 0.0, e.what is What.ESTOP) for e in of.events if e.what in (What.ESTOP, What.RELEASE)]
+    orders = orders if logged else [(time, order.engaged) for time, order in of.estops]
+    behind, late = max(of.tick, of.match_time(BEHIND)), of.match_time(LATE)
+    engaged = max((time for time, engages in orders if engages and time <= called + behind), default=None)
+    released = any(engaged is not None and engaged < time < called - late for time, engages in orders if not engages)
+    if engaged is None or released or goes_on(of.records, engaged) != until:
+        return Incident(Kind.ESTOP, what, called, until, resolution=PERIOD)
+    return Incident(Kind.ESTOP, what, engaged, until, resolution=of.tick if logged else PERIOD)
+
+
+def _deaths(of: Evidence) -> Iterator[Incident]:
     """The deaths of processes. One that is killed because it hangs, and then found dead, has died once."""
-    found: list[_Told] = []
     gone: set[str] = set()
     for number, event in enumerate(of.events):
         name = event.process or ""
@@ -176,7 +122,7 @@ def _deaths(of: Evidence) -> list[_Told]:
             continue
         gone.add(name)
         time = _onset(of, number, event, [name])
-        incident = Incident(
+        yield Incident(
             Kind.DEATH,
             f"{name} {_how(event)}",
             time,
@@ -185,15 +131,11 @@ def _deaths(of: Evidence) -> list[_Told]:
             name,
             timeless=name in _TIME,
             robots=_robots(of, [name]),
-            ages=ages_of(event.links),
         )
-        found.append((incident, event))
-    return found
 
 
-def _machines(of: Evidence) -> list[_Told]:
+def _machines(of: Evidence) -> Iterator[Incident]:
     """The losses of machines: of the agent that supervises the processes there, or of the link to it."""
-    found: list[_Told] = []
     for number, event in enumerate(of.events):
         if event.what is not What.AWAY:
             continue
@@ -204,7 +146,7 @@ def _machines(of: Evidence) -> list[_Told]:
         until = goes_on(of.records, time)
         if back is not None and back.time is not None and not _halted(of.records, back.time):
             until = min(until, back.time)
-        incident = Incident(
+        yield Incident(
             Kind.AWAY,
             event.text,
             time,
@@ -212,10 +154,7 @@ def _machines(of: Evidence) -> list[_Told]:
             process=event.process,
             timeless=any(name in _TIME for name in names),
             robots=_robots(of, names),
-            ages=ages_of(event.links),
         )
-        found.append((incident, event))
-    return found
 
 
 def _halted(records: Iterable[Record], at: float) -> bool:
@@ -235,8 +174,8 @@ def _how(event: Event) -> str:
 def _onset(of: Evidence, number: int, event: Event, names: Sequence[str]) -> float:
     """The stamp of the newest message of processes that are gone, s; the time at which it was noticed if none came."""
     noticed = event.time or 0.0
-    links = {WORLD if name in _TIME else name for name in names} & set(event.links)
-    time = min(noticed, max((event.links[link].time for link in links), default=noticed))
+    senders = {WORLD if name in _TIME else name for name in names} & set(event.newest)
+    time = min(noticed, max((event.newest[sender] for sender in senders), default=noticed))
     if WORLD not in names:
         return time
     # What the world has published after its last snapshot did not happen: it goes on from there.
@@ -283,40 +222,10 @@ def _robots(of: Evidence, names: Sequence[str]) -> frozenset[str] | None:
     return frozenset([*driven, *(name for name in names if name in of.players)])
 
 
-def _launcher(of: Evidence) -> list[_Told]:
+def _launcher(of: Evidence) -> Iterator[Incident]:
     """The death of the launcher, which nobody could log: its log lacks the last line."""
-    if not of.events or of.events[-1].what is What.ENDED:
-        return []
-    last = of.events[-1].time or 0.0
-    end = of.end if math.isfinite(of.end) else last
-    what = f"{LAUNCHER} was killed: at some time after {last:.2f} s, all processes then ended by themselves"
-    return [(Incident(Kind.DEATH, what, end, process=LAUNCHER, resolution=max(0.0, end - last)), None)]
-
-
-def _with_losses(found: Sequence[_Told], events: Sequence[Event]) -> list[Incident]:
-    """The incidents, each with what was lost up to the next one, or to the end of the log.
-
-    That messages are missing is only known when the next one of their sender has come: after a router's death, for
-    example, when the new one is there. So not the next event tells it, but the next incident does.
-    """
-    places = {id(event): place for place, event in enumerate(events)}
-    told = sorted(
-        (places[id(event)], number) for number, (_, event) in enumerate(found) if event is not None and event.links
-    )
-    counting: list[tuple[int, dict[str, Link]]] = []
-    for place, number in told:
-        incident, before = found[number][0], found[counting[-1][0]][0] if counting else None
-        # A HALT that follows from a death, and ends with the same call, loses nothing of its own.
-        follows = before is not None and before.robots is None and incident.until == before.until
-        if not (follows and incident.kind not in (Kind.DEATH, Kind.AWAY)):
-            counting.append((number, events[place].links))
-    last = next((event.links for event in reversed(events) if event.links), {})
-    ends = [*(links for _, links in counting[1:]), last]
-    lost = {number: _lost(links, end) for (number, links), end in zip(counting, ends, strict=False)}
-    return [replace(incident, lost=lost.get(number, "")) for number, (incident, _) in enumerate(found)]
-
-
-def _lost(begin: dict[str, Link], end: dict[str, Link]) -> str:
-    """How many messages were lost on each link between two events, in words."""
-    lost = {name: link.lost - (begin[name].lost if name in begin else 0) for name, link in end.items()}
-    return ", ".join(f"{count} of {name}" for name, count in lost.items() if count > 0)
+    if of.events and of.events[-1].what is not What.ENDED:
+        last = of.events[-1].time or 0.0
+        end = of.end if math.isfinite(of.end) else last
+        what = f"{LAUNCHER} was killed: at some time after {last:.2f} s, all processes then ended by themselves"
+        yield Incident(Kind.DEATH, what, end, process=LAUNCHER, resolution=max(0.0, end - last))

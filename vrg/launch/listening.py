@@ -1,4 +1,4 @@
-"""What the launcher hears on the bus of a match, for its log of events: match time, and the age of each link's news."""
+"""What the launcher hears on the bus of a match for its log of events: match time, and the orders to stop."""
 
 import math
 import time
@@ -7,12 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from vrg.bus.codec import decode, header
-from vrg.bus.messages import Call, Clock, Estop, EstopRelease, MeasuredPose, at_rest
+from vrg.bus.messages import Clock, Estop, EstopRelease, MeasuredPose, at_rest
 from vrg.bus.session import Session
 from vrg.bus.topics import Keys, Qos, name_in
-from vrg.bus.traffic import Heard
 from vrg.errors import MessageError
-from vrg.launch.events import Event, EventLog, Link, What
+from vrg.launch.events import Event, EventLog, What
 from vrg.recording.stops import HOLD
 
 REFEREE, WORLD = "referee", "world"
@@ -20,19 +19,14 @@ REFEREE, WORLD = "referee", "world"
 STANDS = 0.1
 """The real time in s without a clock after which the poses of physical robots are logged: match time stands."""
 
-
+LATCHES = 1.0
+"""The real time in s after an order of the emergency stop in which the world's latch tells its match time."""
 LONGEST = 10.0
 """The real time in s without a clock after which they are not logged any more."""
 SAMPLE = 0.01
 """The least real time in s between two poses of a robot in the log."""
 SETTLED = HOLD + 0.001
 """The real time in s for which a robot is at rest in the log before it stands; the log rounds times."""
-
-
-def _link(heard: Heard, at: float) -> Link:
-    """What the log tells of a link at a monotonic time, s."""
-    age = round(max(0.0, at - heard.at), 4)
-    return Link(age, heard.time, heard.arrived, heard.lost, round(heard.longest, 4))
 
 
 @dataclass
@@ -83,9 +77,10 @@ class Listening:
         self._log = log
         self._arrivals: deque[tuple[str, str, bytes, float]] = deque()
         self._clock = _Clock()
-        self._links: dict[str, Heard] = {}
+        self._newest: dict[str, float] = {}
         self._rolling: dict[str, _Rolling] = {}
         self._waiting: list[tuple[What, str]] = []
+        self._order: tuple[float, float | None, str] | None = None
         self._engaged = False
         self._ignored = 0
 
@@ -94,7 +89,7 @@ class Listening:
         keys = self._keys
         topics = {
             "clock": keys.clock, "state": keys.referee_state, "pose": keys.robot_pose(), "report": keys.report(),
-            "estop": keys.estop, "release": keys.estop_release, "call": keys.referee_event,
+            "estop": keys.estop, "release": keys.estop_release,
         }  # fmt: skip
         # All in one queue, so that each message has its own time and its place among the others.
         for kind, topic in topics.items():
@@ -111,40 +106,35 @@ class Listening:
         """Log an event as soon as the world's clock is heard again, so that its match time is known."""
         self._waiting.append((what, process))
 
-    def note(
-        self,
-        what: What,
-        process: str | None = None,
-        text: str = "",
-        *,
-        status: int | None = None,
-    ) -> None:
-        """Log an event that happens now, with the match time and what was heard of each link until then."""
+    def note(self, what: What, process: str | None = None, text: str = "", *, status: int | None = None) -> None:
+        """Log an event that happens now, with the match time and what was heard of each sender until then."""
         now = time.monotonic()
         self._hear_until(now)
         self._write(now, what, process, text, status=status)
 
     def _write(
-        self,
-        at: float,
-        what: What,
-        process: str | None = None,
-        text: str = "",
-        *,
-        status: int | None = None,
-        number: int | None = None,
+        self, at: float, what: What, process: str | None = None, text: str = "", *, status: int | None = None
     ) -> None:
-        links = {name: _link(heard, at) for name, heard in sorted(self._links.items())}
+        self._write_order()
+        clock = self._clock
         event = Event(
-            what=what, process=process, monotonic=round(at, 4), time=self._clock.time, text=text, status=status,
-            number=number, links=links,
+            what=what, process=process, monotonic=round(at, 4), time=clock.time, clock=round(clock.at, 4), text=text,
+            status=status, newest=dict(sorted(self._newest.items())),
         )  # fmt: skip
         self._log.write(event)
+
+    def _write_order(self) -> None:
+        """Log an order of the emergency stop that waits for its match time."""
+        if self._order is not None:
+            (at, stamp, text), self._order = self._order, None
+            self._log.write(Event(what=What.ESTOP, monotonic=round(at, 4), time=stamp, text=text))
 
     def _hear_until(self, at: float) -> None:
         """Take in what arrived before a monotonic time, s."""
         while self._arrivals and self._arrivals[0][3] <= at:
             self._hear(*self._arrivals.popleft())
+        if self._order is not None and min(at, time.monotonic()) - self._order[0] > LATCHES:
+            self._write_order()
 
     def _hear(self, kind: str, key: str, payload: bytes, at: float) -> None:
         try:
@@ -158,17 +148,19 @@ class Listening:
                 self._ordered(decode(payload, Estop, key).body, at)
             elif kind == "release":
                 self._ordered(decode(payload, EstopRelease, key).body, at)
-            elif kind == "call":
-                self._called(decode(payload, Call, key).body, at)
         except MessageError:
             return
         if kind not in ("clock", "state", "report"):
             return
         name = {"clock": WORLD, "state": REFEREE}.get(kind) or name_in(key)
-        self._links.setdefault(name, Heard(at)).take(at, head.sequence, stamp)
+        self._newest[name] = stamp
 
     def _ticked(self, stamp: float, clock: Clock, at: float) -> None:
         before, self._clock = self._clock, _Clock(stamp, at, clock.estop)
+        if self._order is not None and clock.estop:
+            # The order may have overtaken clocks that were on the way; the world knows when it has come.
+            self._order = (self._order[0], stamp, self._order[2])
+            self._write_order()
         if before.estop and not clock.estop:
             self._engaged = False  # even if the order that released it was not heard
         if before.time is not None and stamp < before.time:
@@ -188,11 +180,11 @@ class Listening:
         if self._ignored:
             text += f" ({self._ignored} more orders to engage it changed nothing)"
             self._ignored = 0
-        self._write(at, What.ESTOP if engages else What.RELEASE, text=text)
-
-    def _called(self, call: Call, at: float) -> None:
-        if call.rule == "halt":
-            self._write(at, What.HALT, text=call.text, number=call.number)
+        if engages:
+            self._write_order()
+            self._order = (at, self._clock.time, text)
+        else:
+            self._write(at, What.RELEASE, text=text)
 
     def _measured(self, robot: str, measured: MeasuredPose, at: float) -> None:
         """Log where a physical robot is measured while match time stands, but not while it goes on standing.

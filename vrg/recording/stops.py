@@ -9,7 +9,7 @@ import enum
 import itertools
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 HOLD = 0.2
 """The match time in s for which a robot must be at rest before it counts as standing."""
@@ -133,9 +133,6 @@ class Incident:
         timeless: True if match time stood after it, as the world or the router was gone.
         robots: the robots that must stop; None means all.
         resolution: the time in s by which it may have been earlier.
-        ages: the age of the newest message of each link when it happened, s of real time, by the name of the player,
-            or of the process; empty where it is not known.
-        lost: what was lost from then up to the next incident, in words; empty if nothing is known to be.
     """
 
     kind: Kind
@@ -147,8 +144,6 @@ class Incident:
     timeless: bool = False
     robots: frozenset[str] | None = None
     resolution: float = 0.0
-    ages: dict[str, float] = field(default_factory=dict)
-    lost: str = ""
 
 
 class Outcome(enum.StrEnum):
