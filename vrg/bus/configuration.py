@@ -1,6 +1,7 @@
 """The configuration of zenoh for every process of a match, as plain data: a router's serves a stock `zenohd` too."""
 
 import os
+from collections.abc import Sequence
 from typing import Any
 
 from vrg.bus.credentials import Credentials
@@ -28,13 +29,13 @@ def client_settings(
 
 
 def router_settings(
-    endpoint: str,
+    endpoints: Sequence[str],
     credentials: Credentials | None = None,
     access: dict[str, Any] | None = None,
     *,
     upstream: str | None = None,
 ) -> dict[str, Any]:
-    """The configuration of a router that listens at `endpoint`.
+    """The configuration of a router that listens at some endpoints.
 
     Args:
         credentials: those of the seat `router`; None lets everybody in.
@@ -42,7 +43,7 @@ def router_settings(
         upstream: the endpoint of another router to be linked with.
     """
     others = [] if upstream is None else [upstream]
-    settings = _settings("router", {"listen": {"endpoints": [endpoint]}, "connect": _connect(others)}, credentials)
+    settings = _settings("router", {"listen": {"endpoints": [*endpoints]}, "connect": _connect(others)}, credentials)
     # One process that opens many connections and never says who it is must not keep the others out.
     settings["transport"]["unicast"] = {"accept_pending": PENDING, "max_sessions": PENDING}
     if access is not None:
