@@ -15,12 +15,12 @@ import signal
 import socket
 import sys
 import threading
-from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from itertools import cycle
 
 from vrg.bus.hosts import host_of, port_of
+from vrg.bus.waiting_room import WaitingRoom
 
 log = logging.getLogger(__name__)
 
@@ -29,7 +29,7 @@ DOORS = 256
 PATIENCE = 5.0
 """The real time in s in which a handshake must succeed, and in which what is sent last must be taken."""
 WAITING = 1000
-"""The number of connections whose handshake has not succeeded yet. The oldest of the address with most are closed."""
+"""The number of connections whose handshake may not have succeeded yet."""
 _BACKLOG = 4096
 """The number of connections that the system holds ready until they are taken."""
 _TURNS = 3
@@ -91,7 +91,7 @@ def entrance(endpoint: str, behind: list[str]) -> Iterator[Callable[[], None]]:
 
 
 class _Hall:
-    """Those who have come and are not let in yet.
+    """What is between the public port and the router's listeners.
 
     Args:
         loop: runs all connections. doors: the addresses of the router's listeners.
@@ -100,8 +100,8 @@ class _Hall:
     def __init__(self, loop: asyncio.AbstractEventLoop, doors: list[tuple[str, int]]) -> None:
         self.loop = loop
         self.ending = False
+        self.room = WaitingRoom(WAITING, PATIENCE)
         self._doors = cycle(doors)
-        self._waiting: dict[_Outside, str] = {}
 
     def serve(self, listening: socket.socket) -> None:
         """Run until the loop is stopped. Without it nobody reaches the router, so the process then ends, too."""
@@ -119,26 +119,13 @@ class _Hall:
                 log.critical("the entrance of the router has failed: the router ends")
                 os.kill(os.getpid(), signal.SIGTERM)
 
-    def come(self, guest: "_Outside", address: str) -> None:
-        """Let somebody wait. If too many do, one of the address of which most wait must go."""
-        self._waiting[guest] = address
-        if len(self._waiting) > WAITING:
-            crowd = Counter(self._waiting.values()).most_common(1)[0][0]
-            oldest = next(other for other, at in self._waiting.items() if at == crowd)
-            self.forget(oldest)
-            oldest.leave()
-
-    def forget(self, guest: "_Outside") -> None:
-        """Count somebody no more who has been let in, or is gone."""
-        self._waiting.pop(guest, None)
-
     async def open_door(self, guest: "_Outside") -> None:
         """Connect somebody to the next listener."""
         try:
             await self.loop.create_connection(lambda: _Inside(guest), *next(self._doors))
         except OSError as error:
             log.warning("the router does not take a connection: %s", error)
-            guest.leave()
+            guest.transport.abort()
 
 
 class _Side(asyncio.Protocol):
@@ -180,8 +167,7 @@ class _Outside(_Side):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
-        self._deadline = self._hall.loop.call_later(PATIENCE, self.leave)
-        self._hall.come(self, transport.get_extra_info("peername", ("",))[0])
+        self._hall.room.come(self.transport)
 
     def data_received(self, data: bytes) -> None:
         self._asked = True
@@ -194,7 +180,7 @@ class _Outside(_Side):
             self.transport.pause_reading()
             self._opening = self._hall.loop.create_task(self._hall.open_door(self))
         elif begins is False:
-            self.leave()
+            self.transport.abort()
 
     def enter(self, door: "_Inside") -> None:
         """Go on at a listener of the router's."""
@@ -203,6 +189,7 @@ class _Outside(_Side):
             return
         self.other = door
         door.transport.write(self._hello)
+        self._hello = b""
         self.transport.resume_reading()
 
     def answered(self) -> None:
@@ -210,19 +197,11 @@ class _Outside(_Side):
         if self._asked:
             self._asked, self._turns = False, self._turns + 1
             if self._turns == _TURNS:
-                self._admit()
-
-    def leave(self) -> None:
-        """Close the connection at once."""
-        self.transport.abort()
+                self._hall.room.leave(self.transport)
 
     def connection_lost(self, error: Exception | None) -> None:
         super().connection_lost(error)
-        self._admit()
-
-    def _admit(self) -> None:
-        self._deadline.cancel()
-        self._hall.forget(self)
+        self._hall.room.leave(self.transport)
 
 
 class _Inside(_Side):
