@@ -136,6 +136,20 @@ def test_of_too_many_who_wait_the_oldest_of_the_largest_crowd_goes(monkeypatch: 
         assert select.select([alone, *others], [], [], 0)[0] == []
 
 
+def test_one_address_does_not_take_all_places(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(subject, "HELD", 2)
+    with passage() as (one, inside), ExitStack() as stack:
+        assert begins_handshake(inside.recv(2**15)) is True
+        where = one.getpeername()
+        two = stack.enter_context(socket.create_connection(where, DEADLINE))
+        assert is_closed(stack.enter_context(socket.create_connection(where, DEADLINE)))
+        other = stack.enter_context(socket.create_connection(where, DEADLINE, ("127.0.0.2", 0)))
+        two.close()
+        assert select.select([one, other], [], [], 0)[0] == []
+        one.sendall(b"on")
+        assert inside.recv(2) == b"on"
+
+
 def test_a_router_whose_entrance_fails_ends_so_that_another_one_is_started() -> None:
     with closing(asyncio.new_event_loop()) as loop, stop_on_signals() as stop, socket.create_server(("", 0)) as taken:
         taken.close()

@@ -15,6 +15,7 @@ import signal
 import socket
 import sys
 import threading
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from itertools import cycle
@@ -30,6 +31,8 @@ PATIENCE = 5.0
 """The real time in s in which a handshake must succeed, and in which what is sent last must be taken."""
 WAITING = 1000
 """The number of connections whose handshake may not have succeeded yet."""
+HELD = 2000
+"""The number of connections of one address, so that the keys of one seat do not take all places of the router."""
 _BACKLOG = 4096
 """The number of connections that the system holds ready until they are taken."""
 _TURNS = 3
@@ -101,6 +104,7 @@ class _Hall:
         self.loop = loop
         self.ending = False
         self.room = WaitingRoom(WAITING, PATIENCE)
+        self.held: Counter[str] = Counter()
         self._doors = cycle(doors)
 
     def serve(self, listening: socket.socket) -> None:
@@ -167,7 +171,12 @@ class _Outside(_Side):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
-        self._hall.room.come(self.transport)
+        self._address = (transport.get_extra_info("peername") or ("",))[0]
+        self._hall.held[self._address] += 1
+        if self._hall.held[self._address] > HELD:
+            self.transport.abort()
+        else:
+            self._hall.room.come(self.transport)
 
     def data_received(self, data: bytes) -> None:
         self._asked = True
@@ -202,6 +211,7 @@ class _Outside(_Side):
     def connection_lost(self, error: Exception | None) -> None:
         super().connection_lost(error)
         self._hall.room.leave(self.transport)
+        self._hall.held -= Counter({self._address: 1})  # an address that has none left is forgotten
 
 
 class _Inside(_Side):
