@@ -161,7 +161,7 @@ def test_a_broken_key_is_told(endpoint: str, folder: KeysFolder, tmp_path: Path)
 
 
 def test_the_router_demands_a_certificate_and_each_side_has_its_own_files(ann: Credentials) -> None:
-    router = router_settings("tls/0.0.0.0:7447", ann, {"enabled": True})
+    router = router_settings(["tls/0.0.0.0:7447"], ann, {"enabled": True})
     tls = router["transport"]["link"]["tls"]
     assert tls["enable_mtls"] is True
     assert tls["listen_private_key"].endswith("player.ann/seat.key")

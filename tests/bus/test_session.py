@@ -12,7 +12,7 @@ import zenoh
 
 from vrg.bus import messages as m
 from vrg.bus.codec import Received, decode, encode
-from vrg.bus.configuration import client_settings
+from vrg.bus.configuration import LONGEST, client_settings
 from vrg.bus.flood import LIMIT
 from vrg.bus.link import EVENTS_KEPT
 from vrg.bus.mailbox import Mailbox
@@ -69,6 +69,18 @@ class Calls:
         receive(self._other, self.receiver)
         self.numbers.extend(c.body.number for c in self._inlet.take())
         return number in self.numbers
+
+
+def test_a_message_that_is_too_long_is_dropped_and_the_link_stays(endpoint: str) -> None:
+    heard: list[int] = []
+    with open_session(endpoint) as one, open_session(endpoint) as other:
+        other.watch_raw("vrg/m/**", lambda _, payload: heard.append(len(payload)), history=False)
+        assert one.wait_for_listener("vrg/m/x", Qos.EVENT, PATIENCE)
+        raw = one._link.raw
+        for length in (1, LONGEST + 1, LONGEST // 2, 2):
+            raw.put("vrg/m/x", bytes(length), congestion_control=zenoh.CongestionControl.BLOCK)
+        wait(lambda: 2 in heard, "the last message")
+    assert heard == [1, LONGEST // 2, 2]
 
 
 def test_a_message_goes_from_one_session_to_another(endpoint: str) -> None:

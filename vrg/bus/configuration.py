@@ -1,6 +1,7 @@
 """The configuration of zenoh for every process of a match, as plain data: a router's serves a stock `zenohd` too."""
 
 import os
+from collections.abc import Sequence
 from typing import Any
 
 from vrg.bus.credentials import Credentials
@@ -10,6 +11,9 @@ LEASE_MS = 1000
 """The time in ms after which a frozen process is noticed. The default of zenoh is ten times as long."""
 PENDING = 5000
 """The number of connections that a router takes, and of those whose other end has not said yet who it is."""
+LONGEST = 16_000_000
+"""The number of bytes of the longest message that is taken in. A picture of a camera has at most half as many. By
+default a process that is let in could fill the memory of all others with messages of a gigabyte."""
 _SECURE = "tls/"
 
 
@@ -28,13 +32,13 @@ def client_settings(
 
 
 def router_settings(
-    endpoint: str,
+    endpoints: Sequence[str],
     credentials: Credentials | None = None,
     access: dict[str, Any] | None = None,
     *,
     upstream: str | None = None,
 ) -> dict[str, Any]:
-    """The configuration of a router that listens at `endpoint`.
+    """The configuration of a router that listens at some endpoints.
 
     Args:
         credentials: those of the seat `router`; None lets everybody in.
@@ -42,7 +46,7 @@ def router_settings(
         upstream: the endpoint of another router to be linked with.
     """
     others = [] if upstream is None else [upstream]
-    settings = _settings("router", {"listen": {"endpoints": [endpoint]}, "connect": _connect(others)}, credentials)
+    settings = _settings("router", {"listen": {"endpoints": [*endpoints]}, "connect": _connect(others)}, credentials)
     # One process that opens many connections and never says who it is must not keep the others out.
     settings["transport"]["unicast"] = {"accept_pending": PENDING, "max_sessions": PENDING}
     if access is not None:
@@ -78,7 +82,7 @@ def _connect(endpoints: list[str]) -> dict[str, Any]:
 
 def _settings(mode: str, ends: dict[str, Any], credentials: Credentials | None) -> dict[str, Any]:
     """Explicit endpoints, no scouting, and a short lease."""
-    link: dict[str, Any] = {"tx": {"lease": LEASE_MS, "keep_alive": 4}}
+    link: dict[str, Any] = {"tx": {"lease": LEASE_MS, "keep_alive": 4}, "rx": {"max_message_size": LONGEST}}
     if credentials is not None:
         # A router may connect to another one.
         roles = ("listen", "connect") if mode == "router" else ("connect",)

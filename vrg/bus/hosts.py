@@ -31,3 +31,13 @@ def check_host(text: str) -> str:
 def in_endpoint(host: str) -> str:
     """A host as it stands in an endpoint: an address of IPv6 has brackets."""
     return f"[{host}]" if ":" in host else host
+
+
+def host_of(endpoint: str) -> str:
+    """The address or name of the machine of an endpoint, such as `10.0.0.1` of `tcp/10.0.0.1:7447`."""
+    return endpoint.partition("/")[2].rpartition(":")[0].strip("[]")
+
+
+def port_of(endpoint: str) -> str:
+    """The port of an endpoint, such as `7447` of `tcp/10.0.0.1:7447`."""
+    return endpoint.rpartition(":")[2].split("?")[0].split("#")[0]

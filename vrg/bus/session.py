@@ -13,7 +13,7 @@ import time
 import uuid
 from collections import Counter, deque
 from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import Any, Final
 
 import zenoh
@@ -109,7 +109,7 @@ def _check_handshake(endpoint: str, credentials: Credentials) -> None:
         )
 
 
-def _brief(error: zenoh.ZError) -> str:
+def _brief(error: OSError | zenoh.ZError) -> str:
     """The text of zenoh's error, without the places in zenoh's own source."""
     return str(error).split(" at ")[0]
 
@@ -463,16 +463,23 @@ def open_router(
         BusError: the endpoint is taken or cannot be listened on.
     """
     check_endpoint(endpoint, credentials)
-    try:
-        raw = zenoh.open(configuration(router_settings(endpoint, credentials, access, upstream=upstream)))
-    except zenoh.ZError as error:
-        raise BusError(
-            f"cannot serve a router at {endpoint}: is another one running there? "
-            f"Choose another endpoint with --router ({_brief(error)})"
-        ) from None
-    try:
+    with ExitStack() as stack:
+        try:
+            listeners, open_entrance = [endpoint], None
+            if credentials is not None:
+                from vrg.bus.entrance import doors, entrance  # noqa: PLC0415 - only routers load asyncio
+
+                listeners = doors()
+                open_entrance = stack.enter_context(entrance(endpoint, listeners))
+            raw = zenoh.open(configuration(router_settings(listeners, credentials, access, upstream=upstream)))
+        except (OSError, zenoh.ZError) as error:
+            raise BusError(
+                f"cannot serve a router at {endpoint}: is another one running there? "
+                f"Choose another endpoint with --router ({_brief(error)})"
+            ) from None
+        stack.callback(raw.close)
+        if open_entrance is not None:
+            open_entrance()
         token = raw.liveliness().declare_token(router_alive(os.getpid()))
         yield
         token.undeclare()  # type: ignore[no-untyped-call]
-    finally:
-        raw.close()  # type: ignore[no-untyped-call]

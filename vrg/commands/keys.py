@@ -123,7 +123,7 @@ def rules(
     credentials = find_credentials(keys, seats_of_node("router", ""))
     check_endpoint(listen, credentials)
     roster = _setup(match).roster
-    text = json.dumps(router_settings(listen, credentials, access_rules(roster)), indent=2)
+    text = json.dumps(router_settings([listen], credentials, access_rules(roster)), indent=2)
     if write is None:
         typer.echo(text)
         return

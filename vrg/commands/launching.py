@@ -14,6 +14,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn
 
 from vrg.bus.credentials import find_credentials
+from vrg.bus.hosts import host_of, port_of
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import RefereeState
 from vrg.bus.process import run_node
@@ -25,7 +26,6 @@ from vrg.commands.page import print_links
 from vrg.config.files import HERE, LIVE, WEB
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError
-from vrg.launch.endpoints import host_of, port_of
 from vrg.launch.events import EventLog
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.host import Host

@@ -6,16 +6,6 @@ import socket
 from vrg.bus.session import DEFAULT_ENDPOINT
 
 
-def host_of(endpoint: str) -> str:
-    """The address or name of the machine of an endpoint, such as `10.0.0.1` of `tcp/10.0.0.1:7447`."""
-    return endpoint.partition("/")[2].rpartition(":")[0].strip("[]")
-
-
-def port_of(endpoint: str) -> str:
-    """The port of an endpoint, such as `7447` of `tcp/10.0.0.1:7447`."""
-    return endpoint.rpartition(":")[2].split("?")[0].split("#")[0]
-
-
 def free_port(host: str, wanted: int, tries: int = 20) -> int:
     """The wanted port of this machine, or the next one that no other program has.
 

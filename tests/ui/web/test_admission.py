@@ -130,6 +130,24 @@ class TestLobby:
         assert lobby.admit(4, Hello(token=PAGE.official)) == Admitted(OFFICIAL)
         assert lobby.admit(5, Hello(token=PAGE.seats["ann"])) == Admitted(ANN)
 
+    def test_of_too_many_viewers_the_newest_of_the_largest_crowd_must_go(self):
+        lobby = Lobby(PAGE, limit=3)
+        for guest, address in enumerate(("a", "b", "b"), start=1):
+            assert lobby.admit(guest, Hello(), address) == Admitted(VIEWER)
+        assert lobby.admit(4, Hello(), "c") == Admitted(VIEWER, crowded_out=3)
+        assert lobby.roles == {1: VIEWER, 2: VIEWER, 4: VIEWER}
+        assert isinstance(lobby.admit(5, Hello(), "d"), Refused)
+        assert isinstance(lobby.admit(6, Hello(), "a"), Refused)
+        assert lobby.roles == {1: VIEWER, 2: VIEWER, 4: VIEWER}
+
+    def test_one_link_does_not_open_any_number_of_connections(self):
+        lobby = Lobby(PAGE, limit=3)
+        for guest in range(20):
+            lobby.admit(guest, Hello(token=PAGE.seats["ann"], takeover=True), "a")
+            lobby.admit(100 + guest, Hello(token=PAGE.official), "a")
+        assert sorted(role.kind for role in lobby.roles.values()) == ["official"] * 3 + ["seat"] + ["viewer"] * 3
+        assert lobby.holder(ANN) == 19
+
 
 def test_whoever_talks_too_fast_is_stopped_and_a_driver_is_not():
     allowance = Allowance()

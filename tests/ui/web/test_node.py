@@ -149,6 +149,22 @@ def test_decisions_are_published_and_the_referees_answer_goes_to_who_has_decided
     assert audience.calls == [], "what was refused is told to nobody else"
 
 
+def test_another_page_of_the_match_does_not_take_an_answer_for_its_own(keys, match):
+    one, other = Audience(), Audience()
+    nodes = [WebNode("web", Mailbox(), keys, audience) for audience in (one, other)]
+    one.wish = Wishes(decisions=(Decision(7, "official (web)", Action.HALT),))
+    other.wish = Wishes(decisions=(Decision(8, "official (web)", Action.RESUME),))
+    for node in nodes:
+        match.step(node, 5.0, 0)
+    [asked], [_] = (said(node) for node in nodes)
+    answer = m.Call(number=9, rule="refused", text="not now", players=(), poses=(), clock=5.0, answers=asked.id)
+    for node in nodes:
+        match.say(node.mailbox, keys.referee_event, answer, 5.0, 9)
+        match.step(node, 5.05, 1)
+        match.step(node, 5.1, 2)
+    assert (one.told, other.told) == ([(7, "not now")], [])
+
+
 def test_the_emergency_stop_and_its_release_have_keys_of_their_own(node, match, audience):
     decisions = tuple(Decision(1, "official (web)", what) for what in (Action.ESTOP, Action.RELEASE))
     audience.wish = Wishes(decisions=decisions)

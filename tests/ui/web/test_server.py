@@ -2,8 +2,9 @@
 
 import asyncio
 import json
+import socket
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
-from contextlib import asynccontextmanager
+from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from typing import Any
 
 import aiohttp
@@ -68,8 +69,14 @@ class Browser:
 
 
 @asynccontextmanager
-async def browser(server: WebServer, token: str = "", **hello: object) -> AsyncIterator[Browser]:
-    async with aiohttp.ClientSession() as session, session.ws_connect(f"{page_of(server)}/socket") as socket:
+async def browser(
+    server: WebServer, token: str = "", address: str = "127.0.0.1", **hello: object
+) -> AsyncIterator[Browser]:
+    connector = aiohttp.TCPConnector(local_addr=(address, 0))
+    async with (
+        aiohttp.ClientSession(connector=connector) as session,
+        session.ws_connect(f"{page_of(server)}/socket") as socket,
+    ):
         found = Browser(socket)
         await found.say(t="hello", token=token, **hello)
         yield found
@@ -306,6 +313,82 @@ def test_a_page_of_another_site_is_not_let_in(server):
             with pytest.raises(aiohttp.WSServerHandshakeError) as error:
                 await session.ws_connect(f"{page_of(server)}/socket", headers=headers)
             assert error.value.status == 403
+
+    run(work)
+
+
+@pytest.mark.parametrize(("name", "value"), [("Host", "["), ("Origin", "http://[")])
+def test_what_is_no_address_is_a_bad_request(server, caplog, name, value):
+    async def work() -> None:
+        async with aiohttp.ClientSession() as session:
+            with pytest.raises(aiohttp.WSServerHandshakeError) as error:
+                await session.ws_connect(f"{page_of(server)}/socket", headers={name: value})
+            assert error.value.status == 400
+
+    run(work)
+    assert "Traceback" not in caplog.text
+
+
+def raw(server: WebServer, sent: bytes) -> socket.socket:
+    found = socket.create_connection((server._admission.host, server._admission.port), PATIENCE)
+    found.sendall(sent)
+    return found
+
+
+def test_what_is_no_request_is_answered_and_not_logged(server, caplog):
+    with raw(server, b"GET / HTTP/1.1\r\nContent-Length: -5\r\n\r\n") as stranger:
+        assert b"400 Bad Request" in stranger.recv(100)
+    assert caplog.text == ""
+
+
+def test_sockets_that_do_not_say_who_they_are_do_not_keep_the_official_out(server):
+    async def work() -> None:
+        crowd = aiohttp.TCPConnector(limit=0)
+        async with aiohttp.ClientSession(connector=crowd) as session, AsyncExitStack() as stack:
+            for _ in range(150):
+                await stack.enter_async_context(session.ws_connect(f"{page_of(server)}/socket"))
+            async with browser(server, token_of(server, "official")) as official:
+                assert (await official.hear("welcome"))["role"] == "official"
+
+    run(work)
+
+
+def test_half_a_request_does_not_stay(server):
+    server._waiting._patience = 0.1
+    with raw(server, b"GET / HTTP/1.1\r\nHost") as stranger, suppress(ConnectionResetError):
+        assert stranger.recv(100) == b""
+
+
+def test_of_too_many_connections_the_oldest_goes(server):
+    server._waiting._limit = 2
+    with raw(server, b"") as oldest, raw(server, b""), raw(server, b""), suppress(ConnectionResetError):
+        assert oldest.recv(100) == b""
+
+
+def test_pings_count_as_talk(server):
+    async def work() -> None:
+        async with browser(server) as viewer:
+            await viewer.hear("welcome")
+            for _ in range(200):
+                await viewer.socket.ping()
+            assert "too fast" in (await viewer.hear("notice"))["text"]
+            assert await viewer.closed() == 1008
+
+    run(work)
+
+
+def test_a_viewer_of_a_crowd_makes_room_and_learns_why(server):
+    server._lobby.limit = 2
+
+    async def work() -> None:
+        async with browser(server) as first, browser(server) as second:
+            await first.hear("welcome")
+            await second.hear("welcome")
+            async with browser(server, address="127.0.0.2") as another:
+                await another.hear("welcome")
+                crowded_out = first if 1 not in server._lobby.roles else second
+                assert (await crowded_out.hear("refused"))["reason"] == "full"
+                assert await crowded_out.closed() == 1008
 
     run(work)
 

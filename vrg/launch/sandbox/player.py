@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import vrg
+from vrg.bus.hosts import port_of
 from vrg.config.setup import MatchSetup, PlayerSetup
 from vrg.errors import SandboxError
 from vrg.launch.code_files import imported
-from vrg.launch.endpoints import port_of
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.sandbox.policy import Access, Policy, files
 

@@ -22,6 +22,9 @@ def foreign(origin: str | None, host: str, served: str, machine: str) -> str:
         origin: of the page that has opened it, as its browser says; None for a program that is no browser.
         host: the address and port that were asked for. served: the address that is listened on.
         machine: the name of this machine.
+
+    Raises:
+        ValueError: the origin or the host is none.
     """
     name = urlsplit(f"//{host}").hostname or ""
     own = {"localhost", served.lower(), machine.lower(), f"{machine.lower()}.local"}

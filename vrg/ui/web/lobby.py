@@ -3,14 +3,15 @@
 This knows no network and no clock.
 """
 
+from collections import Counter
 from dataclasses import dataclass, field
 from typing import Final
 
-from vrg.ui.web.admission import Admission, Role, RoleKind
+from vrg.ui.web.admission import VIEWER, Admission, Role, RoleKind
 from vrg.ui.web.requests import Hello
 
 GUESTS_LIMIT: Final = 64
-"""How many pages may be connected at once before no more viewers are let in."""
+"""How many viewers may be connected at once, and how many officials."""
 PER_SECOND: Final = 60.0
 """How many requests a page may send in a second for long."""
 AT_ONCE: Final = 120.0
@@ -35,10 +36,12 @@ class Admitted:
 
     Args:
         role: what it may do. displaced: the number of the connection whose seat it has taken; None if there was none.
+        crowded_out: the number of the connection that must go for this one to have a place; None if there is one.
     """
 
     role: Role
     displaced: int | None = None
+    crowded_out: int | None = None
 
 
 @dataclass
@@ -46,7 +49,7 @@ class Lobby:
     """Keeps the roles of the connections, which are known by numbers.
 
     Args:
-        admission: the tokens. limit: from how many connections on no more viewers are let in.
+        admission: the tokens. limit: how many viewers are let in at most, and how many officials.
 
     Attributes:
         roles: of the connections that are admitted. wrong_tokens: how many wrong tokens were offered.
@@ -57,9 +60,14 @@ class Lobby:
     roles: dict[int, Role] = field(default_factory=dict)
     wrong_tokens: int = 0
     _tabs: dict[int, str] = field(default_factory=dict)
+    _addresses: dict[int, str] = field(default_factory=dict)
 
-    def admit(self, guest: int, hello: Hello) -> Admitted | Refused:
-        """Let a connection in, or say why not. Whose seat is taken over becomes a viewer."""
+    def admit(self, guest: int, hello: Hello, address: str = "") -> Admitted | Refused:
+        """Let a connection in, or say why not. Whose seat is taken over becomes a viewer.
+
+        Where there is no place left, the newest connection of the address that most come from must go, so that one
+        computer cannot take all places.
+        """
         role = self.admission.role_of(hello.token)
         if role is None:
             self.wrong_tokens += 1
@@ -67,12 +75,31 @@ class Lobby:
         holder = self.holder(role)
         if holder is not None and not hello.takeover and not (hello.tab and self._tabs.get(holder) == hello.tab):
             return Refused(f"Another page drives {role.player} already: the seat has one driver at a time.", "taken")
-        if role.kind is RoleKind.VIEWER and len(self.roles) >= self.limit:
-            return Refused(f"{self.limit} pages are open already, and no more are served: close one.", "full")
         if holder is not None:
-            self.roles[holder] = Role(RoleKind.VIEWER)
-        self.roles[guest], self._tabs[guest] = role, hello.tab
-        return Admitted(role, holder)
+            del self.roles[holder]
+            self.roles[holder] = VIEWER  # it is the newest viewer
+        self.roles[guest], self._tabs[guest], self._addresses[guest] = role, hello.tab, address
+        crowded_out = self._excess(RoleKind.VIEWER) or self._excess(RoleKind.OFFICIAL)
+        if crowded_out == guest:
+            self.leave(guest)
+            return Refused(self.full, "full")
+        if crowded_out is not None:
+            self.leave(crowded_out)
+        return Admitted(role, holder, crowded_out)
+
+    @property
+    def full(self) -> str:
+        """What those read for whom there is no place."""
+        return f"{self.limit} pages are open already, and no more are served: close one."
+
+    def _excess(self, kind: RoleKind) -> int | None:
+        """The connection that has no place, because there are too many of a kind; None if there are not."""
+        those = [guest for guest, role in self.roles.items() if role.kind is kind]
+        if len(those) <= self.limit:
+            return None
+        own, crowds = self._addresses[those[-1]], Counter(self._addresses[guest] for guest in those)
+        largest = max(crowds, key=lambda address: (crowds[address], address == own))
+        return next(guest for guest in reversed(those) if self._addresses[guest] == largest)
 
     def holder(self, role: Role) -> int | None:
         """The connection that has a seat; None if nobody has, or the role is no seat."""
@@ -83,6 +110,7 @@ class Lobby:
     def leave(self, guest: int) -> Role | None:
         """Forget a connection, and return the role that it had; None if it was not admitted."""
         self._tabs.pop(guest, None)
+        self._addresses.pop(guest, None)
         return self.roles.pop(guest, None)
 
 

@@ -2,6 +2,7 @@
 
 import itertools
 import logging
+import secrets
 from collections.abc import Mapping, Sequence
 from typing import ClassVar, Final, Protocol
 
@@ -88,6 +89,8 @@ class WebNode(Node):
         self._scene = Scene()
         self._ground: tuple[object, str] = (None, "")
         self._pace = Pace(FRAME)
+        # Another page of this match, also on another machine, gets answers of its own.
+        self._own = secrets.token_hex(4)
         self._numbers = itertools.count(1)
         self._asked: dict[str, int] = {}
         self._driven: set[str] = set()
@@ -161,7 +164,7 @@ class WebNode(Node):
         elif decision.what is Action.RELEASE:
             self.mailbox.publish(self._keys.estop_release, EstopRelease(by=decision.by))
         else:
-            number = f"web-{next(self._numbers)}"
+            number = f"web-{self._own}-{next(self._numbers)}"
             if len(self._asked) >= ANSWERS_AWAITED:
                 self._asked.pop(next(iter(self._asked)))
             self._asked[number] = decision.guest

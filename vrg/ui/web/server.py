@@ -14,13 +14,16 @@ from importlib.resources import files
 from typing import Final
 
 from aiohttp import WSCloseCode, WSMessage, WSMsgType, web
+from aiohttp.http import HttpProcessingError
+from aiohttp.web import RequestPayloadError
 
 from vrg.bus.mailbox import is_power_of_ten
+from vrg.bus.waiting_room import WaitingRoom
 from vrg.errors import LaunchError
 from vrg.ui.web.admission import Admission, Role, RoleKind
 from vrg.ui.web.gallery import Gallery, Seen
 from vrg.ui.web.headers import PAGE_HEADERS, foreign
-from vrg.ui.web.lobby import GUESTS_LIMIT, Allowance, Lobby, Refused
+from vrg.ui.web.lobby import Allowance, Lobby, Refused
 from vrg.ui.web.parts import colours, encode
 from vrg.ui.web.requests import (
     REQUEST_LIMIT,
@@ -38,6 +41,12 @@ from vrg.ui.web.requests import (
 )
 
 log = logging.getLogger(__name__)
+_http_log = log.getChild("http")
+"""Of aiohttp's. Who sends what is no request is answered so, and cannot fill the log."""
+_http_log.setLevel(logging.WARNING)
+_http_log.addFilter(
+    lambda record: not (record.exc_info and isinstance(record.exc_info[1], (HttpProcessingError, RequestPayloadError)))
+)
 
 IN_FLIGHT: Final = 10
 """How many batches a viewer may have that it has not shown yet. One that is slower gets no more until it has."""
@@ -50,7 +59,10 @@ WRONG_TOKEN_DELAY: Final = 0.5
 DECISIONS_LIMIT: Final = 50
 """How many decisions may wait for the match."""
 _TYPES: Final = {"html": "text/html", "css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
-_SOCKETS_LIMIT: Final = 2 * GUESTS_LIMIT
+WAITING: Final = 512
+"""How many connections may be open before it is known who is there. A browser opens some for the page itself."""
+VISIT: Final = 30.0
+"""The real time in s that such a connection stays."""
 
 
 @dataclass(eq=False)
@@ -66,6 +78,7 @@ class _Guest:
     sent: int = 0
     shown: int = 0
     refused: int = 0
+    dismissed: bool = False
 
     def tell(self, notice: Mapping[str, object]) -> None:
         """Send it a message of its own with the next batch."""
@@ -87,7 +100,8 @@ class WebServer:
         self._gallery = Gallery()
         self._guests: dict[int, _Guest] = {}
         self._numbers = 0
-        self._sockets = 0
+        self._waiting = WaitingRoom(WAITING, VISIT)
+        self._foreign = 0
         self._loop: asyncio.AbstractEventLoop | None = None
         self._stopping = asyncio.Event()
         self._ready = threading.Event()
@@ -177,17 +191,25 @@ class WebServer:
             if kind is not None:
                 path = "/" if file.name == "index.html" else f"/{file.name}"
                 app.router.add_get(path, _page(file.read_bytes(), kind))
-        runner = web.AppRunner(app, access_log=None, handle_signals=False, shutdown_timeout=1.0)
+        runner = web.AppRunner(app, handle_signals=False, shutdown_timeout=1.0)
         await runner.setup()
         try:
+            handlers = runner.server
+            assert handlers is not None
             try:
-                await web.TCPSite(runner, self._admission.host, self._admission.port).start()
+                site = await self._loop.create_server(
+                    lambda: _Connection(self._waiting, handlers),
+                    self._admission.host,
+                    self._admission.port,
+                    backlog=2 * WAITING,
+                )
             except OSError as error:
                 self._failure = error
                 return
             log.info("serving the page at %s, port %d", self._admission.host, self._admission.port)
             self._ready.set()
             await self._stopping.wait()
+            site.close()
             guests = list(self._guests.values())
             await asyncio.gather(*(self._dismiss(guest) for guest in guests), return_exceptions=True)
         finally:
@@ -201,25 +223,31 @@ class WebServer:
             await guest.socket.close(code=WSCloseCode.GOING_AWAY)
 
     async def _talk(self, request: web.Request) -> web.StreamResponse:
-        if why := foreign(request.headers.get("Origin"), request.host, self._admission.host, socket.gethostname()):
-            log.warning("refused a connection: %s", why)
-            return web.Response(status=403, text=why)
-        if self._sockets >= _SOCKETS_LIMIT:
-            return web.Response(status=503, text="too many connections: try again later")
-        self._sockets += 1
-        talk = web.WebSocketResponse(heartbeat=PING, max_msg_size=REQUEST_LIMIT, compress=False, timeout=1.0)
+        try:
+            origin, machine = request.headers.get("Origin"), socket.gethostname()
+            why, status = foreign(origin, request.host, self._admission.host, machine), 403
+        except ValueError as error:
+            why, status = f"expected an address in Host and Origin: {error}", 400
+        if why:
+            self._foreign += 1
+            if is_power_of_ten(self._foreign):
+                log.warning("refused a connection (number %d): %s", self._foreign, why)
+            return web.Response(status=status, text=why)
+        talk = web.WebSocketResponse(
+            heartbeat=PING, max_msg_size=REQUEST_LIMIT, compress=False, timeout=1.0, autoping=False
+        )
         try:
             await talk.prepare(request)
-            guest = await self._admit(talk)
+            guest = await self._admit(talk, request.remote or "")
             if guest is not None:
+                if request.transport is not None:
+                    self._waiting.leave(request.transport)
                 await self._serve_guest(guest)
         except (ConnectionError, TimeoutError):
             pass  # the browser is gone: whoever has left is forgotten already
-        finally:
-            self._sockets -= 1
         return talk
 
-    async def _admit(self, talk: web.WebSocketResponse) -> _Guest | None:
+    async def _admit(self, talk: web.WebSocketResponse, address: str) -> _Guest | None:
         """Hear who a browser is, and let it in; None if it is not let in."""
         message = await talk.receive(PATIENCE)
         try:
@@ -233,7 +261,7 @@ class WebServer:
             return None
         self._numbers += 1
         guest = _Guest(self._numbers, talk)
-        found = self._lobby.admit(guest.number, hello)
+        found = self._lobby.admit(guest.number, hello, address)
         if isinstance(found, Refused):
             if found.reason == "token":
                 if is_power_of_ten(self._lobby.wrong_tokens):
@@ -244,6 +272,9 @@ class WebServer:
         if found.displaced is not None and (other := self._guests.get(found.displaced)) is not None:
             self._leave_seat(found.role)
             other.tell({"t": "displaced", "player": found.role.player})
+        if found.crowded_out is not None and (other := self._guests.get(found.crowded_out)) is not None:
+            other.dismissed = True
+            other.tell({"t": "refused", "why": self._lobby.full, "reason": "full"})
         log.info("%s has come", found.role.words)
         # Whoever is in the dictionary is also in the lobby.
         self._guests[guest.number] = guest
@@ -271,6 +302,8 @@ class WebServer:
                     guest.tell({"t": "notice", "text": "This page talks too fast: the connection is closed."})
                     await asyncio.sleep(0.1)
                     await guest.socket.close(code=WSCloseCode.POLICY_VIOLATION)
+                elif message.type is WSMsgType.PING:
+                    await guest.socket.pong(message.data)
         finally:
             sending.cancel()
             self._guests.pop(guest.number, None)
@@ -297,11 +330,16 @@ class WebServer:
                 except (ConnectionError, TimeoutError):
                     await guest.socket.close(code=WSCloseCode.TRY_AGAIN_LATER)
                     return
+            if guest.dismissed:
+                await guest.socket.close(code=WSCloseCode.POLICY_VIOLATION)
+                return
 
     def _hear(self, guest: _Guest, message: WSMessage) -> bool:
         """Take a request in, and answer one that is wrong or not allowed; return False if the guest talks too fast."""
         if self._loop is None or not guest.allowance.spend(self._loop.time()):
             return False
+        if guest.dismissed or message.type in (WSMsgType.PING, WSMsgType.PONG):
+            return True
         try:
             if message.type is not WSMsgType.TEXT:
                 raise ValueError("expected a request in JSON, got bytes")
@@ -347,6 +385,27 @@ class WebServer:
             with self._lock:
                 self._commands.pop(role.player, None)
                 self._given_back[role.player] = None
+
+
+class _Connection(web.RequestHandler):
+    """A connection of aiohttp's that waits in a room until it is known who is there."""
+
+    __slots__ = ("_room",)
+
+    def __init__(self, room: WaitingRoom, server: web.Server) -> None:
+        loop = asyncio.get_running_loop()
+        super().__init__(server, loop=loop, logger=_http_log, access_log=_http_log, auto_decompress=False)
+        self._room = room
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        super().connection_made(transport)
+        if isinstance(transport, asyncio.Transport):
+            self._room.come(transport)
+
+    def connection_lost(self, exc: BaseException | None) -> None:
+        if self.transport is not None:
+            self._room.leave(self.transport)
+        super().connection_lost(exc)
 
 
 def _page(body: bytes, kind: str) -> Callable[[web.Request], Awaitable[web.Response]]:

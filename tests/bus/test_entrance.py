@@ -1,0 +1,172 @@
+"""Who passes at the entrance of a router with seats, and how strangers are kept from holding others up."""
+
+import asyncio
+import select
+import socket
+import ssl
+import struct
+from collections.abc import Iterator
+from contextlib import ExitStack, closing, contextmanager
+from datetime import UTC, datetime
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from vrg.bus import entrance as subject
+from vrg.bus.credentials import find_credentials
+from vrg.bus.entrance import _Hall, begins_handshake, entrance
+from vrg.bus.hosts import host_of, port_of
+from vrg.bus.seats import Roster, Seat, SeatKind
+from vrg.bus.session import open_router, open_session
+from vrg.bus.stopping import stop_on_signals
+from vrg.seats.folder import KeysFolder
+
+ANN, ROUTER = Seat(SeatKind.PLAYER, "ann"), Seat(SeatKind.ROUTER)
+DEADLINE = 10.0
+
+
+@cache
+def hello() -> bytes:
+    context = ssl.create_default_context()
+    context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
+    sent = ssl.MemoryBIO()
+    with pytest.raises(ssl.SSLWantReadError):
+        context.wrap_bio(ssl.MemoryBIO(), sent).do_handshake()
+    return sent.read()
+
+
+def free() -> str:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tls/127.0.0.1:{probe.getsockname()[1]}"
+
+
+def come(endpoint: str) -> socket.socket:
+    return socket.create_connection((host_of(endpoint), int(port_of(endpoint))), timeout=DEADLINE)
+
+
+def is_closed(connection: socket.socket) -> bool:
+    try:
+        return connection.recv(1) == b""
+    except ConnectionResetError:
+        return True
+
+
+@contextmanager
+def passage() -> Iterator[tuple[socket.socket, socket.socket]]:
+    """Both ends of a passage through an entrance: that of who has come, and that at the listener behind it."""
+    with socket.create_server(("127.0.0.1", 0)) as door:
+        endpoint = free()
+        with entrance(endpoint, [f"tls/127.0.0.1:{door.getsockname()[1]}"]) as open_entrance:
+            open_entrance()
+            door.settimeout(DEADLINE)
+            with come(endpoint) as guest:
+                guest.sendall(hello())
+                inside, _ = door.accept()
+                inside.settimeout(DEADLINE)
+                with inside:
+                    yield guest, inside
+
+
+def test_a_handshake_is_known_by_its_whole_first_message() -> None:
+    whole = hello()
+    assert begins_handshake(whole) is True
+    assert begins_handshake(whole + b"more") is True
+    assert {begins_handshake(whole[:length]) for length in range(len(whole))} == {None}
+
+
+@pytest.mark.parametrize(
+    "rubbish",
+    [
+        b"GET / HTTP/1.1\r\n",
+        b"\x16\x02\x00",  # an older protocol
+        b"\x15\x03\x03\x00\x02",  # an alert
+        b"\x16\x03\x01\x00\x00\x01",  # an empty message
+        b"\x16\x03\x01\xff\xff\x01",  # one that is too long
+        b"\x16\x03\x01\x01\x00\x02",  # a handshake that begins with another message
+    ],
+)
+def test_what_begins_no_handshake_is_known_at_once(rubbish: bytes) -> None:
+    assert begins_handshake(rubbish) is False
+
+
+def test_bytes_pass_both_ways_and_the_lastoldests_before_the_end_too() -> None:
+    with passage() as (guest, inside):
+        begun = inside.recv(2**15)
+        assert begins_handshake(begun) is True
+        guest.sendall(b"question")
+        assert inside.recv(100) == b"question"
+        inside.sendall(b"answer")
+        inside.close()
+        assert guest.recv(100) == b"answer"
+        assert is_closed(guest)
+
+
+def test_the_router_learns_at_once_that_somebody_is_gone() -> None:
+    with passage() as (guest, inside):
+        inside.recv(2**15)
+        guest.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        guest.close()
+        assert is_closed(inside)
+
+
+def test_who_does_not_read_is_sent_no_more_in_the_end() -> None:
+    with passage() as (_guest, inside):
+        inside.settimeout(0.5)
+        with pytest.raises(TimeoutError):
+            inside.sendall(bytes(2**27))
+
+
+def test_who_does_not_begin_a_handshake_is_sent_away(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(subject, "PATIENCE", 0.1)
+    with passage() as (silent, _inside):
+        assert is_closed(silent)
+
+
+def test_of_too_many_who_wait_the_oldest_of_the_largest_crowd_goes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(subject, "WAITING", 3)
+    with passage() as (oldest, _inside), ExitStack() as stack:
+        endpoint = "tls/{}:{}".format(*oldest.getpeername())
+        alone = stack.enter_context(socket.create_connection(oldest.getpeername(), DEADLINE, ("127.0.0.2", 0)))
+        first = stack.enter_context(come(endpoint))
+        others = [stack.enter_context(come(endpoint)) for _ in range(2)]
+        assert is_closed(oldest)
+        assert is_closed(first)
+        assert select.select([alone, *others], [], [], 0)[0] == []
+
+
+def test_one_address_does_not_take_all_places(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(subject, "HELD", 2)
+    with passage() as (one, inside), ExitStack() as stack:
+        assert begins_handshake(inside.recv(2**15)) is True
+        where = one.getpeername()
+        two = stack.enter_context(socket.create_connection(where, DEADLINE))
+        assert is_closed(stack.enter_context(socket.create_connection(where, DEADLINE)))
+        other = stack.enter_context(socket.create_connection(where, DEADLINE, ("127.0.0.2", 0)))
+        two.close()
+        assert select.select([one, other], [], [], 0)[0] == []
+        one.sendall(b"on")
+        assert inside.recv(2) == b"on"
+
+
+def test_a_router_whose_entrance_fails_ends_so_that_another_one_is_started() -> None:
+    with closing(asyncio.new_event_loop()) as loop, stop_on_signals() as stop, socket.create_server(("", 0)) as taken:
+        taken.close()
+        with pytest.raises(OSError, match="Bad file descriptor"):
+            _Hall(loop, []).serve(taken)
+        assert stop.is_set()
+
+
+def test_strangers_do_not_keep_a_seat_out(tmp_path: Path) -> None:
+    folder = KeysFolder(tmp_path / "keys")
+    folder.make("final", Roster("final", {"ann": "red"}).seats, datetime.now(UTC))
+    endpoint = free()
+    with ExitStack() as stack:
+        stack.enter_context(open_router(endpoint, credentials=find_credentials(folder.path, [ROUTER])))
+        for sent in (b"", b"rubbish", hello()) * 100:
+            with come(endpoint) as stranger:
+                stranger.sendall(sent)
+        ann = find_credentials(folder.path, [ANN])
+        with open_session(endpoint, credentials=ann, patience=1.0) as session:
+            assert session.connected
