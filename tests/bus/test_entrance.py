@@ -5,7 +5,7 @@ import select
 import socket
 import ssl
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
 from datetime import UTC, datetime
 from functools import cache
@@ -42,8 +42,8 @@ def free() -> str:
         return f"tls/127.0.0.1:{probe.getsockname()[1]}"
 
 
-def come(endpoint: str) -> socket.socket:
-    return socket.create_connection((host_of(endpoint), int(port_of(endpoint))), timeout=DEADLINE)
+def come(endpoint: str, address: str = "127.0.0.1") -> socket.socket:
+    return socket.create_connection((host_of(endpoint), int(port_of(endpoint))), DEADLINE, (address, 0))
 
 
 def is_closed(connection: socket.socket) -> bool:
@@ -54,19 +54,28 @@ def is_closed(connection: socket.socket) -> bool:
 
 
 @contextmanager
-def passage() -> Iterator[tuple[socket.socket, socket.socket]]:
-    """Both ends of a passage through an entrance: that of who has come, and that at the listener behind it."""
-    with socket.create_server(("127.0.0.1", 0)) as door:
+def passages() -> Iterator[Callable[..., tuple[socket.socket, socket.socket]]]:
+    """Make passages through an entrance: the end of who has come, and that at the listener behind it."""
+    with socket.create_server(("127.0.0.1", 0)) as door, ExitStack() as stack:
         endpoint = free()
-        with entrance(endpoint, [f"tls/127.0.0.1:{door.getsockname()[1]}"]) as open_entrance:
-            open_entrance()
-            door.settimeout(DEADLINE)
-            with come(endpoint) as guest:
-                guest.sendall(hello())
-                inside, _ = door.accept()
-                inside.settimeout(DEADLINE)
-                with inside:
-                    yield guest, inside
+        stack.enter_context(entrance(endpoint, [f"tls/127.0.0.1:{door.getsockname()[1]}"]))()
+        door.settimeout(DEADLINE)
+
+        def pass_through(address: str = "127.0.0.1") -> tuple[socket.socket, socket.socket]:
+            guest = stack.enter_context(come(endpoint, address))
+            guest.sendall(hello())
+            inside = stack.enter_context(door.accept()[0])
+            inside.settimeout(DEADLINE)
+            return guest, inside
+
+        yield pass_through
+
+
+@contextmanager
+def passage() -> Iterator[tuple[socket.socket, socket.socket]]:
+    """Both ends of one passage."""
+    with passages() as pass_through:
+        yield pass_through()
 
 
 def test_a_handshake_is_known_by_its_whole_first_message() -> None:
@@ -137,17 +146,26 @@ def test_of_too_many_who_wait_the_oldest_of_the_largest_crowd_goes(monkeypatch: 
 
 
 def test_one_address_does_not_take_all_places(monkeypatch: pytest.MonkeyPatch) -> None:
+    def let_in(guest: socket.socket, inside: socket.socket) -> bool:
+        inside.recv(2**15)
+        for _ in range(3):
+            inside.sendall(b"!")
+            if is_closed(guest):
+                return False
+            guest.sendall(b"on")
+            inside.recv(2)
+        return True
+
     monkeypatch.setattr(subject, "HELD", 2)
-    with passage() as (one, inside), ExitStack() as stack:
-        assert begins_handshake(inside.recv(2**15)) is True
-        where = one.getpeername()
-        two = stack.enter_context(socket.create_connection(where, DEADLINE))
-        assert is_closed(stack.enter_context(socket.create_connection(where, DEADLINE)))
-        other = stack.enter_context(socket.create_connection(where, DEADLINE, ("127.0.0.2", 0)))
-        two.close()
-        assert select.select([one, other], [], [], 0)[0] == []
-        one.sendall(b"on")
-        assert inside.recv(2) == b"on"
+    with passages() as pass_through:
+        first, second = pass_through(), pass_through()
+        assert let_in(*first)
+        assert let_in(*second)
+        assert not let_in(*pass_through())
+        assert let_in(*pass_through("127.0.0.2"))
+        second[0].close()
+        assert is_closed(second[1])
+        assert let_in(*pass_through())
 
 
 def test_a_router_whose_entrance_fails_ends_so_that_another_one_is_started() -> None:

@@ -32,7 +32,7 @@ PATIENCE = 5.0
 WAITING = 1000
 """The number of connections whose handshake may not have succeeded yet."""
 HELD = 2000
-"""The number of connections of one address, so that the keys of one seat do not take all places of the router."""
+"""The number of connections of one address whose handshake has succeeded, so that one seat does not take all places."""
 _BACKLOG = 4096
 """The number of connections that the system holds ready until they are taken."""
 _TURNS = 3
@@ -171,12 +171,7 @@ class _Outside(_Side):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
-        self._address = (transport.get_extra_info("peername") or ("",))[0]
-        self._hall.held[self._address] += 1
-        if self._hall.held[self._address] > HELD:
-            self.transport.abort()
-        else:
-            self._hall.room.come(self.transport)
+        self._hall.room.come(self.transport)
 
     def data_received(self, data: bytes) -> None:
         self._asked = True
@@ -207,11 +202,16 @@ class _Outside(_Side):
             self._asked, self._turns = False, self._turns + 1
             if self._turns == _TURNS:
                 self._hall.room.leave(self.transport)
+                self._address = (self.transport.get_extra_info("peername") or ("",))[0]
+                self._hall.held[self._address] += 1
+                if self._hall.held[self._address] > HELD:
+                    self.transport.abort()
 
     def connection_lost(self, error: Exception | None) -> None:
         super().connection_lost(error)
         self._hall.room.leave(self.transport)
-        self._hall.held -= Counter({self._address: 1})  # an address that has none left is forgotten
+        if self._turns >= _TURNS:
+            self._hall.held -= Counter({self._address: 1})  # an address that has none left is forgotten
 
 
 class _Inside(_Side):
