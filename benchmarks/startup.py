@@ -44,6 +44,15 @@ zone_depth = 4.0
 """
 
 
+STRANGER = """
+from vrg.games.sharks_and_minnows.player import SharksAndMinnowsPlayer
+
+
+class Stranger(SharksAndMinnowsPlayer):
+    pass
+"""
+
+
 @dataclass(frozen=True)
 class Start:
     """One start of a match. Times in s, memory in MB; of a player the median of all of them."""
@@ -62,8 +71,10 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=5)
     parser.add_argument("--busy", type=int, default=0, help="endless loops that run beside it")
     parser.add_argument("--engine", default="pybullet")
+    parser.add_argument("--strangers", action="store_true", help="players of strangers, sealed by default and not")
     options = parser.parse_args()
-    commands = [str(Path(c).absolute()) for c in options.command or []] or [str(Path(sys.executable).with_name("vrg"))]
+    paths = [str(Path(c).absolute()) for c in options.command or []] or [str(Path(sys.executable).with_name("vrg"))]
+    commands = [f"{path}{more}" for path in paths for more in (("", " --no-sandbox") if options.strangers else ("",))]
     runs = 1 if options.quick else options.runs
     found: dict[str, list[Start]] = {command: [] for command in commands}
     failures = dict.fromkeys(commands, 0)
@@ -71,7 +82,7 @@ def main() -> None:
         for _ in range(runs):
             for command in commands:
                 try:
-                    found[command].append(_start(command, options.engine))
+                    found[command].append(_start(command, options.engine, strangers=options.strangers))
                 except RuntimeError as error:
                     failures[command] += 1
                     print(f"{command}: {error}", file=sys.stderr)
@@ -92,17 +103,26 @@ def main() -> None:
     show(title, rows, [], as_json=options.json)
 
 
-def _start(command: str, engine: str) -> Start:
-    """Start a match, take the figures when everybody works, and end it."""
+def _start(command: str, engine: str, *, strangers: bool) -> Start:
+    """Start a match, take the figures when everybody works, and end it.
+
+    Args:
+        command: the path of `vrg`, with more options of `vrg play` after a space.
+        strangers: True lets all play by a file outside the folder of the match.
+    """
     wanted = {"world/world", "coordinator/referee", "recorder/recorder", *(f"player/p{n}" for n in range(PLAYERS))}
-    with tempfile.TemporaryDirectory() as folder:
+    path, _, more = command.partition(" ")
+    with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryDirectory() as elsewhere:
+        strategy = Path(elsewhere) / "stranger.py"
+        strategy.write_text(STRANGER, encoding="utf-8")
         file = Path(folder) / "match.toml"
-        file.write_text(MATCH.format(engine=engine) + _players(), encoding="utf-8")
+        players = _players(f"{strategy}:Stranger" if strangers else "sharks-and-minnows")
+        file.write_text(MATCH.format(engine=engine) + players, encoding="utf-8")
         # Not in the working folder: an older release takes the folder `vrg` there for the package.
         environment = {**os.environ, "XDG_STATE_HOME": f"{folder}/state"}
         began = time.monotonic()
         launcher = subprocess.Popen(
-            [command, "play", str(file), "--headless", "--runs", folder],
+            [path, "play", str(file), "--headless", "--runs", folder, *more.split()],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
@@ -127,11 +147,12 @@ def _start(command: str, engine: str) -> Start:
             launcher.kill()
 
 
-def _players() -> str:
+def _players(strategy: str) -> str:
     text = ""
     for n in range(PLAYERS):
         role, y, heading = ("shark", -13.0, 90) if n == 0 else ("minnow", 13.0, -90)
         text += f'[[players]]\nname = "p{n}"\nrole = "{role}"\nx = {2.0 * n - 8}\ny = {y}\nheading = {heading}\n'
+        text += f'strategy = "{strategy}"\n'
     return text
 
 

@@ -101,6 +101,20 @@ def test_a_player_whose_end_is_not_seen_holds_up_nothing(make: Make, monkeypatch
     monkeypatch.undo()
 
 
+def test_a_player_that_cannot_be_started_again_is_out_and_the_others_go_on(
+    make: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    supervisor = make("modest", "modest")
+    first = supervisor.processes[0]
+    monkeypatch.setattr(first.log, "path", Path("/dev/null/log"))
+    first.kill()
+    failed: dict[str, str] = {}
+    wait_until(lambda: failed.update(polled(supervisor)) or failed, "the player to be out")
+    assert list(failed) == ["p0"]
+    assert "cannot be started: [Errno 20]" in failed["p0"]
+    assert supervisor.processes[1].pid is not None
+
+
 def test_what_a_player_starts_counts_as_its_memory(make: Make) -> None:
     if sys.platform != "linux":
         pytest.skip("the memory of a process is told otherwise elsewhere")

@@ -223,6 +223,9 @@ def test_a_killed_launcher_leaves_nobody_behind_on_any_host(lab: Lab, shared: Ma
         for host in lab.hosts.values():
             wait_until(lambda host=host: not host.processes(), f"all on {host.name} to end")  # type: ignore[misc]
         wait_until(lambda: not match.survivors(), "all here to end")
+        keys = match.seats
+        assert keys is not None
+        wait_until(lambda: not keys.exists(), "the keys of the run to be deleted")
     finally:
         match.close()
 

@@ -115,9 +115,22 @@ class Supervisor:
             p for p in self.processes if p.spec.group == group and not p.spec.is_router and p.spec.name not in vacant
         ]
         for member in members:
-            member.start()
-        self._starting = members
+            self._start(member)
+        self._starting = [member for member in members if member.spec.name not in self._vacant]
         self._looked = time.monotonic()
+
+    def _start(self, process: ManagedProcess) -> None:
+        """Start a process. A player that cannot be started, as on a full disk, has failed for good.
+
+        Raises:
+            LaunchError: another process cannot be started.
+        """
+        try:
+            process.start()
+        except LaunchError as error:
+            if not process.spec.seat:
+                raise
+            self._vacate(process, str(error))
 
     @property
     def starting(self) -> Collection[str]:
@@ -353,7 +366,7 @@ class Supervisor:
             self._vacate(process, what)
         elif process.strikes.failure(now):
             self._announce(f"{name} {what}: started again (log: {process.log.path})")
-            process.start()
+            self._start(process)
             self._notes.note(What.STARTED, name)
             if process.spec.is_router:
                 self._router_since = now
