@@ -3,11 +3,13 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from msgspec import structs
+
 from vrg.bus.seats import Seat, seats_of_node
 from vrg.config.files import HERE, LIVE, WEB, WINDOW
 from vrg.config.setup import MatchSetup
 from vrg.games import game_of
-from vrg.launch.child import arguments_of
+from vrg.launch.child import Job
 from vrg.launch.managed import ProcessSpec
 
 if TYPE_CHECKING:
@@ -99,41 +101,46 @@ def specs(
         page: where the page is served, and for whom; None without one.
         live: where Foxglove can connect, such as `127.0.0.1:8765`; None if it cannot.
     """
-    run = folder.resolve()
+    job = Job(kind="router", router=endpoint, run=str(folder.resolve()), keys=None if keys is None else str(keys))
 
-    def node(name: str, kind: str, as_: str, *, group: int = 1, stop: int = 1, essential: bool = True) -> ProcessSpec:
-        arguments = arguments_of(kind, router=endpoint, run=run, name=as_, keys=keys)
-        # The developers' view is a spectator on the bus.
-        pulse = setup.keys.pulse("spectator" if kind == "developer" else kind, as_).key
-        seat = kind == "player"
-        return ProcessSpec(name, arguments, pulse, group, stop, essential, seat=seat)
+    def node(
+        name: str,
+        kind: str,
+        as_: str | None = None,
+        *,
+        group: int = 1,
+        stop: int = 1,
+        essential: bool = True,
+        secret: str = "",
+    ) -> ProcessSpec:
+        as_ = name if as_ is None else as_
+        arguments = structs.replace(job, kind=kind, name=as_).arguments
+        # Most of what shows the match is a spectator on the bus.
+        shown = "spectator" if kind in ("developer", "web", "foxglove") else kind
+        pulse = setup.keys.pulse(shown, name if kind in ("web", "foxglove") else as_).key
+        return ProcessSpec(name, arguments, pulse, group, stop, essential, seat=kind == "player", secret=secret)
 
     found = [
-        ProcessSpec("router", arguments_of("router", router=endpoint, run=run, keys=keys), None, 0, 3),
-        node("world", "world", "world", stop=2),
-        node("referee", "coordinator", "referee"),
+        ProcessSpec("router", job.arguments, None, 0, 3),
+        node("world", "world", stop=2),
+        node("referee", "coordinator"),
     ]
     for companion in setup.companions:
         arguments = (*companion.arguments, "--leash")
         found.append(ProcessSpec(companion.name, arguments, None, 1, 2, says=companion.says, command=True))
     if record:
-        found.append(node("recorder", "recorder", "recorder", essential=False))
+        found.append(node("recorder", "recorder", essential=False))
     if window:
         found.append(node(WINDOW, *window_of(setup), essential=False))
     if page is not None:
-        arguments, pulse = (
-            arguments_of("web", router=endpoint, run=run, keys=keys),
-            setup.keys.pulse("spectator", WEB).key,
-        )
-        found.append(ProcessSpec(WEB, arguments, pulse, 1, 1, essential=False, secret=page.encoded()))
+        found.append(node(WEB, "web", "", essential=False, secret=page.encoded()))
     if live is not None:
-        arguments = arguments_of("foxglove", router=endpoint, run=run, name=live, keys=keys)
-        found.append(ProcessSpec(LIVE, arguments, setup.keys.pulse("spectator", LIVE).key, 1, 1, essential=False))
+        found.append(node(LIVE, "foxglove", live, essential=False))
     for player in setup.players:
         waits = player.physical and bool(setup.companions)
-        found.append(node(player.name, "player", player.name, group=2 if waits else 1, stop=0))
+        found.append(node(player.name, "player", group=2 if waits else 1, stop=0))
     here = [spec for spec in found if setup.place.get(spec.name, HERE) == machine]
     if machine in setup.machines and setup.machines[machine].router:
-        arguments = arguments_of("router", router=endpoint, run=run, keys=keys, upstream=upstream)
-        here.insert(0, ProcessSpec(further_router(machine), arguments, None, 0, 3))
+        further = structs.replace(job, upstream=upstream)
+        here.insert(0, ProcessSpec(further_router(machine), further.arguments, None, 0, 3))
     return here

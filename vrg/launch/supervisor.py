@@ -4,6 +4,8 @@ import time
 from collections.abc import Callable, Collection, Generator, Iterator, Sequence
 from pathlib import Path
 
+from msgspec import structs
+
 from vrg.bus.credentials import Credentials
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import ProcessStatus
@@ -12,7 +14,7 @@ from vrg.bus.stopping import StopSignal
 from vrg.bus.topics import Keys, router_alive
 from vrg.config.files import HERE
 from vrg.errors import BusError, CredentialsError, LaunchError
-from vrg.launch.child import FAILED_FOR_GOOD, arguments_of, split_options
+from vrg.launch.child import FAILED_FOR_GOOD, job_of
 from vrg.launch.events import NoNotes, Notes, What
 from vrg.launch.fork_server import UNKNOWN, ForkServer
 from vrg.launch.greed import Greed
@@ -268,10 +270,9 @@ class Supervisor:
         """End a player's process, and start it with another strategy."""
         yield from self._ended(process, HANDOVER)
         name = process.spec.name
-        (kind, router, run, player, *_), keys, _ = split_options(process.spec.arguments)
         self._vacant.discard(name)
         try:
-            process.play(arguments_of(kind, router=router, run=Path(run), name=player, strategy=strategy, keys=keys))
+            process.play(structs.replace(job_of(process.spec.arguments), strategy=strategy).arguments)
         except LaunchError as error:
             self._vacate(process, str(error))
 
