@@ -14,8 +14,7 @@ import pytest
 from tests.system.harness import wait_until
 from vrg.blame import DecisionTimeoutError, OutputFloodError
 from vrg.launch import bounds
-from vrg.launch.bounds import Bounded, DecisionAlarm, MemoryBound, printing_to
-from vrg.launch.output import FLOOD, WINDOW, BoundedOutput
+from vrg.launch.bounds import FLOOD, OUTPUT_WINDOW, Bounded, BoundedOutput, DecisionAlarm, MemoryBound, printing_to
 from vrg.launch.process_log import FLOOD_WINDOW, LONGEST, ProcessLog
 
 
@@ -38,7 +37,7 @@ class TestOutput:
         output = BoundedOutput(io.StringIO(), lambda: now)
         for _ in range(20):
             output.write("x" * (FLOOD // 2))
-            now += WINDOW / 2 + 1.0
+            now += OUTPUT_WINDOW / 2 + 1.0
 
 
 class TestLog:

@@ -25,10 +25,9 @@ from vrg.blame import failure_of, tell_of_refusals
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, StrategyError, VrgError
 from vrg.hal.models import RobotModel
-from vrg.launch.bounds import printing_to
+from vrg.launch.bounds import BoundedOutput, printing_to
 from vrg.launch.fork_server import Child, ForkServer
 from vrg.launch.nodes import strategy_class, strategy_of
-from vrg.launch.output import BoundedOutput
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.sandbox.player import policy_of
 from vrg.launch.sandbox.seal import seal

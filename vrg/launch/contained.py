@@ -13,8 +13,7 @@ from vrg.blame import DecisionTimeoutError, failure_of
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys
 from vrg.errors import ConfigError, LaunchError, StrategyError
-from vrg.launch.bounds import Bounded, DecisionAlarm, Footprint, MemoryBound
-from vrg.launch.output import BoundedOutput
+from vrg.launch.bounds import Bounded, BoundedOutput, DecisionAlarm, Footprint, MemoryBound
 from vrg.launch.process_log import ProcessLog
 from vrg.launch.seats import disqualification
 from vrg.launch.strikes import Strikes

@@ -26,8 +26,7 @@ from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.config.setup import MatchSetup, write_setup
 from vrg.errors import LaunchError, SandboxError, StrategyError
 from vrg.launch import nodes
-from vrg.launch.bounds import MemoryBound, printing_to, say_where_on_request
-from vrg.launch.output import BoundedOutput
+from vrg.launch.bounds import BoundedOutput, MemoryBound, printing_to, say_where_on_request
 from vrg.launch.run_folder import RunFolder, write_json, write_whole
 
 log = logging.getLogger(__name__)
