@@ -50,7 +50,7 @@ def match_path(game_or_path: str) -> Path:
     path = Path(game_or_path)
     if path.suffix == ".toml" or path.is_file():
         if not path.is_file():
-            raise ConfigError([f"{path}: no such file"])
+            raise ConfigError(f"{path}: no such file")
         return path
     if game_or_path in GAMES:
         return GAMES.get(game_or_path).default_match()
@@ -58,7 +58,7 @@ def match_path(game_or_path: str) -> Path:
         for file in GAMES.get(game).default_match().parent.glob("*.toml"):
             if game_or_path == f"{game}-{file.stem}":
                 return file
-    raise ConfigError([f"expected a match file (*.toml) or a game ({', '.join(GAMES.names())}), got {game_or_path!r}"])
+    raise ConfigError(f"expected a match file (*.toml) or a game ({', '.join(GAMES.names())}), got {game_or_path!r}")
 
 
 def read_match(path: Path) -> MatchFile:
@@ -70,7 +70,7 @@ def read_match(path: Path) -> MatchFile:
     try:
         return _FILE.validate_python(tomllib.loads(path.read_text(encoding="utf-8")))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, ValidationError) as error:
-        raise ConfigError([f"{path}: cannot be read; `vrg check {path}` says more: {error}"]) from None
+        raise ConfigError(f"{path}: cannot be read; `vrg check {path}` says more: {error}") from None
 
 
 def load_match(path: Path, *, base: Path | None = None, **overrides: str | int | float | bool | None) -> MatchSetup:
@@ -86,7 +86,7 @@ def load_match(path: Path, *, base: Path | None = None, **overrides: str | int |
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError([f"{path}: cannot be read: {error}"]) from None
+        raise ConfigError(f"{path}: cannot be read: {error}") from None
     return check_match(text, path, base or path.resolve().parent, **overrides)
 
 

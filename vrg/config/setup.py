@@ -207,7 +207,7 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
             if player.name == name:
                 return player
         known = ", ".join(p.name for p in self.players)
-        raise ConfigError([f"expected the name of a player of this match ({known}), got {name!r}"])
+        raise ConfigError(f"expected the name of a player of this match ({known}), got {name!r}")
 
     def substituted(self, name: str, strategy: str) -> "MatchSetup":
         """Return the same match in which a player plays by another strategy.

@@ -53,11 +53,11 @@ def teams_of(setup: MatchSetup) -> tuple[str, str]:
         ConfigError: there are not two, or a robot is a physical one.
     """
     if setup.physical:
-        raise ConfigError([f"{setup.origin}: {', '.join(setup.physical)}: games are compared with virtual robots only"])
+        raise ConfigError(f"{setup.origin}: {', '.join(setup.physical)}: games are compared with virtual robots only")
     teams = list(dict.fromkeys(player.team for player in setup.players))
     if len(teams) != 2:
         found = ", ".join(teams)
-        raise ConfigError([f"{setup.origin}: expected a match of two teams, found {len(teams)}: {found}"])
+        raise ConfigError(f"{setup.origin}: expected a match of two teams, found {len(teams)}: {found}")
     return teams[0], teams[1]
 
 

@@ -117,7 +117,7 @@ class ExperimentFolder:
             for player in members(found, team):
                 if player.strategy.rpartition(":")[2] != target.rpartition(":")[2]:
                     text = f"expected {player.name} to play by {target}, found {player.strategy}"
-                    raise ConfigError([f"{folder.match_file}: {text}: write its strategy in one line"])
+                    raise ConfigError(f"{folder.match_file}: {text}: write its strategy in one line")
         return found
 
     def append(self, row: Row) -> None:
@@ -155,17 +155,17 @@ class ExperimentFolder:
         if not self._definition.is_file():
             if self.path.is_dir() and any(self.path.iterdir()):
                 text = "expected an empty folder or that of an experiment, found other files: choose another --out"
-                raise ConfigError([f"{self.path}: {text}"])
+                raise ConfigError(f"{self.path}: {text}")
             return
         try:
             before = msgspec.json.decode(self._definition.read_bytes(), type=Definition)
         except msgspec.DecodeError as error:
             text = f"expected the definition of an experiment of this release: {error}: choose another --out"
-            raise ConfigError([f"{self._definition}: {text}"]) from None
+            raise ConfigError(f"{self._definition}: {text}") from None
         differences = self.definition.differences(before)
         if differences:
             text = f"the games in it are of another experiment: {'; '.join(differences)}: choose another --out"
-            raise ConfigError([f"{self.path}: {text}"])
+            raise ConfigError(f"{self.path}: {text}")
 
     def _load(self) -> list[Row]:
         """Read the record. A torn last line is removed."""

@@ -38,18 +38,14 @@ PATIENCE = 2.0
 """The real time in s that a process may need to end when its game has ended."""
 
 
-def server_for(setup: MatchSetup) -> ForkServer:
-    """A server that forks the processes of games. It is to be closed.
-
-    Args:
-        setup: a match; what its game and its engine need is loaded in advance.
-    """
+def server_for(game: str, engine: str) -> ForkServer:
+    """A server that forks the processes of games, and has loaded what a game and an engine need. It is to be closed."""
     # With a thread for each core in each process, the linear algebra of one game would slow the others.
     for library in ("OPENBLAS", "OMP", "MKL"):
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     server = ForkServer()
-    rules = GAMES.get(setup.game).rules.partition(":")[0]
-    server.start([playing.__name__, rules, ENGINES.get(setup.engine).__module__, *_NODES])
+    rules = GAMES.get(game).rules.partition(":")[0]
+    server.start([playing.__name__, rules, ENGINES.get(engine).__module__, *_NODES])
     return server
 
 
@@ -123,9 +119,5 @@ def seals(setup: MatchSetup) -> bool:
 
 def ended(games: Sequence[GameProcess], timeout: float) -> list[tuple[GameProcess, Played]]:
     """Wait at most `timeout` seconds for one of these games to end, and return those that have, with their results."""
-    ready: set[object] = set(wait([_connection(game) for game in games], timeout))
+    ready = wait([game.answer for game in games], timeout)
     return [(game, found) for game in games if game.answer in ready and (found := game.result()) is not None]
-
-
-def _connection(game: GameProcess) -> Connection:
-    return game.answer

@@ -32,7 +32,7 @@ class Workers:
         self.jobs = jobs
         self._folder = folder
         self._running: list[_Running] = []
-        self._server = server_for(setup)
+        self._server = server_for(setup.game, setup.engine)
 
     @property
     def free(self) -> int:

@@ -101,11 +101,11 @@ class StrategyApart(RemoteStrategy):
         if patience is not None and not self._pipe.poll(patience):
             self.close()
             loop = "look for a loop outside of its methods"
-            raise ConfigError([f"{job.name}: the strategy is still being made after {patience:g} s: {loop}"])
+            raise ConfigError(f"{job.name}: the strategy is still being made after {patience:g} s: {loop}")
         ready = self._answer()
         if isinstance(ready, _Failed):
             self.close()
-            raise ConfigError([ready.words])
+            raise ConfigError(ready.words)
         if not isinstance(ready, _Ready):
             raise self._ended(f"it has answered {type(ready).__name__}")
         # Each strategy has its own, so they are no attribute of the class.
@@ -203,7 +203,7 @@ def strategy_apart(
     try:
         return StrategyApart(job, process, patience)
     except StrategyError as error:
-        raise ConfigError([f"a strategy ends the whole program while it is made: {error}"]) from None
+        raise ConfigError(f"a strategy ends the whole program while it is made: {error}") from None
 
 
 def main(_arguments: Sequence[str] = ()) -> int:

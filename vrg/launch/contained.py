@@ -114,7 +114,7 @@ class ContainedPlayer(Node):
         self._strikes = Strikes()
         fresh = self._fresh()
         if not isinstance(fresh, Strategy):
-            raise ConfigError([fresh])
+            raise ConfigError(fresh)
         self._player.play_by(fresh)
 
     def counted(self) -> dict[str, Any]:

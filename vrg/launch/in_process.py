@@ -170,9 +170,7 @@ def _simulation(setup: MatchSetup) -> "Simulation | None":
             real += robots
     if real:
         raise ConfigError(
-            [
-                f"{', '.join(real)}: expected virtual robots, or emulated motor controllers (`emulate = true` in "
-                "[backends.can]): a match in one process does not wait for real ones; leave --in-process out"
-            ]
+            f"{', '.join(real)}: expected virtual robots, or emulated motor controllers (`emulate = true` in "
+            "[backends.can]): a match in one process does not wait for real ones; leave --in-process out"
         )
     return simulation

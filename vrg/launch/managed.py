@@ -158,11 +158,9 @@ class ManagedProcess:
         pid = self.pid
         if pid is None:
             return None
-        try:
-            times = psutil.Process(pid).cpu_times()
-        except psutil.Error:
+        used = _used(pid)
+        if used is None:
             return None
-        used = times.user + times.system
         # Where the whole machine has stalled, this process was not idle for longer than the others.
         self._idle += min(now - self._looked, _STALL)
         self._looked = now
@@ -209,11 +207,9 @@ class ManagedProcess:
             return 0.0
         used, since, load = self._usage
         if now - since >= _LOAD_PERIOD:
-            try:
-                times = psutil.Process(pid).cpu_times()
-            except psutil.Error:
+            total = _used(pid)
+            if total is None:
                 return 0.0
-            total = times.user + times.system
             # A process that was started again has used less than the one before.
             load = round(max(0.0, total - used) / (now - since), 3) if since else 0.0
             self._usage = (total, now, load)
@@ -264,3 +260,12 @@ class ManagedProcess:
             self._process.wait(KILLED)
         self._process.stream.close()
         return by_itself
+
+
+def _used(pid: int) -> float | None:
+    """The processor time that a process has used, s; None if it has ended."""
+    try:
+        times = psutil.Process(pid).cpu_times()
+    except psutil.Error:
+        return None
+    return float(times.user + times.system)

@@ -87,15 +87,12 @@ class Supervisor:
         self._vacant: set[str] = set()
         self._endings: dict[str, Iterator[None]] = {}
         self.processes = [ManagedProcess(spec, logs / f"{spec.name}.log", server or ForkServer()) for spec in specs]
+        self._router = next((process for process in self.processes if process.spec.is_router), None)
 
     @property
     def names(self) -> list[str]:
         """The names of the processes, without those that have ended and are not started again."""
         return [p.spec.name for p in self.processes]
-
-    @property
-    def _routers(self) -> list[ManagedProcess]:
-        return [p for p in self.processes if p.spec.is_router]
 
     def attach(self, session: Session) -> None:
         """Hear the processes' signs of life over this session from now on."""
@@ -134,8 +131,8 @@ class Supervisor:
         """
         self._feel_pulses()
         self._go_on_ending()
-        for router in [p for p in self._routers if p.exit_status is not None]:
-            self._check_start(router)
+        if self._router is not None and self._router.exit_status is not None:
+            self._check_start(self._router)
         now = time.monotonic()
         look, self._looked = (True, now) if now - self._looked > _PROGRESS else (False, self._looked)
         ready = []
@@ -172,15 +169,17 @@ class Supervisor:
         Raises:
             LaunchError: the router ended or makes no progress, for example because another one has its endpoint.
         """
-        for router in self._routers:
-            router.start()
-            self._router_since = time.monotonic()
-            while not self._answers(router):
-                self._check_start(router)
-                meanwhile()
-                if stop.wait(0.02):
-                    return False
-            router.ready = True
+        router = self._router
+        if router is None:
+            return True
+        router.start()
+        self._router_since = time.monotonic()
+        while not self._answers(router):
+            self._check_start(router)
+            meanwhile()
+            if stop.wait(0.02):
+                return False
+        router.ready = True
         return True
 
     def _answers(self, router: ManagedProcess) -> bool:
@@ -369,22 +368,21 @@ class Supervisor:
     def _find_hung(self, now: float) -> None:
         if self._session is None:
             return
+        router = self._router if self._router is not None and self._router.pid else None
         if not self._session.connected:
             self._cut_since = self._cut_since or now
-            if now - self._cut_since > CUT_OFF and now - self._router_since > ROUTER_START:
-                for router in [p for p in self._routers if p.pid]:
-                    self._announce("router does not answer: killed")
-                    self._notes.note(What.KILLED, router.spec.name, "does not answer")
-                    router.kill()
+            if router and now - self._cut_since > CUT_OFF and now - self._router_since > ROUTER_START:
+                self._announce("router does not answer: killed")
+                self._notes.note(What.KILLED, router.spec.name, "does not answer")
+                router.kill()
             return
         back = self._cut_since is not None
         if back:
             self._cut_since = None
             self._router_since = now
-        for router in [p for p in self._routers if p.pid and not p.ready]:
-            if back or now - self._router_since > CUT_OFF:
-                router.ready = True
-                self._notes.note_at_next_clock(What.READY, router.spec.name)
+        if router and not router.ready and (back or now - self._router_since > CUT_OFF):
+            router.ready = True
+            self._notes.note_at_next_clock(What.READY, router.spec.name)
         hung = self._pulses.hung()
         for process in self.processes:
             stuck = None if process.ready or process.spec.pulse is None else process.stuck(now)
