@@ -14,7 +14,16 @@ import pytest
 from tests.system.harness import wait_until
 from vrg.blame import DecisionTimeoutError, OutputFloodError
 from vrg.launch import bounds
-from vrg.launch.bounds import FLOOD, OUTPUT_WINDOW, Bounded, BoundedOutput, DecisionAlarm, MemoryBound, printing_to
+from vrg.launch.bounds import (
+    FLOOD,
+    OUTPUT_WINDOW,
+    Bounded,
+    BoundedOutput,
+    DecisionAlarm,
+    Footprint,
+    MemoryBound,
+    printing_to,
+)
 from vrg.launch.process_log import FLOOD_WINDOW, LONGEST, ProcessLog
 
 
@@ -113,7 +122,8 @@ class TestStubborn:
         program.write_text(
             "from vrg.launch import bounds\nbounds.BUDGET = bounds._STUBBORN = 0.5\n"
             "def act():\n    while True:\n        try:\n            pass\n        except:\n            pass\n"
-            "with bounds.DecisionAlarm(None) as alarm, bounds.Bounded(alarm, None):\n    while True:\n        try:\n"
+            "with bounds.DecisionAlarm(None) as alarm, bounds.Bounded(alarm, bounds.Footprint()):\n"
+            "    while True:\n        try:\n"
             "            act()\n        except BaseException:\n            pass\n"
         )
         done = subprocess.run([sys.executable, str(program)], capture_output=True, text=True, timeout=300, check=False)
@@ -124,7 +134,8 @@ class TestStubborn:
         program = tmp_path / "stuck.py"
         program.write_text(
             "from vrg.launch import bounds\nbounds._STUCK = 0.5\n"
-            "with bounds.DecisionAlarm(None) as alarm, bounds.Bounded(alarm, None):\n    sum(iter(int, 1))\n"
+            "with bounds.DecisionAlarm(None) as alarm, bounds.Bounded(alarm, bounds.Footprint()):\n"
+            "    sum(iter(int, 1))\n"
         )
         done = subprocess.run([sys.executable, str(program)], capture_output=True, text=True, timeout=300, check=False)
         assert done.returncode == -signal.SIGVTALRM
@@ -176,7 +187,7 @@ def _print_for_ever(output: BoundedOutput) -> None:
 
 
 def _decide_for_ever(alarm: DecisionAlarm) -> None:
-    with Bounded(alarm, None):
+    with Bounded(alarm, Footprint()):
         while True:
             try:
                 time.sleep(0.01)

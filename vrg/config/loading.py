@@ -9,14 +9,7 @@ from typing import Any, TypeVar
 from msgspec import structs
 from pydantic import TypeAdapter, ValidationError
 
-from vrg.config.checks import (
-    machine_problems,
-    machines_of,
-    radio_problems,
-    sensor_problems,
-    sensors_of,
-    zone_problems,
-)
+from vrg.config import checks
 from vrg.config.files import HERE, MatchFile, TeamTable
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup, PlayerSetup
@@ -185,11 +178,11 @@ class _Checker:
         # The problems of the rules are found first, so that a rule book is made only from good settings.
         good_rules = isinstance(data.get("rules"), dict) and self._check_rules(game, file.rules)
         companions = self._check_backends(file)
-        self.problems += radio_problems(file.radio, names)
-        self.problems += sensor_problems(file.sensors)
+        self.problems += checks.radio_problems(file.radio, names)
+        self.problems += checks.sensor_problems(file.sensors)
         self._check_teams(game, file.teams)
-        self.problems += machine_problems(file, self._companions_at)
-        machines, place = machines_of(file, self._companions_at)
+        self.problems += checks.machine_problems(file, self._companions_at)
+        machines, place = checks.machines_of(file, self._companions_at)
         players = [player for index in range(len(file.players)) if (player := self._player(game, file, index))]
         setup = MatchSetup(
             **structs.asdict(file)
@@ -213,7 +206,7 @@ class _Checker:
         if good_rules and not self.problems:
             book = self._attempt(lambda: rulebook_of(setup))
             if book is not None:
-                self.problems += zone_problems(book, setup.world)
+                self.problems += checks.zone_problems(book, setup.world)
         return setup
 
     def _without_mistakes(self, data: dict[str, Any], mistakes: Sequence[Place]) -> MatchFile:
@@ -286,7 +279,7 @@ class _Checker:
         if entry.name in self._companions_at:
             text = f"{entry.name!r} is the name of another process of this match"
             self.problems.append(Problem(text, (*where, "name")))
-        sensors = self._attempt(lambda: sensors_of(file, entry, where))
+        sensors = self._attempt(lambda: checks.sensors_of(file, entry, where))
         return PlayerSetup(
             **structs.asdict(entry)
             | {

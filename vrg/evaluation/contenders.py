@@ -9,7 +9,7 @@ from pathlib import Path
 from msgspec import Struct
 
 from vrg.bus.names import normal
-from vrg.config.setup import MatchSetup, PlayerSetup
+from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
 from vrg.launch.apart import strategy_apart
 from vrg.launch.fork_server import ForkServer
@@ -59,11 +59,6 @@ def teams_of(setup: MatchSetup) -> tuple[str, str]:
         found = ", ".join(teams)
         raise ConfigError(f"{setup.origin}: expected a match of two teams, found {len(teams)}: {found}")
     return teams[0], teams[1]
-
-
-def members(setup: MatchSetup, team: str) -> list[PlayerSetup]:
-    """The players of a team."""
-    return [player for player in setup.players if player.team == team]
 
 
 def with_strategies(setup: MatchSetup, by_team: dict[str, str]) -> MatchSetup:

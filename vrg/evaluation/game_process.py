@@ -57,26 +57,27 @@ class GameProcess:
         folder: for its journal and its logs. limit: the match time in s after which it is broken off.
 
     Attributes:
-        answer: it can be read when one of the processes has ended.
+        folder: as given. answer: it can be read when one of the processes has ended.
 
     Raises:
         LaunchError: no process can be started.
     """
 
     def __init__(self, server: ForkServer, setup: MatchSetup, seed: int, folder: Path, limit: float) -> None:
-        self._server, self._folder, self._limit = server, folder, limit
+        self.folder = folder
+        self._server, self._limit = server, limit
         self._setup = structs.replace(setup, seed=seed)
         self._told: Played | None = None
         self._begin(sealed=seals(setup) and missing() is None)
 
     def _begin(self, *, sealed: bool) -> None:
-        arguments = [str(self._folder), str(self._limit), *(["sealed"] if sealed else [])]
+        arguments = [str(self.folder), str(self._limit), *(["sealed"] if sealed else [])]
         try:
-            self._folder.mkdir(parents=True, exist_ok=True)
-            with (self._folder / "process.log").open("ab") as log:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            with (self.folder / "process.log").open("ab") as log:
                 self._process = self._server.run(playing.__name__, arguments, log)
         except OSError as error:
-            raise LaunchError(f"{self._folder}: no game can be played: {error}") from error
+            raise LaunchError(f"{self.folder}: no game can be played: {error}") from error
         self.answer = Connection(self._process.stream.detach())
         with contextlib.suppress(OSError):  # `result` tells of a process that has ended
             self.answer.send_bytes(msgspec.json.encode((self._setup, self._told)))

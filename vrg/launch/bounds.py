@@ -235,26 +235,32 @@ class Bounded:
     """Runs a student's code in a match in one process; a context manager that can be used again and again.
 
     Args:
-        alarm: ends it when it takes too long. output: what it prints goes there; None lets it print.
-        footprint: what it leaves behind; None if it decides elsewhere.
+        alarm: ends it when it takes too long. footprint: what it leaves behind.
+
+    Attributes:
+        output: what it prints goes there; None lets it print.
     """
 
-    def __init__(self, alarm: DecisionAlarm, output: BoundedOutput | None, footprint: Footprint | None = None) -> None:
+    def __init__(self, alarm: DecisionAlarm, footprint: Footprint) -> None:
         self._alarm = alarm
-        self._output = output
         self._footprint = footprint
+        self.output: BoundedOutput | None = None
         self._before = sys.stdout, sys.stderr
 
     def __enter__(self) -> None:
         self._before = sys.stdout, sys.stderr
-        if self._output is not None:
-            sys.stdout = sys.stderr = self._output
-        if self._footprint is not None:
-            self._footprint.begin()
+        if self.output is not None:
+            sys.stdout = sys.stderr = self.output
+        self._footprint.begin()
         self._alarm.begin()
 
     def __exit__(self, *_: object) -> None:
         self._alarm.end()
         sys.stdout, sys.stderr = self._before
-        if self._footprint is not None:
-            self._footprint.end()
+        self._footprint.end()
+
+    def close(self) -> None:
+        """Its code runs no more. Idempotent."""
+        self._footprint.close()
+        if self.output is not None:
+            self.output.close()

@@ -56,15 +56,12 @@ class ContainedPlayer(Node):
         self._player = player
         self._keys = keys
         self._make = make
-        self._alarm = alarm
         self._disqualify = disqualify
         self._memory = memory
         self._strikes = Strikes()
         self._out = False
         self._log = None if log is None else ProcessLog(log)
-        self._output: BoundedOutput | None = None
-        self._footprint = Footprint()
-        self._bounds = Bounded(alarm, None, self._footprint)
+        self._bounds = Bounded(alarm, Footprint())
         self._trim_at = 0.0
 
     def start(self) -> None:
@@ -72,8 +69,7 @@ class ContainedPlayer(Node):
         if self._log is not None:
             stream = io.TextIOWrapper(self._log.open(), encoding="utf-8", errors="backslashreplace", write_through=True)
             # By match time, so that it does not depend on how fast this computer is.
-            self._output = BoundedOutput(stream, lambda: self.mailbox.now)
-            self._bounds = Bounded(self._alarm, self._output, self._footprint)
+            self._bounds.output = BoundedOutput(stream, lambda: self.mailbox.now)
         self._player.start()
 
     def begin(self, tick: Tick) -> None:
@@ -124,9 +120,7 @@ class ContainedPlayer(Node):
     def stop(self) -> None:
         """Stop its robot."""
         self._player.stop()
-        self._footprint.close()
-        if self._output is not None:
-            self._output.close()
+        self._bounds.close()
 
     def _fail(self, error: StrategyError, tick: Tick, *, again: bool) -> None:
         """Its robot stands; it gets a fresh strategy, or is out."""

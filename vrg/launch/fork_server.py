@@ -264,7 +264,7 @@ class _Forked(Child):
             self._status = self._server.status(self.pid)
             if self._status is None and not self._server.alive:
                 self._status = UNKNOWN
-                self._kill_group()
+                forking.end_group(self.pid)
         if self._status is not None and self._handle >= 0:
             os.close(self._handle)
             self._handle = -1
@@ -276,11 +276,7 @@ class _Forked(Child):
             with contextlib.suppress(ProcessLookupError):
                 signal.pidfd_send_signal(self._handle, number)
             if number == signal.SIGKILL and not self._server.alive:
-                self._kill_group()
-
-    def _kill_group(self) -> None:
-        with contextlib.suppress(ProcessLookupError, PermissionError):
-            os.killpg(self.pid, signal.SIGKILL)
+                forking.end_group(self.pid)
 
     def rest(self) -> None:
         """Let a moment pass, or less if it ends before."""
@@ -304,12 +300,13 @@ class _Spawned(Child):
         running = self._process.returncode is None
         status = self._process.poll()
         if running and status is not None:
-            with contextlib.suppress(ProcessLookupError, PermissionError):
-                os.killpg(self.pid, signal.SIGKILL)
+            forking.end_group(self.pid)
         return status
 
     def send_signal(self, number: int) -> None:
         """Send it a signal, if it still runs; SIGKILL to its whole group."""
         if self.poll() is None:
-            with contextlib.suppress(ProcessLookupError, PermissionError):
-                (os.killpg if number == signal.SIGKILL else os.kill)(self.pid, number)
+            if number == signal.SIGKILL:
+                forking.end_group(self.pid)
+            else:
+                self._process.send_signal(number)

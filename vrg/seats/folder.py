@@ -140,24 +140,22 @@ class KeysFolder:
         Raises:
             ConfigError: the folder cannot be read, or a file in it is no certificate.
         """
-        return list(self._entries())
-
-    def _entries(self) -> Iterator[SeatKeys]:
         try:
             folders = sorted(path for path in self.path.iterdir() if (path / CERTIFICATE).is_file())
         except OSError as error:
             raise ConfigError(
                 f"{self.path}: expected a folder of keys: {error.strerror}: make one by `vrg keys init`"
             ) from None
-        common = self._common_authority()
+        common, found = self._common_authority(), []
         for folder in folders:
             try:
                 certificate, beside = (folder / CERTIFICATE).read_bytes(), (folder / AUTHORITY).read_bytes()
                 # A seat whose own copy is another one would not trust the router.
                 genuine = is_of(certificate, beside) and is_of(certificate, common or beside)
-                yield SeatKeys(Credentials(folder, folder.name), validity(certificate), genuine)
+                found.append(SeatKeys(Credentials(folder, folder.name), validity(certificate), genuine))
             except (OSError, ValueError) as error:
                 raise ConfigError(f"{folder}: expected the keys of a seat: {error}") from None
+        return found
 
     def _common_authority(self) -> bytes | None:
         """The certificate of the authority of all seats that are here; None if nothing tells which it is."""
