@@ -96,7 +96,7 @@ def test_a_player_whose_end_is_not_seen_holds_up_nothing(make: Make, monkeypatch
     wait_until(lambda: other.exit_status is not None, "the other to end")
     died = other.exit_status
     wait_until(lambda: polled(supervisor) == {} and other.pid is not None, "the other to be started again")
-    assert (died, other.status("here", 0.0).restarts) == (-9, 1)
+    assert (died, other.status("here").restarts) == (-9, 1)
     assert stuck.pid is not None
     monkeypatch.undo()
 

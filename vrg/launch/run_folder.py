@@ -3,6 +3,7 @@
 import json
 import os
 import secrets
+from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -106,13 +107,10 @@ class RunFolder:
         Raises:
             LaunchError: its file cannot be written or read.
         """
-        path = self.secret_file
+        path, new = self.secret_file, os.O_WRONLY | os.O_CREAT | os.O_EXCL
         try:
-            try:
-                with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
-                    file.write(secrets.token_hex(16))
-            except FileExistsError:
-                pass
+            with suppress(FileExistsError), open(os.open(path, new, 0o600), "w") as file:
+                file.write(secrets.token_hex(16))
             return path.read_text()
         except OSError as error:
             raise LaunchError(f"{path}: cannot be written or read: {error.strerror}: choose another place") from error

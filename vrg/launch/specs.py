@@ -28,7 +28,7 @@ def placed(setup: MatchSetup, *, window: bool, record: bool, web: bool = False, 
     names += [LIVE] if live else []
     names += [player.name for player in setup.players]
     routers = {"router": setup.place.get("router", HERE)}
-    routers |= {further_router(name): name for name, machine in setup.machines.items() if machine.router}
+    routers |= {f"router-{name}": name for name, machine in setup.machines.items() if machine.router}
     return routers | {name: setup.place.get(name, HERE) for name in names}
 
 
@@ -67,11 +67,6 @@ def seats_at(setup: MatchSetup, machine: str, *, window: bool, record: bool) -> 
     names = {process: window_of(setup)[1] if process == WINDOW else process for process in kinds}
     seats = [seats_of_node(kind, names[process])[-1] for process, kind in kinds.items() if kind is not None]
     return list(dict.fromkeys(seats))
-
-
-def further_router(machine: str) -> str:
-    """The name of the process of a machine's further router."""
-    return f"router-{machine}"
 
 
 def specs(

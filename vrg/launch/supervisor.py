@@ -316,8 +316,7 @@ class Supervisor:
 
     def statuses(self) -> list[ProcessStatus]:
         """How each of the processes is."""
-        now = time.monotonic()
-        return [process.status(self.machine, now) for process in self.processes]
+        return [process.status(self.machine) for process in self.processes]
 
     def _feel_pulses(self) -> None:
         if self._session is None:
