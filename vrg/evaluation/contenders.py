@@ -11,7 +11,7 @@ from msgspec import Struct
 from vrg.bus.names import normal
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
-from vrg.launch.apart import strategy_apart
+from vrg.launch.apart import StrategyApart
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.nodes import strategy_of
 from vrg.launch.run_folder import RunFolder
@@ -92,7 +92,7 @@ def check(setup: MatchSetup, found: Sequence[Contender], apart: ForkServer | Non
             for player in playing.players:
                 try:
                     if apart is not None and playing.sandboxed(player.name, seats=True):
-                        strategy_apart(apart, playing, player.name, RunFolder(Path(place))).close()
+                        StrategyApart(apart, playing, player.name, RunFolder(Path(place))).close()
                     else:
                         strategy_of(playing, player.name)
                 except ConfigError as error:

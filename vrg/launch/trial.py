@@ -74,9 +74,7 @@ class Trial:
     def _try(self, setup: MatchSetup, name: str, *, make: bool) -> None:
         if untried() is None:
             sealed = missing() is None
-            apart.strategy_apart(
-                self.server, setup, name, self.run, patience=PATIENCE, sealed=sealed, make=make
-            ).close()
+            apart.StrategyApart(self.server, setup, name, self.run, patience=PATIENCE, sealed=sealed, make=make).close()
 
 
 @contextmanager
