@@ -108,10 +108,7 @@ class ContainedPlayer(Node):
         """
         self._make = make
         self._strikes = Strikes()
-        fresh = self._fresh()
-        if not isinstance(fresh, Strategy):
-            raise ConfigError(fresh)
-        self._player.play_by(fresh)
+        self._player.play_by(self._fresh())
 
     def counted(self) -> dict[str, Any]:
         """What the player has counted."""
@@ -132,11 +129,11 @@ class ContainedPlayer(Node):
         self._player.give_way(f"{self.name}: {error}")
         why = str(error)
         if again:
-            fresh = self._fresh()
-            if isinstance(fresh, Strategy):
-                self._player.play_by(fresh)
+            try:
+                self._player.play_by(self._fresh())
                 return
-            why = fresh
+            except ConfigError as problem:
+                why = str(problem)
         elif not error.final:
             why = f"it fails too often: {why}"
         if isinstance(error.__cause__, MemoryError):
@@ -146,13 +143,17 @@ class ContainedPlayer(Node):
         self._out = True
         self.mailbox.publish(self._keys.official, disqualification(self.name, why))
 
-    def _fresh(self) -> Strategy | str:
-        """A new strategy, or why there is none."""
+    def _fresh(self) -> Strategy:
+        """A new strategy.
+
+        Raises:
+            ConfigError: it cannot be made.
+        """
         try:
             with self._bounds:
                 return self._make()
-        except (ConfigError, DecisionTimeoutError) as problem:
-            return str(failure_of(problem) if isinstance(problem, DecisionTimeoutError) else problem)
+        except DecisionTimeoutError as problem:
+            raise ConfigError(str(failure_of(problem))) from None
 
     def _note(self, text: str) -> None:
         if self._log is not None:

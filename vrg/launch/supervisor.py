@@ -137,8 +137,6 @@ class Supervisor:
         look, self._looked = (True, now) if now - self._looked > _PROGRESS else (False, self._looked)
         ready = []
         for process in list(self._starting):
-            if not process.ready and process.has_said:
-                self._is_ready(process)
             if process.ready:
                 self._starting.remove(process)
                 ready.append(process.spec.name)
@@ -319,9 +317,8 @@ class Supervisor:
         return [process.status(self.machine) for process in self.processes]
 
     def _feel_pulses(self) -> None:
-        if self._session is None:
-            return
-        self._session.receive()
+        if self._session is not None:
+            self._session.receive()
         self._mailbox.handover(0.0)
         felt = {pulse.key for pulse in self._beats.take()}
         alive = [p for p in self.processes if p.spec.pulse in felt and p.pid is not None]
