@@ -41,6 +41,10 @@ class TestOutput:
             _print_for_ever(BoundedOutput(stream))
         assert len(stream.getvalue()) <= FLOOD
 
+    def test_lines_that_are_written_together_count(self) -> None:
+        with pytest.raises(OutputFloodError):
+            BoundedOutput(io.StringIO()).writelines(["x" * 1000] * (FLOOD // 1000 + 1))
+
     def test_a_little_now_and_then_is_none(self) -> None:
         now = 0.0
         output = BoundedOutput(io.StringIO(), lambda: now)
