@@ -115,13 +115,7 @@ def idle_machines(setup: MatchSetup) -> str:
 
 def unproved(setup: MatchSetup) -> list[str]:
     """What the match file alone cannot prove of the robots, in words."""
-    found = []
-    for backend, table in setup.backends.items():
-        kind = BACKENDS.get(backend)
-        if kind.settings is not None:
-            robots = [player.name for player in setup.players if player.backend == backend]
-            found += kind.settings.model_validate(table).unproved(robots)
-    return found
+    return [text for _, settings, robots in setup.backend_settings() for text in settings.unproved(robots)]
 
 
 def check_strategies(setup: MatchSetup, make: Callable[[MatchSetup, str], object]) -> None:

@@ -11,7 +11,6 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from vrg.config.setup import MatchSetup
-from vrg.hal.backends import BACKENDS
 from vrg.hal.sensors.depiction import Rays
 from vrg.launch.code_files import imported
 from vrg.launch.run_folder import RunFolder
@@ -37,12 +36,9 @@ def files_of(setup: MatchSetup) -> "Kept":
             kept.keep(str(source.relative_to(base)))
     if setup.map.endswith(".toml") or "/" in setup.map:
         kept.keep(os.path.relpath(setup.map, base) if Path(setup.map).is_relative_to(base) else setup.map)
-    for backend, table in setup.backends.items():
-        kind = BACKENDS.get(backend)
-        if kind.settings is not None:
-            robots = [player.name for player in setup.players if player.backend == backend]
-            for file in kind.settings.model_validate(table).files(robots):
-                kept.keep(file)
+    for _, settings, robots in setup.backend_settings():
+        for file in settings.files(robots):
+            kept.keep(file)
     return kept
 
 

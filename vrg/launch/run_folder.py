@@ -59,19 +59,15 @@ class RunFolder:
         """
         stem = f"{match}-{now:%Y%m%d-%H%M%S}"
         for attempt in range(1, 1000):
-            path = parent / (stem if attempt == 1 else f"{stem}-{attempt}")
+            folder = cls(parent / (stem if attempt == 1 else f"{stem}-{attempt}"))
             try:
-                path.mkdir(parents=True)
+                folder.path.mkdir(parents=True)
+                folder.prepare()
+                folder.match_file.write_text(text, encoding="utf-8")
             except FileExistsError:
                 continue
             except OSError as error:
-                raise _unusable(path, error) from error
-            folder = cls(path)
-            folder.prepare()
-            try:
-                folder.match_file.write_text(text, encoding="utf-8")
-            except OSError as error:
-                raise _unusable(path, error) from error
+                raise _unusable(folder.path, error) from error
             return folder
         raise LaunchError(f"{parent / stem}: a thousand runs in one second")
 
