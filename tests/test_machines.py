@@ -8,6 +8,7 @@ from vrg.bus.names import NAME_RULE
 from vrg.config.loading import idle_machines, load_match
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
+from vrg.launch.child import Job, job_of
 from vrg.launch.specs import placed, specs
 
 MATCH = """
@@ -183,7 +184,8 @@ def test_a_site_may_have_a_router_of_its_own(tmp_path: Path) -> None:
     assert placed(setup, window=False, record=False)["router-lab2"] == "lab2"
     (router,) = specs(setup, tmp_path, "tcp/own:1", window=False, record=False, machine="lab2", upstream="tcp/main:1")
     assert router.is_router
-    assert router.arguments == ("router", "tcp/own:1", str(tmp_path.resolve()), "--upstream=tcp/main:1")
+    job = Job(kind="router", router="tcp/own:1", run=str(tmp_path.resolve()), upstream="tcp/main:1")
+    assert job_of(router.arguments) == job
 
 
 def test_a_machine_with_the_router_of_the_match_needs_no_further_one(tmp_path: Path) -> None:

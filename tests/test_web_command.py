@@ -18,7 +18,7 @@ from vrg.commands.page import open_page, print_links
 from vrg.config.files import WEB
 from vrg.errors import LaunchError
 from vrg.launch import child, managed
-from vrg.launch.child import split_options, title
+from vrg.launch.child import job_of
 from vrg.launch.endpoints import free_port
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.managed import ManagedProcess, ProcessSpec
@@ -92,8 +92,8 @@ def test_the_page_runs_where_the_match_is_launched_and_its_tokens_are_in_no_argu
     assert read_admission(web.secret) == page
     assert not web.essential
     assert all(token not in repr(web) for token in (page.official, *page.seats.values()))
-    assert title(web.arguments).startswith("vrg web in ")
-    assert split_options(web.arguments)[0][0] == "web"
+    assert job_of(web.arguments).title.startswith("vrg web in ")
+    assert job_of(web.arguments).kind == "web"
     assert WEB not in {s.name for s in specs(setup, tmp_path, "tcp/h:1", window=False, record=False)}
 
 

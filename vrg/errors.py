@@ -37,11 +37,12 @@ class ConfigError(VrgError, ValueError):
     """A match file, a map or an option cannot be used.
 
     Args:
-        problems: all problems of the input at once. A plain string is a problem without a place.
+        problems: all problems of the input at once, or the only one. A plain string is a problem without a place.
     """
 
-    def __init__(self, problems: Sequence[Problem | str]) -> None:
-        self.problems = [Problem(problem) if isinstance(problem, str) else problem for problem in problems]
+    def __init__(self, problems: str | Sequence[Problem | str]) -> None:
+        found = [problems] if isinstance(problems, str) else problems
+        self.problems = [Problem(problem) if isinstance(problem, str) else problem for problem in found]
         super().__init__("\n".join(map(str, self.problems)))
 
     def __reduce__(self) -> tuple[type["ConfigError"], tuple[list[Problem]]]:

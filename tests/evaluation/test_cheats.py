@@ -20,7 +20,7 @@ def game(match: Path, minnows: str, *, sealed: bool = True, sharks: str = "Hones
     targets = {"sharks": f"{file}:Honest" if sharks == "Honest" else sharks, "minnows": f"{file}:{minnows}"}
     setup = with_strategies(load_match(match), targets)
     setup = structs.replace(setup, sandbox=None if sealed else False)
-    playing = GameProcess(server_for(setup), setup, 0, match.with_name(f"{minnows} {sealed}"), 600.0)
+    playing = GameProcess(server_for(setup.game, setup.engine), setup, 0, match.with_name(f"{minnows} {sealed}"), 600.0)
     while not (found := ended([playing], 600.0)):
         pass
     return found[0][1]

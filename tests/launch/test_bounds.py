@@ -14,8 +14,16 @@ import pytest
 from tests.system.harness import wait_until
 from vrg.blame import DecisionTimeoutError, OutputFloodError
 from vrg.launch import bounds
-from vrg.launch.bounds import Bounded, DecisionAlarm, MemoryBound, printing_to
-from vrg.launch.output import FLOOD, WINDOW, BoundedOutput
+from vrg.launch.bounds import (
+    FLOOD,
+    OUTPUT_WINDOW,
+    Bounded,
+    BoundedOutput,
+    DecisionAlarm,
+    Footprint,
+    MemoryBound,
+    printing_to,
+)
 from vrg.launch.process_log import FLOOD_WINDOW, LONGEST, ProcessLog
 
 
@@ -33,12 +41,16 @@ class TestOutput:
             _print_for_ever(BoundedOutput(stream))
         assert len(stream.getvalue()) <= FLOOD
 
+    def test_lines_that_are_written_together_count(self) -> None:
+        with pytest.raises(OutputFloodError):
+            BoundedOutput(io.StringIO()).writelines(["x" * 1000] * (FLOOD // 1000 + 1))
+
     def test_a_little_now_and_then_is_none(self) -> None:
         now = 0.0
         output = BoundedOutput(io.StringIO(), lambda: now)
         for _ in range(20):
             output.write("x" * (FLOOD // 2))
-            now += WINDOW / 2 + 1.0
+            now += OUTPUT_WINDOW / 2 + 1.0
 
 
 class TestLog:
@@ -114,7 +126,8 @@ class TestStubborn:
         program.write_text(
             "from vrg.launch import bounds\nbounds.BUDGET = bounds._STUBBORN = 0.5\n"
             "def act():\n    while True:\n        try:\n            pass\n        except:\n            pass\n"
-            "with bounds.DecisionAlarm(None) as alarm, bounds.Bounded(alarm, None):\n    while True:\n        try:\n"
+            "with bounds.DecisionAlarm(None) as alarm, bounds.Bounded(alarm, bounds.Footprint()):\n"
+            "    while True:\n        try:\n"
             "            act()\n        except BaseException:\n            pass\n"
         )
         done = subprocess.run([sys.executable, str(program)], capture_output=True, text=True, timeout=300, check=False)
@@ -125,7 +138,8 @@ class TestStubborn:
         program = tmp_path / "stuck.py"
         program.write_text(
             "from vrg.launch import bounds\nbounds._STUCK = 0.5\n"
-            "with bounds.DecisionAlarm(None) as alarm, bounds.Bounded(alarm, None):\n    sum(iter(int, 1))\n"
+            "with bounds.DecisionAlarm(None) as alarm, bounds.Bounded(alarm, bounds.Footprint()):\n"
+            "    sum(iter(int, 1))\n"
         )
         done = subprocess.run([sys.executable, str(program)], capture_output=True, text=True, timeout=300, check=False)
         assert done.returncode == -signal.SIGVTALRM
@@ -177,7 +191,7 @@ def _print_for_ever(output: BoundedOutput) -> None:
 
 
 def _decide_for_ever(alarm: DecisionAlarm) -> None:
-    with Bounded(alarm, None):
+    with Bounded(alarm, Footprint()):
         while True:
             try:
                 time.sleep(0.01)

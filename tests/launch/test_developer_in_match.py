@@ -11,6 +11,7 @@ from vrg.config.files import HERE, WINDOW
 from vrg.config.loading import load_match, match_path
 from vrg.config.setup import read_setup, write_setup
 from vrg.launch import nodes
+from vrg.launch.child import Job, job_of
 from vrg.launch.specs import seats_at, specs, window_of
 
 
@@ -19,7 +20,8 @@ def test_it_is_the_window_of_a_match_that_is_played_with_it(tmp_path: Path) -> N
     write_setup(setup, tmp_path / "setup")
     assert window_of(read_setup(tmp_path / "setup")) == ("developer", "window")
     window = next(s for s in specs(setup, tmp_path, "tcp/h:1", window=True, record=False) if s.name == WINDOW)
-    assert window.arguments == ("developer", "tcp/h:1", str(tmp_path), "window")
+    job = Job(kind="developer", router="tcp/h:1", run=str(tmp_path), name="window")
+    assert job_of(window.arguments) == job
     assert window.pulse == "vrg/hud/pulse/spectator/window", "on the bus it is a spectator"
     assert Seat(SeatKind.WINDOW) in seats_at(setup, HERE, window=True, record=False)
 

@@ -60,7 +60,6 @@ def test_a_log_that_cannot_be_written_is_told_once_and_disturbs_nobody(
     for _ in range(3):
         log.write(Event(what=What.BEGAN, monotonic=0.0))
     assert caplog.text.count("cannot be written") == 1
-    EventLog(None).write(Event(what=What.BEGAN, monotonic=0.0))
 
 
 class FakeSession:

@@ -16,6 +16,7 @@ from vrg.config.files import HERE, WINDOW
 from vrg.config.loading import load_match, match_path
 from vrg.games.hud.helm import Wish
 from vrg.launch import nodes
+from vrg.launch.child import Job, job_of
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.specs import seats_at, specs, window_of
 from vrg.launch.systemd import Installation, units
@@ -103,7 +104,7 @@ def test_a_player_of_another_game_is_sent_and_plays_on_when_it_is_given_back(tmp
 def test_the_game_opens_the_display_of_its_first_player(tmp_path: Path) -> None:
     setup = load_match(match_path("hud"))
     window = next(s for s in specs(setup, tmp_path, "tcp/h:1", window=True, record=False) if s.name == WINDOW)
-    assert window.arguments == ("hud", "tcp/h:1", str(tmp_path), "robot1")
+    assert job_of(window.arguments) == Job(kind="hud", router="tcp/h:1", run=str(tmp_path), name="robot1")
     assert window.pulse == "vrg/hud/pulse/hud/robot1"
     assert not window.essential
     assert Seat(SeatKind.HUD, "robot1") in seats_at(setup, HERE, window=True, record=False)

@@ -12,14 +12,14 @@ import pytest
 from tests.system.harness import wait_until
 from vrg.bus.topics import Keys
 from vrg.launch import greed, managed
-from vrg.launch.child import arguments_of
+from vrg.launch.child import Job
 from vrg.launch.managed import ProcessSpec
 from vrg.launch.supervisor import Supervisor
 
 PLAYER = """
-import os, signal, subprocess, sys, time
+import json, os, signal, subprocess, sys, time
 
-kind = sys.argv[-1]
+kind = json.loads(sys.argv[-1])["strategy"]
 signal.signal(signal.SIGUSR1, signal.SIG_IGN)
 if kind == "stubborn":
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
@@ -44,7 +44,7 @@ def make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Make]:
         specs = [
             ProcessSpec(
                 f"p{number}",
-                arguments_of("player", router="tcp/h:1", run=tmp_path, name=f"p{number}", strategy=kind),
+                Job(kind="player", router="tcp/h:1", run=str(tmp_path), name=f"p{number}", strategy=kind).arguments,
                 None, 1, 1, seat=True, says="started",
             )
             for number, kind in enumerate(kinds)
@@ -96,7 +96,7 @@ def test_a_player_whose_end_is_not_seen_holds_up_nothing(make: Make, monkeypatch
     wait_until(lambda: other.exit_status is not None, "the other to end")
     died = other.exit_status
     wait_until(lambda: polled(supervisor) == {} and other.pid is not None, "the other to be started again")
-    assert (died, other.status("here", 0.0).restarts) == (-9, 1)
+    assert (died, other.status("here").restarts) == (-9, 1)
     assert stuck.pid is not None
     monkeypatch.undo()
 

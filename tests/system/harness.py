@@ -33,6 +33,7 @@ from vrg.hal.can.link import Link
 from vrg.hal.sensors.ins import Ins
 from vrg.hal.sensors.odometry import Odometry
 from vrg.hal.sensors.touch import Touch
+from vrg.launch.child import job_of
 from vrg.launch.run_folder import RunFolder
 
 FRESH_FOR = 90.0
@@ -431,7 +432,7 @@ def _node(command: list[str]) -> str | None:
     if command[1:4] == ["-P", "-m", "vrg"]:  # python -P -m vrg can node ...
         return "drives"
     if command[1:4] == ["-P", "-m", "vrg.launch.child"]:
-        command = ["vrg", command[4], *command[7:8]]
+        command = job_of(command[4:]).title.split()
     words = " ".join(command).split()  # vrg player NAME in RUN
     if words[:1] != ["vrg"] or len(words) < 2:
         return None

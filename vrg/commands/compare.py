@@ -52,7 +52,7 @@ def compare(
         console, folder = make_console(), played.folder
         [(pairing, series)] = played.series.items()
         rows, teams = played.rows(), folder.definition.teams
-        sentence = report.Finding.of(pairing, series).sentence(confidence)
+        sentence = report.sentence(pairing, series, confidence)
         tables = [report.sides(rows, teams), report.calls(rows)]
         remarks = report.irregular(rows)
         files.write(folder.path, "games", files.games(rows, folder.again))

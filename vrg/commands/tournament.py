@@ -48,9 +48,7 @@ def tournament(
 
     If it is interrupted, the same command goes on where it stopped.
     """
-    from vrg.evaluation import files, report
-    from vrg.evaluation.ratings import ratings
-    from vrg.evaluation.standings import Cross, ranking
+    from vrg.evaluation import files, report, standings
     from vrg.ui.crosstable import plot_cross_table
 
     if len(set(strategies)) < max(2, len(strategies)):
@@ -59,21 +57,23 @@ def tournament(
     with experiment(strategies, wish, "tournament", mirror=mirror) as played:
         console, folder = make_console(), played.folder
         rows = played.rows()
-        findings = [report.Finding.of(pairing, series) for pairing, series in played.series.items()]
-        rated = ratings([contender.label for contender in folder.definition.contenders], rows)
-        cross = Cross.of([rating.label for rating in rated], findings)
-        table = cross.table(rated)
-        sentences = [finding.sentence(confidence) for finding in findings]
+        rated = standings.ratings([contender.label for contender in folder.definition.contenders], rows)
+        labels = [rating.label for rating in rated]
+        crossed = standings.crossed(labels, played.series)
+        cells = standings.cells(crossed)
+        table = standings.table(rated, cells)
+        sentences = [report.sentence(pairing, series, confidence) for pairing, series in played.series.items()]
         remarks = report.irregular(rows)
         files.write(folder.path, "games", files.games(rows, folder.again))
-        files.write(folder.path, "pairings", files.pairings(findings))
+        files.write(folder.path, "pairings", files.pairings(played.series))
         files.write(folder.path, "ratings", files.rated(rated))
         show(console, table)
         for sentence in sentences:
             console.print(escape(sentence), soft_wrap=True)
         title = f"{folder.definition.game}, {len(rows)} games; *: a difference was found"
         marks = [(rating.mu, rating.sigma) for rating in rated]
-        plot_cross_table(folder.path / "tournament.png", title, cross.labels, cross.shares, cross.cells(), marks)
+        shares = [[None if now is None else now.share for now in line] for line in crossed]
+        plot_cross_table(folder.path / "tournament.png", title, labels, shares, cells, marks)
         parts = [f"# {title}", report.markdown(table), "\n".join(f"- {text}" for text in [*sentences, *remarks])]
         finish(console, folder, parts, rows, remarks)
-        console.print(f"[bold]{escape(ranking(rated))}[/bold]", soft_wrap=True)
+        console.print(f"[bold]{escape(standings.ranking(rated))}[/bold]", soft_wrap=True)

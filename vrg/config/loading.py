@@ -9,14 +9,7 @@ from typing import Any, TypeVar
 from msgspec import structs
 from pydantic import TypeAdapter, ValidationError
 
-from vrg.config.checks import (
-    machine_problems,
-    machines_of,
-    radio_problems,
-    sensor_problems,
-    sensors_of,
-    zone_problems,
-)
+from vrg.config import checks
 from vrg.config.files import HERE, MatchFile, TeamTable
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup, PlayerSetup
@@ -50,7 +43,7 @@ def match_path(game_or_path: str) -> Path:
     path = Path(game_or_path)
     if path.suffix == ".toml" or path.is_file():
         if not path.is_file():
-            raise ConfigError([f"{path}: no such file"])
+            raise ConfigError(f"{path}: no such file")
         return path
     if game_or_path in GAMES:
         return GAMES.get(game_or_path).default_match()
@@ -58,7 +51,7 @@ def match_path(game_or_path: str) -> Path:
         for file in GAMES.get(game).default_match().parent.glob("*.toml"):
             if game_or_path == f"{game}-{file.stem}":
                 return file
-    raise ConfigError([f"expected a match file (*.toml) or a game ({', '.join(GAMES.names())}), got {game_or_path!r}"])
+    raise ConfigError(f"expected a match file (*.toml) or a game ({', '.join(GAMES.names())}), got {game_or_path!r}")
 
 
 def read_match(path: Path) -> MatchFile:
@@ -70,7 +63,7 @@ def read_match(path: Path) -> MatchFile:
     try:
         return _FILE.validate_python(tomllib.loads(path.read_text(encoding="utf-8")))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, ValidationError) as error:
-        raise ConfigError([f"{path}: cannot be read; `vrg check {path}` says more: {error}"]) from None
+        raise ConfigError(f"{path}: cannot be read; `vrg check {path}` says more: {error}") from None
 
 
 def load_match(path: Path, *, base: Path | None = None, **overrides: str | int | float | bool | None) -> MatchSetup:
@@ -86,7 +79,7 @@ def load_match(path: Path, *, base: Path | None = None, **overrides: str | int |
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError([f"{path}: cannot be read: {error}"]) from None
+        raise ConfigError(f"{path}: cannot be read: {error}") from None
     return check_match(text, path, base or path.resolve().parent, **overrides)
 
 
@@ -122,13 +115,7 @@ def idle_machines(setup: MatchSetup) -> str:
 
 def unproved(setup: MatchSetup) -> list[str]:
     """What the match file alone cannot prove of the robots, in words."""
-    found = []
-    for backend, table in setup.backends.items():
-        kind = BACKENDS.get(backend)
-        if kind.settings is not None:
-            robots = [player.name for player in setup.players if player.backend == backend]
-            found += kind.settings.model_validate(table).unproved(robots)
-    return found
+    return [text for _, settings, robots in setup.backend_settings() for text in settings.unproved(robots)]
 
 
 def check_strategies(setup: MatchSetup, make: Callable[[MatchSetup, str], object]) -> None:
@@ -185,11 +172,11 @@ class _Checker:
         # The problems of the rules are found first, so that a rule book is made only from good settings.
         good_rules = isinstance(data.get("rules"), dict) and self._check_rules(game, file.rules)
         companions = self._check_backends(file)
-        self.problems += radio_problems(file.radio, names)
-        self.problems += sensor_problems(file.sensors)
+        self.problems += checks.radio_problems(file.radio, names)
+        self.problems += checks.sensor_problems(file.sensors)
         self._check_teams(game, file.teams)
-        self.problems += machine_problems(file, self._companions_at)
-        machines, place = machines_of(file, self._companions_at)
+        self.problems += checks.machine_problems(file, self._companions_at)
+        machines, place = checks.machines_of(file, self._companions_at)
         players = [player for index in range(len(file.players)) if (player := self._player(game, file, index))]
         setup = MatchSetup(
             **structs.asdict(file)
@@ -213,7 +200,7 @@ class _Checker:
         if good_rules and not self.problems:
             book = self._attempt(lambda: rulebook_of(setup))
             if book is not None:
-                self.problems += zone_problems(book, setup.world)
+                self.problems += checks.zone_problems(book, setup.world)
         return setup
 
     def _without_mistakes(self, data: dict[str, Any], mistakes: Sequence[Place]) -> MatchFile:
@@ -286,7 +273,7 @@ class _Checker:
         if entry.name in self._companions_at:
             text = f"{entry.name!r} is the name of another process of this match"
             self.problems.append(Problem(text, (*where, "name")))
-        sensors = self._attempt(lambda: sensors_of(file, entry, where))
+        sensors = self._attempt(lambda: checks.sensors_of(file, entry, where))
         return PlayerSetup(
             **structs.asdict(entry)
             | {

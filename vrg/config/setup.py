@@ -5,8 +5,9 @@ A process that is given a set-up needs neither the match file nor the code that 
 
 import hashlib
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import msgspec
 from msgspec import structs
@@ -15,12 +16,16 @@ from vrg.bus.seats import Roster
 from vrg.bus.topics import Keys
 from vrg.config.files import HERE, Machine, MatchFile, PlayerEntry
 from vrg.errors import ConfigError, LaunchError
+from vrg.hal.backends import BACKENDS
 from vrg.hal.companions import Companion
 from vrg.hal.models import RobotModel, robot_model
 from vrg.hal.models.settings import with_settings
 from vrg.hal.sim.config import RobotSetup, WorldConfig
 from vrg.modules import module_in
 from vrg.regions import Region
+
+if TYPE_CHECKING:
+    from vrg.hal.settings import BackendSettings
 
 RULES, NOISE = "rules", "noise"
 """The purposes of `MatchSetup.draw` that the referee and the world have."""
@@ -180,6 +185,14 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
         """The names of the players whose robots are physical ones."""
         return [p.name for p in self.players if p.physical]
 
+    def backend_settings(self) -> "Iterator[tuple[str, BackendSettings, list[str]]]":
+        """The settings of each backend that has a table in the match file: its name, its table, and its robots."""
+        for backend, table in self.backends.items():
+            kind = BACKENDS.get(backend).settings
+            if kind is not None:
+                robots = [player.name for player in self.players if player.backend == backend]
+                yield backend, kind.model_validate(table), robots
+
     @property
     def world(self) -> WorldConfig:
         """The set-up of the world of this match."""
@@ -207,7 +220,7 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
             if player.name == name:
                 return player
         known = ", ".join(p.name for p in self.players)
-        raise ConfigError([f"expected the name of a player of this match ({known}), got {name!r}"])
+        raise ConfigError(f"expected the name of a player of this match ({known}), got {name!r}")
 
     def substituted(self, name: str, strategy: str) -> "MatchSetup":
         """Return the same match in which a player plays by another strategy.

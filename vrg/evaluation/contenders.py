@@ -9,9 +9,9 @@ from pathlib import Path
 from msgspec import Struct
 
 from vrg.bus.names import normal
-from vrg.config.setup import MatchSetup, PlayerSetup
+from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
-from vrg.launch.apart import strategy_apart
+from vrg.launch.apart import StrategyApart
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.nodes import strategy_of
 from vrg.launch.run_folder import RunFolder
@@ -53,17 +53,12 @@ def teams_of(setup: MatchSetup) -> tuple[str, str]:
         ConfigError: there are not two, or a robot is a physical one.
     """
     if setup.physical:
-        raise ConfigError([f"{setup.origin}: {', '.join(setup.physical)}: games are compared with virtual robots only"])
+        raise ConfigError(f"{setup.origin}: {', '.join(setup.physical)}: games are compared with virtual robots only")
     teams = list(dict.fromkeys(player.team for player in setup.players))
     if len(teams) != 2:
         found = ", ".join(teams)
-        raise ConfigError([f"{setup.origin}: expected a match of two teams, found {len(teams)}: {found}"])
+        raise ConfigError(f"{setup.origin}: expected a match of two teams, found {len(teams)}: {found}")
     return teams[0], teams[1]
-
-
-def members(setup: MatchSetup, team: str) -> list[PlayerSetup]:
-    """The players of a team."""
-    return [player for player in setup.players if player.team == team]
 
 
 def with_strategies(setup: MatchSetup, by_team: dict[str, str]) -> MatchSetup:
@@ -97,7 +92,7 @@ def check(setup: MatchSetup, found: Sequence[Contender], apart: ForkServer | Non
             for player in playing.players:
                 try:
                     if apart is not None and playing.sandboxed(player.name, seats=True):
-                        strategy_apart(apart, playing, player.name, RunFolder(Path(place))).close()
+                        StrategyApart(apart, playing, player.name, RunFolder(Path(place))).close()
                     else:
                         strategy_of(playing, player.name)
                 except ConfigError as error:

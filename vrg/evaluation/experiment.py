@@ -22,14 +22,12 @@ from vrg.games import STRATEGIES
 from vrg.launch.keeping import files_of
 from vrg.toml_text import with_value
 
-FORMAT = 1
-
 
 class Definition(Struct, frozen=True, kw_only=True):
     """See the module.
 
     Args:
-        experiment: the version of the format. vrg: the release of VRG.
+        vrg: the release of VRG.
         match: the text of the match file, with the overrides. game: the name of the game.
         teams: the two teams. The first strategy of a pairing plays the first of them in games with even numbers.
         seed: the seed of the first pair; each next pair has the next seed.
@@ -38,7 +36,6 @@ class Definition(Struct, frozen=True, kw_only=True):
         code: the SHA-256 of each file that the games depend on, by its name.
     """
 
-    experiment: int = FORMAT
     vrg: str = __version__
     match: str
     game: str
@@ -73,7 +70,6 @@ class Definition(Struct, frozen=True, kw_only=True):
         """What is different in another definition, in words."""
         found = []
         for name, what in (
-            ("experiment", "the version of the format"),
             ("vrg", "the release of VRG"),
             ("game", "the game"),
             ("seed", "the seed"),

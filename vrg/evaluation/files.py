@@ -1,6 +1,6 @@
 """Tables of games and of pairings as CSV and as Parquet."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -8,9 +8,10 @@ import pyarrow as pa
 from pyarrow import csv, parquet
 
 from vrg.errors import LaunchError
-from vrg.evaluation.games import Game, Row
-from vrg.evaluation.ratings import Rating
-from vrg.evaluation.report import Finding, rules
+from vrg.evaluation.games import Game, Pairing, Row
+from vrg.evaluation.report import rules
+from vrg.evaluation.series import Series
+from vrg.evaluation.standings import Rating
 
 Columns = dict[str, tuple[Any, list[Any]]]
 """The type and the values of each column."""
@@ -51,12 +52,12 @@ def games(rows: Sequence[Row], again: Callable[[Game], str]) -> Columns:
     return columns
 
 
-def pairings(found: Sequence[Finding]) -> Columns:
+def pairings(found: Mapping[Pairing, Series]) -> Columns:
     """A row for each pairing."""
-    standings = [finding.standing for finding in found]
+    standings = [series.standing for series in found.values()]
     return {
-        "first": (pa.string(), [finding.pairing.first for finding in found]),
-        "second": (pa.string(), [finding.pairing.second for finding in found]),
+        "first": (pa.string(), [pairing.first for pairing in found]),
+        "second": (pa.string(), [pairing.second for pairing in found]),
         "games": (pa.int64(), [0 if s is None else s.games for s in standings]),
         "share_of_first": (pa.float64(), [None if s is None else s.share for s in standings]),
         "low": (pa.float64(), [None if s is None else s.low for s in standings]),

@@ -6,7 +6,6 @@ import os
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
-from types import TracebackType
 from typing import IO, Self
 
 import msgspec
@@ -14,7 +13,6 @@ import msgspec
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, LaunchError
-from vrg.evaluation.contenders import members
 from vrg.evaluation.experiment import Definition, written
 from vrg.evaluation.games import Game, Pairing, Row
 from vrg.launch.keeping import keep
@@ -34,6 +32,8 @@ class ExperimentFolder:
 
     Attributes:
         rows: all games that are in the record.
+        playing: the folder for what games that are being played write.
+        failures: the folder for the logs of games in which something has failed.
 
     Raises:
         ConfigError: the folder is that of another experiment, or has other files.
@@ -43,6 +43,9 @@ class ExperimentFolder:
     def __init__(self, path: Path, definition: Definition) -> None:
         self.path = path
         self.definition = definition
+        self.playing = path / "playing"
+        self.failures = path / "failures"
+        self._definition = path / "experiment.json"
         self._file: IO[bytes] | None = None
         self.rows: list[Row] = []
         try:
@@ -61,20 +64,6 @@ class ExperimentFolder:
         except OSError as error:
             self.close()
             raise LaunchError(f"{path}: cannot be used: {error.strerror}: choose another --out") from None
-
-    @property
-    def _definition(self) -> Path:
-        return self.path / "experiment.json"
-
-    @property
-    def playing(self) -> Path:
-        """The folder for what games that are being played write."""
-        return self.path / "playing"
-
-    @property
-    def failures(self) -> Path:
-        """The folder for the logs of games in which something has failed."""
-        return self.path / "failures"
 
     def match_file(self, game: Game) -> Path:
         """The match file of a game."""
@@ -114,10 +103,10 @@ class ExperimentFolder:
             raise LaunchError(f"{folder.path}: cannot be written: {error.strerror}") from None
         found = load_match(folder.match_file)
         for team, target in strategies.items():
-            for player in members(found, team):
-                if player.strategy.rpartition(":")[2] != target.rpartition(":")[2]:
+            for player in found.players:
+                if player.team == team and player.strategy.rpartition(":")[2] != target.rpartition(":")[2]:
                     text = f"expected {player.name} to play by {target}, found {player.strategy}"
-                    raise ConfigError([f"{folder.match_file}: {text}: write its strategy in one line"])
+                    raise ConfigError(f"{folder.match_file}: {text}: write its strategy in one line")
         return found
 
     def append(self, row: Row) -> None:
@@ -145,9 +134,7 @@ class ExperimentFolder:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def _check(self) -> None:
@@ -155,17 +142,17 @@ class ExperimentFolder:
         if not self._definition.is_file():
             if self.path.is_dir() and any(self.path.iterdir()):
                 text = "expected an empty folder or that of an experiment, found other files: choose another --out"
-                raise ConfigError([f"{self.path}: {text}"])
+                raise ConfigError(f"{self.path}: {text}")
             return
         try:
             before = msgspec.json.decode(self._definition.read_bytes(), type=Definition)
         except msgspec.DecodeError as error:
             text = f"expected the definition of an experiment of this release: {error}: choose another --out"
-            raise ConfigError([f"{self._definition}: {text}"]) from None
+            raise ConfigError(f"{self._definition}: {text}") from None
         differences = self.definition.differences(before)
         if differences:
             text = f"the games in it are of another experiment: {'; '.join(differences)}: choose another --out"
-            raise ConfigError([f"{self.path}: {text}"])
+            raise ConfigError(f"{self.path}: {text}")
 
     def _load(self) -> list[Row]:
         """Read the record. A torn last line is removed."""

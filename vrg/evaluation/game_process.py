@@ -38,18 +38,14 @@ PATIENCE = 2.0
 """The real time in s that a process may need to end when its game has ended."""
 
 
-def server_for(setup: MatchSetup) -> ForkServer:
-    """A server that forks the processes of games. It is to be closed.
-
-    Args:
-        setup: a match; what its game and its engine need is loaded in advance.
-    """
+def server_for(game: str, engine: str) -> ForkServer:
+    """A server that forks the processes of games, and has loaded what a game and an engine need. It is to be closed."""
     # With a thread for each core in each process, the linear algebra of one game would slow the others.
     for library in ("OPENBLAS", "OMP", "MKL"):
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     server = ForkServer()
-    rules = GAMES.get(setup.game).rules.partition(":")[0]
-    server.start([playing.__name__, rules, ENGINES.get(setup.engine).__module__, *_NODES])
+    rules = GAMES.get(game).rules.partition(":")[0]
+    server.start([playing.__name__, rules, ENGINES.get(engine).__module__, *_NODES])
     return server
 
 
@@ -61,26 +57,27 @@ class GameProcess:
         folder: for its journal and its logs. limit: the match time in s after which it is broken off.
 
     Attributes:
-        answer: it can be read when one of the processes has ended.
+        folder: as given. answer: it can be read when one of the processes has ended.
 
     Raises:
         LaunchError: no process can be started.
     """
 
     def __init__(self, server: ForkServer, setup: MatchSetup, seed: int, folder: Path, limit: float) -> None:
-        self._server, self._folder, self._limit = server, folder, limit
+        self.folder = folder
+        self._server, self._limit = server, limit
         self._setup = structs.replace(setup, seed=seed)
         self._told: Played | None = None
         self._begin(sealed=seals(setup) and missing() is None)
 
     def _begin(self, *, sealed: bool) -> None:
-        arguments = [str(self._folder), str(self._limit), *(["sealed"] if sealed else [])]
+        arguments = [str(self.folder), str(self._limit), *(["sealed"] if sealed else [])]
         try:
-            self._folder.mkdir(parents=True, exist_ok=True)
-            with (self._folder / "process.log").open("ab") as log:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            with (self.folder / "process.log").open("ab") as log:
                 self._process = self._server.run(playing.__name__, arguments, log)
         except OSError as error:
-            raise LaunchError(f"{self._folder}: no game can be played: {error}") from error
+            raise LaunchError(f"{self.folder}: no game can be played: {error}") from error
         self.answer = Connection(self._process.stream.detach())
         with contextlib.suppress(OSError):  # `result` tells of a process that has ended
             self.answer.send_bytes(msgspec.json.encode((self._setup, self._told)))
@@ -123,9 +120,5 @@ def seals(setup: MatchSetup) -> bool:
 
 def ended(games: Sequence[GameProcess], timeout: float) -> list[tuple[GameProcess, Played]]:
     """Wait at most `timeout` seconds for one of these games to end, and return those that have, with their results."""
-    ready: set[object] = set(wait([_connection(game) for game in games], timeout))
+    ready = wait([game.answer for game in games], timeout)
     return [(game, found) for game in games if game.answer in ready and (found := game.result()) is not None]
-
-
-def _connection(game: GameProcess) -> Connection:
-    return game.answer

@@ -32,7 +32,6 @@ from vrg.evaluation.folder import ExperimentFolder
 from vrg.evaluation.game_process import GameProcess, ended, server_for
 from vrg.evaluation.games import FAILED, Game, Played
 from vrg.evaluation.workers import Workers
-from vrg.launch.fork_server import ForkServer
 from vrg.launch.run_folder import RunFolder
 
 log = logging.getLogger(__name__)
@@ -255,7 +254,7 @@ def play(task: Task, match: bytes) -> Answer:
         base, folder = Path(place, "match"), Path(place, task.name)
         unpack(match, base)
         setup = load_match(RunFolder(base).match_file)
-        game = GameProcess(_server(setup), setup, task.seed, folder, task.limit)
+        game = GameProcess(_server(setup.game, setup.engine), setup, task.seed, folder, task.limit)
         with ExitStack() as stack:
             stack.callback(game.kill)
             while not (found := ended([game], _LOOK)):
@@ -265,20 +264,9 @@ def play(task: Task, match: bytes) -> Answer:
         return Answer(played=result, logs=packed(folder) if failed and folder.exists() else b"")
 
 
-@functools.cache
-def _own_code() -> str:
-    return code_of_vrg()
-
-
-_servers: dict[tuple[str, str], ForkServer] = {}
-
-
-def _server(setup: MatchSetup) -> ForkServer:
-    """The server of processes for a game and an engine. It is made once, as it loads what they need."""
-    key = setup.game, setup.engine
-    if key not in _servers:
-        _servers[key] = server_for(setup)
-    return _servers[key]
+_own_code = functools.cache(code_of_vrg)
+_server = functools.cache(server_for)
+"""A server of processes is made once, as it loads what they need."""
 
 
 def packed(folder: Path) -> bytes:

@@ -1,11 +1,10 @@
 """What the games of one pairing have shown, in words and as tables of texts."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
 from vrg.bus.messages import shortened
 from vrg.evaluation.games import BROKEN_OFF, FAILED, INVALID, Pairing, Row
-from vrg.evaluation.series import Series, Standing
+from vrg.evaluation.series import Series
 
 Table = list[list[str]]
 """Rows of cells; the first row is the head."""
@@ -13,42 +12,19 @@ PROBLEM_LENGTH = 200
 """The characters of what is wrong with a game; `games.jsonl` has all."""
 
 
-@dataclass(frozen=True)
-class Finding:
-    """What the games of one pairing have shown.
-
-    Args:
-        pairing: the strategies.
-        standing: the share of the first one after the last pair that counts; None if there is no such pair.
-        most: the number of games after which the series ends in every case.
-        over: whether the series is over.
-    """
-
-    pairing: Pairing
-    standing: Standing | None
-    most: int
-    over: bool
-
-    @classmethod
-    def of(cls, pairing: Pairing, series: Series) -> "Finding":
-        """The finding of a series."""
-        return cls(pairing, series.standings[-1] if series.standings else None, 2 * series.pairs, series.over)
-
-    def sentence(self, confidence: float) -> str:
-        """What was found, in one sentence."""
-        first, second = self.pairing.first, self.pairing.second
-        now = self.standing
-        if now is None:
-            return f"nothing is known about {self.pairing}: no pair of games was finished"
-        low, high = now.low, now.high
-        share, better, worse = now.share, first, second
-        if now.decided and now.high < 0.5:
-            share, better, worse, low, high = 1.0 - share, second, first, 1.0 - high, 1.0 - low
-        numbers = f"{percent(share)} of {now.games} games, {100 * confidence:g} % interval {between(low, high)}"
-        if now.decided:
-            return f"{better} beats {worse}: {numbers}"
-        yet = "" if self.over else f" yet (the comparison was to have up to {self.most} games)"
-        return f"no difference was found between {self.pairing}{yet}: {first} has {numbers}"
+def sentence(pairing: Pairing, series: Series, confidence: float) -> str:
+    """What the games of a pairing have shown, in one sentence."""
+    now, first, second = series.standing, pairing.first, pairing.second
+    if now is None:
+        return f"nothing is known about {pairing}: no pair of games was finished"
+    if now.decided and now.high < 0.5:
+        now, first, second = now.mirrored, second, first
+    interval = f"{100 * confidence:g} % interval {between(now.low, now.high)}"
+    numbers = f"{percent(now.share)} of {now.games} games, {interval}"
+    if now.decided:
+        return f"{first} beats {second}: {numbers}"
+    yet = "" if series.over else f" yet (the comparison was to have up to {2 * series.pairs} games)"
+    return f"no difference was found between {pairing}{yet}: {first} has {numbers}"
 
 
 def percent(share: float) -> str:

@@ -24,6 +24,11 @@ class Standing:
         """Whether one strategy is better than the other."""
         return self.low > 0.5 or self.high < 0.5
 
+    @property
+    def mirrored(self) -> "Standing":
+        """The same, seen from the second strategy."""
+        return Standing(self.games, 1.0 - self.share, 1.0 - self.high, 1.0 - self.low)
+
 
 class Series:
     """See the module.
@@ -60,12 +65,13 @@ class Series:
     @property
     def over(self) -> bool:
         """Whether no more game is needed."""
-        return len(self.standings) >= self.pairs or (not self._play_all and self.decided)
+        decided = self.standing is not None and self.standing.decided
+        return len(self.standings) >= self.pairs or (not self._play_all and decided)
 
     @property
-    def decided(self) -> bool:
-        """Whether one strategy is better than the other."""
-        return bool(self.standings) and self.standings[-1].decided
+    def standing(self) -> Standing | None:
+        """The standing after the last pair that counts; None if there is no such pair."""
+        return self.standings[-1] if self.standings else None
 
     @property
     def counted(self) -> int:

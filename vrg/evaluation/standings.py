@@ -1,66 +1,78 @@
-"""What a tournament has shown: who beats whom, and by how much, as a table."""
+"""What a tournament has shown: how strong the strategies are, and who beats whom, as a table."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from vrg.evaluation.ratings import Rating
-from vrg.evaluation.report import Finding, Table, percent
+from openskill.models import PlackettLuce
+
+from vrg.evaluation.games import Pairing, Row
+from vrg.evaluation.report import Table, percent
+from vrg.evaluation.series import Series, Standing
 
 
 @dataclass(frozen=True)
-class Cross:
-    """How much of the points each strategy has won against each other one.
+class Rating:
+    """How strong a strategy is: a normal distribution with the mean `mu` and the standard deviation `sigma`.
 
-    Args:
-        labels: the strategies, in the order of rows and columns.
-        shares: the share of the points, 0 to 1, that the strategy of the row has won against that of the column; None
-            where they have not played.
-        decided: whether a difference was found between them.
+    Attributes:
+        label: the label of the strategy.
     """
 
-    labels: list[str]
-    shares: list[list[float | None]]
-    decided: list[list[bool]]
+    label: str
+    mu: float
+    sigma: float
 
-    @classmethod
-    def of(cls, labels: Sequence[str], findings: Sequence[Finding]) -> "Cross":
-        """The table of some findings."""
-        by_pairing = {(finding.pairing.first, finding.pairing.second): finding.standing for finding in findings}
-        shares: list[list[float | None]] = []
-        decided: list[list[bool]] = []
-        for row in labels:
-            shares.append([])
-            decided.append([])
-            for column in labels:
-                here, mirrored = by_pairing.get((row, column)), by_pairing.get((column, row))
-                standing = here or mirrored
-                share = None if standing is None else standing.share if here is not None else 1.0 - standing.share
-                shares[-1].append(share)
-                decided[-1].append(standing is not None and standing.decided)
-        return cls(list(labels), shares, decided)
 
-    def cells(self) -> Table:
-        """The cells as texts. A star says that a difference was found."""
-        return [
-            [
-                "" if share is None else percent(share) + (" *" if sure else "")
-                for share, sure in zip(*line, strict=True)
-            ]
-            for line in zip(self.shares, self.decided, strict=True)
-        ]
+def ratings(labels: Sequence[str], rows: Iterable[Row]) -> list[Rating]:
+    """Rate strategies by the model of Plackett and Luce (openskill), the strongest first.
 
-    def table(self, rated: Sequence[Rating]) -> Table:
-        """The cross table with the ratings, in the same order."""
-        head = ["share of the points of", *(f"against {label}" for label in self.labels), "mu", "sigma"]
-        return [
-            head,
-            *(
-                [rating.label, *line, f"{rating.mu:.1f}", f"{rating.sigma:.1f}"]
-                for rating, line in zip(rated, self.cells(), strict=True)
-            ),
-        ]
+    Everybody begins with 25 +- 8.3. The model looks at one game after the other, so the order of the games matters. It
+    is that of `rows`. Games of a strategy against itself tell nothing about it, and are left out.
+    """
+    # Between two games of one strategy nothing is learned or forgotten, so no uncertainty is added: tau is 0.
+    model = PlackettLuce(tau=0.0)
+    found = {label: model.rating(name=label) for label in labels}
+    for row in rows:
+        first, second = row.game.pairing.first, row.game.pairing.second
+        if first != second:
+            [[found[first]], [found[second]]] = model.rate(
+                [[found[first]], [found[second]]], scores=[row.points, 1.0 - row.points]
+            )
+    rated = [Rating(label, rating.mu, rating.sigma) for label, rating in found.items()]
+    return sorted(rated, key=lambda rating: (-rating.mu, rating.label))
 
 
 def ranking(rated: Sequence[Rating]) -> str:
     """The strategies in the order of their ratings, in one line."""
     return ", ".join(f"{number}. {rating.label}" for number, rating in enumerate(rated, 1))
+
+
+def crossed(labels: Sequence[str], series: Mapping[Pairing, Series]) -> list[list[Standing | None]]:
+    """How the strategy of each row stands against that of each column; None where they have not played.
+
+    Args:
+        labels: the strategies, in the order of rows and columns.
+    """
+    known = {pairing: found.standing for pairing, found in series.items()}
+    mirrored = {Pairing(p.second, p.first): None if now is None else now.mirrored for p, now in known.items()}
+    standings = mirrored | known
+    return [[standings.get(Pairing(row, column)) for column in labels] for row in labels]
+
+
+def cells(standings: Sequence[Sequence[Standing | None]]) -> Table:
+    """The shares of the points as texts. A star says that a difference was found."""
+    return [
+        ["" if now is None else percent(now.share) + (" *" if now.decided else "") for now in line]
+        for line in standings
+    ]
+
+
+def table(rated: Sequence[Rating], shares: Table) -> Table:
+    """The cross table with the ratings.
+
+    Args:
+        shares: the cells, in the order of `rated`.
+    """
+    head = ["share of the points of", *(f"against {rating.label}" for rating in rated), "mu", "sigma"]
+    lines = zip(rated, shares, strict=True)
+    return [head, *([rating.label, *line, f"{rating.mu:.1f}", f"{rating.sigma:.1f}"] for rating, line in lines)]

@@ -2,19 +2,12 @@
 
 import shutil
 from collections.abc import Iterator
-from pathlib import Path
-from typing import NamedTuple, Self
+from typing import Self
 
 from vrg.config.setup import MatchSetup
 from vrg.evaluation.folder import ExperimentFolder
 from vrg.evaluation.game_process import GameProcess, ended, server_for
 from vrg.evaluation.games import Game, Played
-
-
-class _Running(NamedTuple):
-    game: Game
-    process: GameProcess
-    folder: Path
 
 
 class Workers:
@@ -31,8 +24,8 @@ class Workers:
     def __init__(self, jobs: int, folder: ExperimentFolder, setup: MatchSetup) -> None:
         self.jobs = jobs
         self._folder = folder
-        self._running: list[_Running] = []
-        self._server = server_for(setup)
+        self._running: dict[GameProcess, Game] = {}
+        self._server = server_for(setup.game, setup.engine)
 
     @property
     def free(self) -> int:
@@ -47,7 +40,7 @@ class Workers:
 
     def games(self) -> list[Game]:
         """The games that are being played."""
-        return [running.game for running in self._running]
+        return list(self._running.values())
 
     def start(self, game: Game, setup: MatchSetup, limit: float) -> None:
         """Start a game.
@@ -57,8 +50,7 @@ class Workers:
             limit: the match time in s after which it is broken off.
         """
         folder = self._folder.playing / self._folder.name_of(game)
-        process = GameProcess(self._server, setup, game.seed, folder, limit)
-        self._running.append(_Running(game, process, folder))
+        self._running[GameProcess(self._server, setup, game.seed, folder, limit)] = game
 
     def finished(self, timeout: float) -> Iterator[tuple[Game, Played]]:
         """Wait at most `timeout` seconds for a game to end, and take away all games that have ended.
@@ -66,25 +58,23 @@ class Workers:
         Raises:
             LaunchError: no game can be played any more.
         """
-        results = dict(ended([running.process for running in self._running], timeout))
-        for running in [r for r in self._running if r.process in results]:
-            self._running.remove(running)
-            result = results[running.process]
+        for process, result in ended(list(self._running), timeout):
+            game = self._running.pop(process)
             if result.failures or result.problem:
-                target = self._folder.failures / running.folder.name
+                target = self._folder.failures / process.folder.name
                 shutil.rmtree(target, ignore_errors=True)
                 target.parent.mkdir(exist_ok=True)
-                if running.folder.exists():
-                    shutil.move(running.folder, target)
-            shutil.rmtree(running.folder, ignore_errors=True)
-            yield running.game, result
+                if process.folder.exists():
+                    shutil.move(process.folder, target)
+            shutil.rmtree(process.folder, ignore_errors=True)
+            yield game, result
 
     def cancel(self, game: Game) -> None:
         """End a game that is being played. One that is not is ignored."""
-        for running in [r for r in self._running if r.game == game]:
-            self._running.remove(running)
-            running.process.kill()
-            shutil.rmtree(running.folder, ignore_errors=True)
+        for process in [process for process, played in self._running.items() if played == game]:
+            del self._running[process]
+            process.kill()
+            shutil.rmtree(process.folder, ignore_errors=True)
 
     def close(self) -> None:
         """End all games that are being played. Idempotent."""

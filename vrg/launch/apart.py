@@ -25,10 +25,9 @@ from vrg.blame import failure_of, tell_of_refusals
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, StrategyError, VrgError
 from vrg.hal.models import RobotModel
-from vrg.launch.bounds import printing_to
-from vrg.launch.fork_server import Child, ForkServer
+from vrg.launch.bounds import BoundedOutput, printing_to
+from vrg.launch.fork_server import ForkServer
 from vrg.launch.nodes import strategy_class, strategy_of
-from vrg.launch.output import BoundedOutput
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.sandbox.player import policy_of
 from vrg.launch.sandbox.seal import seal
@@ -81,34 +80,55 @@ _answers = msgspec.msgpack.Decoder(_Ready | _Decided | _Failed)
 
 
 class StrategyApart(RemoteStrategy):
-    """A strategy in a process of its own. It is asked, and fails, as if it were here.
+    """The strategy of a player in a sealed process of its own. It is asked, and fails, as if it were here.
+
+    What it prints goes to its log in the run folder.
 
     Args:
-        job: what it is made from. process: its process. patience: see `strategy_apart`.
+        server: forks its process, which knows what the server knows.
+        patience: the longest real time in s that it may take to be made; None for as long as it takes.
+        sealed: False does not seal it. make: False only imports the class of the strategy, which then cannot decide.
 
     Raises:
-        ConfigError: it cannot be made. StrategyError: its process has ended.
+        ConfigError: there is no such player, or its strategy cannot be imported or made, or not in this time.
     """
 
-    def __init__(self, job: _Job, process: Child, patience: float | None) -> None:
-        super().__init__(job.name, job.setup.player(job.name).robot)
-        self._pipe = Connection(process.stream.detach())
-        self._process = process
+    def __init__(
+        self,
+        server: ForkServer,
+        setup: MatchSetup,
+        name: str,
+        run: RunFolder,
+        *,
+        patience: float | None = None,
+        sealed: bool = True,
+        make: bool = True,
+    ) -> None:
+        super().__init__(name, setup.player(name).robot)
+        run.prepare()
+        (run.logs / f"{name}.json").touch()
+        with (run.logs / f"{name}.log").open("ab") as log:
+            self._process = server.run(__name__, (), log)
+        self._pipe = Connection(self._process.stream.detach())
         self._mode = "-"
         self._known: RobotModel | None = None
         self._sent: View | None = None
+        job = _Job(setup.for_player(name), name, str(run.path.resolve()), sealed, make)
         with contextlib.suppress(OSError):
             self._pipe.send_bytes(msgspec.json.encode(job))
         if patience is not None and not self._pipe.poll(patience):
             self.close()
             loop = "look for a loop outside of its methods"
-            raise ConfigError([f"{job.name}: the strategy is still being made after {patience:g} s: {loop}"])
-        ready = self._answer()
+            raise ConfigError(f"{name}: the strategy is still being made after {patience:g} s: {loop}")
+        try:
+            ready = self._answer()
+            if isinstance(ready, _Decided):
+                raise self._ended("it has decided before it was asked")
+        except StrategyError as error:
+            raise ConfigError(f"a strategy ends the whole program while it is made: {error}") from None
         if isinstance(ready, _Failed):
             self.close()
-            raise ConfigError([ready.words])
-        if not isinstance(ready, _Ready):
-            raise self._ended(f"it has answered {type(ready).__name__}")
+            raise ConfigError(ready.words)
         # Each strategy has its own, so they are no attribute of the class.
         self.priorities = ready.priorities  # type: ignore[misc]
         self._complaint = ready.complaint
@@ -174,37 +194,6 @@ class StrategyApart(RemoteStrategy):
     def _ended(self, why: str) -> StrategyError:
         self.close()
         return StrategyError(f"the process of the strategy is gone: {why}")
-
-
-def strategy_apart(
-    server: ForkServer,
-    setup: MatchSetup,
-    name: str,
-    run: RunFolder,
-    *,
-    patience: float | None = None,
-    sealed: bool = True,
-    make: bool = True,
-) -> StrategyApart:
-    """Make the strategy of a player in a sealed process of its own. What it prints goes to its log in the run folder.
-
-    Args:
-        server: forks its process, which knows what the server knows.
-        patience: the longest real time in s that it may take to be made; None for as long as it takes.
-        sealed: False does not seal it. make: False only imports the class of the strategy, which then cannot decide.
-
-    Raises:
-        ConfigError: there is no such player, or its strategy cannot be imported or made, or not in this time.
-    """
-    run.prepare()
-    (run.logs / f"{name}.json").touch()
-    with (run.logs / f"{name}.log").open("ab") as log:
-        process = server.run(__name__, (), log)
-    job = _Job(setup.for_player(name), name, str(run.path.resolve()), sealed, make)
-    try:
-        return StrategyApart(job, process, patience)
-    except StrategyError as error:
-        raise ConfigError([f"a strategy ends the whole program while it is made: {error}"]) from None
 
 
 def main(_arguments: Sequence[str] = ()) -> int:

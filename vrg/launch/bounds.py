@@ -7,18 +7,22 @@ import resource
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import TextIO
+from typing import Any, TextIO
 
 import psutil
 
-from vrg.blame import DecisionTimeoutError, place_of_frame
+from vrg.blame import DecisionTimeoutError, OutputFloodError, place_of_frame
 from vrg.bus.stopping import StopSignal
 from vrg.errors import StrategyError
-from vrg.launch.output import BoundedOutput
 
+FLOOD = 2_000_000
+"""The number of characters that may be printed within OUTPUT_WINDOW."""
+OUTPUT_WINDOW = 10.0
+"""s"""
 BUDGET = 5.0
 """The real time in s that a decision may take in a match in one process. In a process of its own a player that takes
 half as long is taken to hang."""
@@ -67,15 +71,47 @@ class MemoryBound:
         resource.setrlimit(resource.RLIMIT_DATA, self._before)
 
 
+class BoundedOutput:
+    """A text stream that takes so much within a while, and then raises an exception in whoever writes.
+
+    Args:
+        stream: what is written goes there, and it does everything else. now: returns the time, s.
+    """
+
+    def __init__(self, stream: TextIO, now: Callable[[], float] = time.monotonic) -> None:
+        self._stream = stream
+        self._now = now
+        self._since = now()
+        self._count = 0
+
+    def __getattr__(self, name: str) -> Any:
+        """Everything else is as in the stream below."""
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        """Write a text.
+
+        Raises:
+            OutputFloodError: too much was written.
+        """
+        if self._now() - self._since > OUTPUT_WINDOW:
+            self._since, self._count = self._now(), 0
+        self._count += len(text)
+        if self._count > FLOOD:
+            raise OutputFloodError(f"it has printed more than {FLOOD // 1_000_000} MB within {OUTPUT_WINDOW:g} s")
+        return self._stream.write(text)
+
+    def writelines(self, lines: Iterable[str]) -> None:
+        """Write some texts; see `write`."""
+        for line in lines:
+            self.write(line)
+
+
 @contextmanager
-def printing_to(stream: TextIO | BoundedOutput) -> Iterator[None]:
+def printing_to(stream: BoundedOutput) -> Iterator[None]:
     """Let what is printed go to a stream."""
-    before = sys.stdout, sys.stderr
-    sys.stdout = sys.stderr = stream
-    try:
+    with contextlib.redirect_stdout(stream), contextlib.redirect_stderr(stream):
         yield
-    finally:
-        sys.stdout, sys.stderr = before
 
 
 def say_where_on_request() -> None:
@@ -199,26 +235,32 @@ class Bounded:
     """Runs a student's code in a match in one process; a context manager that can be used again and again.
 
     Args:
-        alarm: ends it when it takes too long. output: what it prints goes there; None lets it print.
-        footprint: what it leaves behind; None if it decides elsewhere.
+        alarm: ends it when it takes too long. footprint: what it leaves behind.
+
+    Attributes:
+        output: what it prints goes there; None lets it print.
     """
 
-    def __init__(self, alarm: DecisionAlarm, output: BoundedOutput | None, footprint: Footprint | None = None) -> None:
+    def __init__(self, alarm: DecisionAlarm, footprint: Footprint) -> None:
         self._alarm = alarm
-        self._output = output
         self._footprint = footprint
+        self.output: BoundedOutput | None = None
         self._before = sys.stdout, sys.stderr
 
     def __enter__(self) -> None:
         self._before = sys.stdout, sys.stderr
-        if self._output is not None:
-            sys.stdout = sys.stderr = self._output
-        if self._footprint is not None:
-            self._footprint.begin()
+        if self.output is not None:
+            sys.stdout = sys.stderr = self.output
+        self._footprint.begin()
         self._alarm.begin()
 
     def __exit__(self, *_: object) -> None:
         self._alarm.end()
         sys.stdout, sys.stderr = self._before
-        if self._footprint is not None:
-            self._footprint.end()
+        self._footprint.end()
+
+    def close(self) -> None:
+        """Its code runs no more. Idempotent."""
+        self._footprint.close()
+        if self.output is not None:
+            self.output.close()

@@ -1,4 +1,4 @@
-"""A process that the supervisor has started: `python -P -m vrg.launch.child KIND ...`.
+"""A process that the supervisor has started: `python -P -m vrg.launch.child JOB`.
 
 It does the same as `vrg world`, `vrg player` and so on, but it reads the set-up that the launcher has checked already,
 and it does not load the command line. In most cases it is forked from the fork server and needs no new interpreter. So
@@ -9,6 +9,9 @@ import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+
+import msgspec
+from msgspec import Struct
 
 from vrg.config.setup import read_setup
 from vrg.errors import LaunchError, StrategyError, VrgError
@@ -23,68 +26,61 @@ FAILED_FOR_GOOD = 3
 LEASH = 0
 """The descriptor of the standard input, which the supervisor holds as a leash."""
 
-_KEYS, _UPSTREAM = "--keys=", "--upstream="
-"""What arguments begin with that name the folder of keys and the router upstream. They are the last arguments."""
 
-
-def arguments_of(
-    kind: str,
-    *,
-    router: str,
-    run: Path | None = None,
-    name: str = "",
-    strategy: str = "",
-    keys: Path | None = None,
-    upstream: str | None = None,
-) -> tuple[str, ...]:
-    """Return the arguments of a child, for `main`.
+class Job(Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """What a child does.
 
     Args:
-        kind: `router`, or one of `vrg.launch.serving.KINDS`. router: the endpoint of the router.
-        run: the run folder; a router without keys needs none. name: the name of a player or of a window.
+        kind: `router`, or one of `vrg.launch.serving.KINDS`. router: the endpoint of the router. run: the run folder.
+        name: the name of a player or of a window.
         strategy: of a player, in place of the one in the match file.
         keys: the folder of the keys of the match's seats; None in a match without them.
         upstream: the endpoint of the router that a further router is linked to.
     """
-    words = (kind, router) if run is None else (kind, router, str(run), *(word for word in (name, strategy) if word))
-    options = {_KEYS: keys, _UPSTREAM: upstream}
-    return (*words, *(f"{option}{value}" for option, value in options.items() if value is not None))
+
+    kind: str
+    router: str
+    run: str
+    name: str = ""
+    strategy: str = ""
+    keys: str | None = None
+    upstream: str | None = None
+
+    @property
+    def arguments(self) -> tuple[str, ...]:
+        """The arguments of the child, for `main`."""
+        return (msgspec.json.encode(self).decode(),)
+
+    @property
+    def title(self) -> str:
+        """The title of the child in a list of processes."""
+        return f"vrg {self.kind}{f' {self.name}' if self.name else ''} in {Path(self.run).name}"
 
 
-def split_options(arguments: Sequence[str]) -> tuple[list[str], Path | None, str | None]:
-    """Split the arguments of a child into those in the order above, the folder of keys, and the router upstream."""
-    found = {_KEYS: "", _UPSTREAM: ""}
-    words = list(arguments)
-    while option := next((option for option in found if words[-1].startswith(option)), None):
-        found[option] = words.pop().removeprefix(option)
-    return words, Path(found[_KEYS]) if found[_KEYS] else None, found[_UPSTREAM] or None
-
-
-def title(arguments: Sequence[str]) -> str:
-    """Return the title of a child in a list of processes."""
-    kind, _, *rest = split_options(arguments)[0]
-    run = f" in {Path(rest[0]).name}" if rest else ""
-    return f"vrg {kind}{f' {rest[1]}' if len(rest) > 1 else ''}{run}"
+def job_of(arguments: Sequence[str]) -> Job:
+    """Return the job of a child from its arguments."""
+    return msgspec.json.decode(arguments[0], type=Job)
 
 
 def main(arguments: Sequence[str]) -> int:
     """Run as the child, and return the exit status of the process."""
     from setproctitle import setproctitle  # noqa: PLC0415 - the fork server, which imports this, keeps its name
 
-    setproctitle(title(arguments))
-    (kind, router, *rest), keys, upstream = split_options(arguments)
+    job = job_of(arguments)
+    setproctitle(job.title)
+    folder, keys = RunFolder(Path(job.run)), None if job.keys is None else Path(job.keys)
     try:
-        if kind == "router":
-            setup = None if keys is None else read_setup(RunFolder(Path(rest[0])).setup)
-            stop = serve_router(router, upstream=upstream, setup=setup, keys=keys, leash=True)
+        if job.kind == "router":
+            routed = None if keys is None else read_setup(folder.setup)
+            stop = serve_router(job.router, upstream=job.upstream, setup=routed, keys=keys, leash=True)
         else:
-            run = Path(rest[0])
-            folder = RunFolder(run)
-            setup = read_setup(folder.setup_of(rest[1]) if kind == "player" else folder.setup)
-            if len(rest) > 2:
-                setup = setup.substituted(rest[1], rest[2])
-            name, secret = rest[1] if len(rest) > 1 else "", read_secret() if kind == "web" else ""
-            stop = serve(kind, setup, router=router, run=run, name=name, keys=keys, leash=True, secret=secret)
+            setup = read_setup(folder.setup_of(job.name) if job.kind == "player" else folder.setup)
+            if job.strategy:
+                setup = setup.substituted(job.name, job.strategy)
+            secret = read_secret() if job.kind == "web" else ""
+            stop = serve(
+                job.kind, setup, router=job.router, run=folder.path, name=job.name, keys=keys, leash=True, secret=secret
+            )
     except VrgError as error:
         print(f"vrg: {printable(str(error), lines=True)}", file=sys.stderr)
         return FAILED_FOR_GOOD if isinstance(error, StrategyError) and error.final else 1

@@ -13,8 +13,7 @@ from vrg.blame import DecisionTimeoutError, failure_of
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys
 from vrg.errors import ConfigError, LaunchError, StrategyError
-from vrg.launch.bounds import Bounded, DecisionAlarm, Footprint, MemoryBound
-from vrg.launch.output import BoundedOutput
+from vrg.launch.bounds import Bounded, BoundedOutput, DecisionAlarm, Footprint, MemoryBound
 from vrg.launch.process_log import ProcessLog
 from vrg.launch.seats import disqualification
 from vrg.launch.strikes import Strikes
@@ -57,15 +56,12 @@ class ContainedPlayer(Node):
         self._player = player
         self._keys = keys
         self._make = make
-        self._alarm = alarm
         self._disqualify = disqualify
         self._memory = memory
         self._strikes = Strikes()
         self._out = False
         self._log = None if log is None else ProcessLog(log)
-        self._output: BoundedOutput | None = None
-        self._footprint = Footprint()
-        self._bounds = Bounded(alarm, None, self._footprint)
+        self._bounds = Bounded(alarm, Footprint())
         self._trim_at = 0.0
 
     def start(self) -> None:
@@ -73,8 +69,7 @@ class ContainedPlayer(Node):
         if self._log is not None:
             stream = io.TextIOWrapper(self._log.open(), encoding="utf-8", errors="backslashreplace", write_through=True)
             # By match time, so that it does not depend on how fast this computer is.
-            self._output = BoundedOutput(stream, lambda: self.mailbox.now)
-            self._bounds = Bounded(self._alarm, self._output, self._footprint)
+            self._bounds.output = BoundedOutput(stream, lambda: self.mailbox.now)
         self._player.start()
 
     def begin(self, tick: Tick) -> None:
@@ -113,10 +108,7 @@ class ContainedPlayer(Node):
         """
         self._make = make
         self._strikes = Strikes()
-        fresh = self._fresh()
-        if not isinstance(fresh, Strategy):
-            raise ConfigError([fresh])
-        self._player.play_by(fresh)
+        self._player.play_by(self._fresh())
 
     def counted(self) -> dict[str, Any]:
         """What the player has counted."""
@@ -125,9 +117,7 @@ class ContainedPlayer(Node):
     def stop(self) -> None:
         """Stop its robot."""
         self._player.stop()
-        self._footprint.close()
-        if self._output is not None:
-            self._output.close()
+        self._bounds.close()
 
     def _fail(self, error: StrategyError, tick: Tick, *, again: bool) -> None:
         """Its robot stands; it gets a fresh strategy, or is out."""
@@ -139,11 +129,11 @@ class ContainedPlayer(Node):
         self._player.give_way(f"{self.name}: {error}")
         why = str(error)
         if again:
-            fresh = self._fresh()
-            if isinstance(fresh, Strategy):
-                self._player.play_by(fresh)
+            try:
+                self._player.play_by(self._fresh())
                 return
-            why = fresh
+            except ConfigError as problem:
+                why = str(problem)
         elif not error.final:
             why = f"it fails too often: {why}"
         if isinstance(error.__cause__, MemoryError):
@@ -153,13 +143,17 @@ class ContainedPlayer(Node):
         self._out = True
         self.mailbox.publish(self._keys.official, disqualification(self.name, why))
 
-    def _fresh(self) -> Strategy | str:
-        """A new strategy, or why there is none."""
+    def _fresh(self) -> Strategy:
+        """A new strategy.
+
+        Raises:
+            ConfigError: it cannot be made.
+        """
         try:
             with self._bounds:
                 return self._make()
-        except (ConfigError, DecisionTimeoutError) as problem:
-            return str(failure_of(problem) if isinstance(problem, DecisionTimeoutError) else problem)
+        except DecisionTimeoutError as problem:
+            raise ConfigError(str(failure_of(problem))) from None
 
     def _note(self, text: str) -> None:
         if self._log is not None:

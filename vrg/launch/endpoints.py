@@ -1,7 +1,8 @@
 """Endpoints at which a router can be started."""
 
-import contextlib
 import socket
+from collections.abc import Sequence
+from typing import Any
 
 from vrg.bus.session import DEFAULT_ENDPOINT
 
@@ -17,14 +18,11 @@ def free_port(host: str, wanted: int, tries: int = 20) -> int:
     """
     problem: OSError | None = None
     for port in range(wanted, min(wanted + tries, 65536)):
-        for family, kind, protocol, _, address in socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[:1]:
-            with socket.socket(family, kind, protocol) as probe:
-                probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-                try:
-                    probe.bind(address)
-                    return port
-                except OSError as error:
-                    problem = error
+        addresses = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+        try:
+            return _bound(addresses[:1])
+        except OSError as error:
+            problem = error
     reason = problem.strerror if problem is not None else "no such port"
     if tries == 1:
         raise OSError(f"port {wanted} of {host} cannot be used: {reason}: choose another one, or name none")
@@ -46,14 +44,32 @@ def free_endpoint(host: str | None = None, *, secure: bool = False) -> str:
     wanted = own if host is None else host.strip("[]")
     problem: OSError | None = None
     for candidate in (int(port), 0):
-        for family, kind, protocol, _, address in socket.getaddrinfo(wanted, candidate, type=socket.SOCK_STREAM):
-            with contextlib.suppress(OSError), socket.socket(family, kind, protocol) as probe:
-                probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-                try:
-                    probe.bind(address)
-                except OSError as error:
-                    problem = error
-                    continue
-                name = f"[{wanted}]" if ":" in wanted else wanted
-                return f"{'tls' if secure else 'tcp'}/{name}:{probe.getsockname()[1]}"
+        addresses = socket.getaddrinfo(wanted, candidate, type=socket.SOCK_STREAM)
+        try:
+            found = _bound(addresses)
+        except OSError as error:
+            problem = error
+        else:
+            return f"{'tls' if secure else 'tcp'}/{f'[{wanted}]' if ':' in wanted else wanted}:{found}"
     raise OSError(f"no free port at {wanted}: {problem}")
+
+
+def _bound(addresses: Sequence[tuple[Any, ...]]) -> int:
+    """The port of the first of some addresses that a program can listen at.
+
+    Args:
+        addresses: as `socket.getaddrinfo` returns them.
+
+    Raises:
+        OSError: there is none.
+    """
+    problem = OSError("no such address")
+    for family, kind, protocol, _, address in addresses:
+        try:
+            with socket.socket(family, kind, protocol) as probe:
+                probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+                probe.bind(address)
+                return int(probe.getsockname()[1])
+        except OSError as error:
+            problem = error
+    raise problem

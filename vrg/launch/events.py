@@ -73,17 +73,15 @@ class EventLog:
     """Appends events to a file. An event that cannot be written is logged and forgotten: the match goes on.
 
     Args:
-        path: the file; None keeps no events.
+        path: the file.
     """
 
-    def __init__(self, path: Path | None) -> None:
+    def __init__(self, path: Path) -> None:
         self._path = path
         self._failed = False
 
     def write(self, event: Event) -> None:
         """Append an event, and hand it to the operating system."""
-        if self._path is None:
-            return
         try:
             with self._path.open("ab") as file:
                 file.write(_json.encode(event) + b"\n")

@@ -10,7 +10,6 @@ from msgspec import Struct
 
 from vrg.config.files import HERE
 from vrg.config.setup import MatchSetup
-from vrg.hal.backends import BACKENDS
 from vrg.launch.sandbox.seal import missing
 
 _PATIENCE = 120.0
@@ -48,11 +47,10 @@ def examine(setup: MatchSetup, match_file: Path, machine: str) -> list[Finding]:
     if sealed:
         lacking = missing()
         found.append(Finding("sandbox", lacking is None, lacking or f"the players {', '.join(sealed)} can be sealed"))
-    for backend, table in setup.backends.items():
-        kind = BACKENDS.get(backend)
-        robots = [player.name for player in setup.players if player.backend == backend and player.name in here]
-        if kind.settings is not None and robots:
-            lacks = kind.settings.model_validate(table).missing_here(robots)
+    for backend, settings, users in setup.backend_settings():
+        robots = [name for name in users if name in here]
+        if robots:
+            lacks = settings.missing_here(robots)
             found += [Finding(backend, False, text) for text in lacks]
             if not lacks:
                 found.append(Finding(backend, True, f"what {', '.join(robots)} need is there"))

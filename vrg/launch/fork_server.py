@@ -164,9 +164,9 @@ class ForkServer:
                 select.select([self._channel], [], [], 0.05)
                 self.receive()
         except OSError:
-            self.give_up()
+            self.close(0.0)
         if not self._pids:
-            self.give_up()
+            self.close(0.0)
             return None
         self._loaded = True
         return self._pids.pop(0)
@@ -179,7 +179,7 @@ class ForkServer:
             except OSError:
                 data = b""
             if not data:
-                self.give_up()
+                self.close(0.0)
                 return
             said = json.loads(data)
             if "status" in said:
@@ -201,25 +201,20 @@ class ForkServer:
         except psutil.Error:
             return True
 
-    def close(self) -> None:
-        """End the server, and what its processes have left behind; they themselves go on. Idempotent."""
-        if self._channel is not None:
-            self._channel.close()
-            self._channel = None
-            deadline = time.monotonic() + _END
-            while not self.frozen() and time.monotonic() < deadline:
-                time.sleep(_LOOK)
-            self._kill()
+    def close(self, patience: float = _END) -> None:
+        """End the server, and what its processes have left behind; they themselves go on. Idempotent.
 
-    def give_up(self) -> None:
-        """Send the server no more requests. Idempotent."""
-        if self._channel is not None:
-            self._channel.close()
-            self._channel = None
-            # A frozen server would not notice that its channel is closed.
-            self._kill()
-
-    def _kill(self) -> None:
+        Args:
+            patience: the real time in s that it has to end by itself.
+        """
+        if self._channel is None:
+            return
+        self._channel.close()
+        self._channel = None
+        deadline = time.monotonic() + patience
+        while not self.frozen() and time.monotonic() < deadline:
+            time.sleep(_LOOK)
+        # A frozen server does not notice that its channel is closed.
         if self._process is not None:
             self._process.kill()
             self._process.wait()
@@ -259,12 +254,12 @@ class _Forked(Child):
             self._status = self._server.status(self.pid)
         if self._status is None and self._gone():
             if self._server.alive and self._server.frozen():
-                self._server.give_up()
+                self._server.close(0.0)
             # The report may have come meanwhile.
             self._status = self._server.status(self.pid)
             if self._status is None and not self._server.alive:
                 self._status = UNKNOWN
-                self._kill_group()
+                forking.end_group(self.pid)
         if self._status is not None and self._handle >= 0:
             os.close(self._handle)
             self._handle = -1
@@ -276,11 +271,7 @@ class _Forked(Child):
             with contextlib.suppress(ProcessLookupError):
                 signal.pidfd_send_signal(self._handle, number)
             if number == signal.SIGKILL and not self._server.alive:
-                self._kill_group()
-
-    def _kill_group(self) -> None:
-        with contextlib.suppress(ProcessLookupError, PermissionError):
-            os.killpg(self.pid, signal.SIGKILL)
+                forking.end_group(self.pid)
 
     def rest(self) -> None:
         """Let a moment pass, or less if it ends before."""
@@ -304,12 +295,13 @@ class _Spawned(Child):
         running = self._process.returncode is None
         status = self._process.poll()
         if running and status is not None:
-            with contextlib.suppress(ProcessLookupError, PermissionError):
-                os.killpg(self.pid, signal.SIGKILL)
+            forking.end_group(self.pid)
         return status
 
     def send_signal(self, number: int) -> None:
         """Send it a signal, if it still runs; SIGKILL to its whole group."""
         if self.poll() is None:
-            with contextlib.suppress(ProcessLookupError, PermissionError):
-                (os.killpg if number == signal.SIGKILL else os.kill)(self.pid, number)
+            if number == signal.SIGKILL:
+                forking.end_group(self.pid)
+            else:
+                self._process.send_signal(number)

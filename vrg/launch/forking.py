@@ -111,13 +111,17 @@ def _reap(children: set[int]) -> Iterator[tuple[int, int]]:
         if ended is None:
             return
         if ended.si_pid in children:
-            # As long as it is not buried, its group's number is nobody else's.
-            with contextlib.suppress(ProcessLookupError, PermissionError):
-                os.killpg(ended.si_pid, signal.SIGKILL)
+            end_group(ended.si_pid)  # as long as it is not buried, its group's number is nobody else's
         status = os.waitstatus_to_exitcode(os.waitpid(ended.si_pid, 0)[1])
         if ended.si_pid in children:
             children.discard(ended.si_pid)
             yield ended.si_pid, status
+
+
+def end_group(pid: int) -> None:
+    """Kill the group of a process, if there is any of it."""
+    with contextlib.suppress(ProcessLookupError, PermissionError):
+        os.killpg(pid, signal.SIGKILL)
 
 
 def _end_strays(children: set[int]) -> None:

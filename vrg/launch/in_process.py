@@ -100,9 +100,9 @@ def play(
 
     def maker(setup: MatchSetup, name: str) -> Callable[[], Strategy]:
         if apart is not None and logs is not None and setup.sandboxed(name, seats=True):
-            from vrg.launch.apart import strategy_apart  # noqa: PLC0415 - most matches in one process have none
+            from vrg.launch.apart import StrategyApart  # noqa: PLC0415 - most matches in one process have none
 
-            return lambda: strategy_apart(apart, setup, name, RunFolder(logs.parent))
+            return lambda: StrategyApart(apart, setup, name, RunFolder(logs.parent))
         return lambda: strategy_of(setup, name)
 
     players = {
@@ -170,9 +170,7 @@ def _simulation(setup: MatchSetup) -> "Simulation | None":
             real += robots
     if real:
         raise ConfigError(
-            [
-                f"{', '.join(real)}: expected virtual robots, or emulated motor controllers (`emulate = true` in "
-                "[backends.can]): a match in one process does not wait for real ones; leave --in-process out"
-            ]
+            f"{', '.join(real)}: expected virtual robots, or emulated motor controllers (`emulate = true` in "
+            "[backends.can]): a match in one process does not wait for real ones; leave --in-process out"
         )
     return simulation

@@ -5,6 +5,7 @@ with its order if that was heard, and the death of a process or the loss of a ma
 from it: nobody knows how much later it died.
 """
 
+import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -159,12 +160,8 @@ def _machines(of: Evidence) -> Iterator[Incident]:
 
 def _halted(records: Iterable[Record], at: float) -> bool:
     """Whether play is halted at a match time, s."""
-    last = None
-    for record in records:
-        if record.time > at:
-            break
-        last = record
-    return last is not None and last.standing.halted is not None
+    before = list(itertools.takewhile(lambda record: record.time <= at, records))
+    return bool(before) and before[-1].standing.halted is not None
 
 
 def _how(event: Event) -> str:

@@ -8,11 +8,9 @@ import json
 import os
 import shutil
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 from vrg.config.setup import MatchSetup
-from vrg.hal.backends import BACKENDS
 from vrg.hal.sensors.depiction import Rays
 from vrg.launch.code_files import imported
 from vrg.launch.run_folder import RunFolder
@@ -26,38 +24,22 @@ FILES = "files"
 """The folder for files that are not beside the match file."""
 
 
-@dataclass(frozen=True)
-class Kept:
-    """What is kept of a match besides its results.
-
-    Args:
-        text: the match file, which names the copies.
-        copies: the source of each copy, by its path in the run folder.
-    """
-
-    text: str
-    copies: dict[Path, Path]
-
-
-def files_of(setup: MatchSetup) -> Kept:
+def files_of(setup: MatchSetup) -> "Kept":
     """The files that a match names: strategies and the modules beside them, the map, and what its backends read."""
     base = Path(setup.base)
-    keeper = _Keeper(base, setup.text)
+    kept = Kept(base, setup.text)
     for player in setup.players:
         module, colon, _ = player.strategy.rpartition(":")
         if module.endswith(".py"):
-            keeper.keep(module)
+            kept.keep(module)
         elif colon and (source := module_in(base, module.split(".")[0])) is not None:
-            keeper.keep(str(source.relative_to(base)))
+            kept.keep(str(source.relative_to(base)))
     if setup.map.endswith(".toml") or "/" in setup.map:
-        keeper.keep(os.path.relpath(setup.map, base) if Path(setup.map).is_relative_to(base) else setup.map)
-    for backend, table in setup.backends.items():
-        kind = BACKENDS.get(backend)
-        if kind.settings is not None:
-            robots = [player.name for player in setup.players if player.backend == backend]
-            for file in kind.settings.model_validate(table).files(robots):
-                keeper.keep(file)
-    return Kept(keeper.text, keeper.copies)
+        kept.keep(os.path.relpath(setup.map, base) if Path(setup.map).is_relative_to(base) else setup.map)
+    for _, settings, robots in setup.backend_settings():
+        for file in settings.files(robots):
+            kept.keep(file)
+    return kept
 
 
 def files_of_strategy(strategy: str, place: Path) -> tuple[str, dict[Path, Path]]:
@@ -135,8 +117,16 @@ def _left_out(folder: RunFolder, at: str, names: list[str]) -> list[str]:
     return [name for name in names if name == "__pycache__" or name.startswith(".") or is_run(Path(at, name))]
 
 
-class _Keeper:
-    """Collects copies, and changes the text of the match file where a file has another place."""
+class Kept:
+    """What is kept of a match besides its results.
+
+    Args:
+        base: the folder that relative paths start from. text: that of the match file.
+
+    Attributes:
+        text: the match file, which names the copies.
+        copies: the source of each copy, by its path in the run folder.
+    """
 
     def __init__(self, base: Path, text: str) -> None:
         self._base = base.resolve()

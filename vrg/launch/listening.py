@@ -1,5 +1,6 @@
 """What the launcher hears on the bus of a match for its log of events: match time, and the orders to stop."""
 
+import functools
 import math
 import time
 from collections import deque
@@ -96,7 +97,11 @@ class Listening:
             only = {topic.key}
             if kind in ("pose", "report"):
                 only = {(keys.robot_pose(name) if kind == "pose" else keys.report(name)).key for name in self._players}
-            session.watch_raw(topic.key, _Arrival(kind, self._arrivals), history=topic.qos is Qos.STATE, only=only)
+            arrived = functools.partial(self._arrived, kind)
+            session.watch_raw(topic.key, arrived, history=topic.qos is Qos.STATE, only=only)
+
+    def _arrived(self, kind: str, key: str, payload: bytes) -> None:
+        self._arrivals.append((kind, key, payload, time.monotonic()))
 
     def look(self) -> None:
         """Take in what has arrived, and log what belongs into the log."""
@@ -204,14 +209,3 @@ class Listening:
             v=measured.twist.v, w=measured.twist.w, side=measured.twist.side,
         )  # fmt: skip
         self._log.write(event)
-
-
-class _Arrival:
-    """Puts what arrives on one kind of key into a queue, with the monotonic time."""
-
-    def __init__(self, kind: str, queue: deque[tuple[str, str, bytes, float]]) -> None:
-        self._kind = kind
-        self._queue = queue
-
-    def __call__(self, key: str, payload: bytes) -> None:
-        self._queue.append((self._kind, key, payload, time.monotonic()))

@@ -21,8 +21,6 @@ IDLE_PATIENCE = 30.0
 """The real time in s that a process may do nothing at all before it is ready."""
 BUSY_PATIENCE = 60.0
 """The processor time in s that a process may use before it is ready. An endless loop would use more."""
-_LOAD_PERIOD = 1.0
-"""The shortest real time in s over which the use of the processor is averaged."""
 _WORKS = 0.01
 """The processor time in s that a process must use between two looks; less counts as doing nothing."""
 _STALL = 2.0
@@ -101,7 +99,7 @@ class ManagedProcess:
         self._worked = 0.0
         self._log_begins = 0
         self._starts = 0
-        self._usage = (0.0, 0.0, 0.0)
+        self._measured: psutil.Process | None = None
         self._process: Child | None = None
         self._dump_begins = 0
 
@@ -183,12 +181,8 @@ class ManagedProcess:
         except psutil.Error:
             return 0
 
-    def status(self, machine: str, now: float) -> ProcessStatus:
-        """How it is.
-
-        Args:
-            machine: the name of this machine. now: the monotonic time, s.
-        """
+    def status(self, machine: str) -> ProcessStatus:
+        """How it is, on a machine of this name."""
         pid = self.pid
         state = ProcessState.ENDED if pid is None else ProcessState.RUNNING if self.ready else ProcessState.STARTING
         return ProcessStatus(
@@ -197,27 +191,19 @@ class ManagedProcess:
             state=state,
             node=self.spec.node,
             pid=pid,
-            cpu=self._load(pid, now),
+            cpu=0.0 if pid is None else self._load(pid),
             memory=self.memory,
             restarts=max(0, self._starts - 1),
         )
 
-    def _load(self, pid: int | None, now: float) -> float:
-        """How much of a processor core it has used during the last second or longer; 0.0 if it does not run."""
-        if pid is None:
-            self._usage = (0.0, now, 0.0)
+    def _load(self, pid: int) -> float:
+        """How much of a processor core it has used since the last call; 0.0 at the first."""
+        try:
+            if self._measured is None or self._measured.pid != pid:
+                self._measured = psutil.Process(pid)
+            return round(float(self._measured.cpu_percent()) / 100, 3)
+        except psutil.Error:
             return 0.0
-        used, since, load = self._usage
-        if now - since >= _LOAD_PERIOD:
-            try:
-                times = psutil.Process(pid).cpu_times()
-            except psutil.Error:
-                return 0.0
-            total = times.user + times.system
-            # A process that was started again has used less than the one before.
-            load = round(max(0.0, total - used) / (now - since), 3) if since else 0.0
-            self._usage = (total, now, load)
-        return load
 
     def ask_where(self) -> None:
         """Ask a player that runs where it is in the student's code; then look at `place`."""

@@ -92,7 +92,7 @@ def strategy_class(target: str, base: Path) -> "type[Strategy]":
 
     kind = import_object(target, base) if ":" in target else STRATEGIES.get(target)
     if not (isinstance(kind, type) and issubclass(kind, Strategy)):
-        raise ConfigError([f"{target}: expected a subclass of vrg.agents.Strategy, got {kind!r}"])
+        raise ConfigError(f"{target}: expected a subclass of vrg.agents.Strategy, got {kind!r}")
     return kind
 
 
@@ -112,7 +112,7 @@ def strategy_of(setup: MatchSetup, name: str) -> "Strategy":
     if setup.planner is not None:
         planner = PLANNERS.get(setup.planner)
         if not issubclass(planner, Planner):
-            raise ConfigError([f"{setup.planner}: expected a subclass of vrg.agents.planner.Planner, got {planner!r}"])
+            raise ConfigError(f"{setup.planner}: expected a subclass of vrg.agents.planner.Planner, got {planner!r}")
         strategy.planner = _made(setup.planner, planner, name, player.robot)
     return strategy
 
@@ -126,7 +126,7 @@ def _made(target: str, kind: "Callable[[str, RobotModel], T]", name: str, robot:
     try:
         return kind(name, robot)
     except (Exception, SystemExit) as error:
-        raise ConfigError([f"{target}: cannot be made: {failure_of(error)}"]) from error
+        raise ConfigError(f"{target}: cannot be made: {failure_of(error)}") from error
 
 
 def player_node(

@@ -3,7 +3,7 @@
 import json
 import os
 import secrets
-from dataclasses import dataclass
+from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -12,11 +12,38 @@ from vrg.config.setup import MatchSetup, write_setup
 from vrg.errors import LaunchError
 
 
-@dataclass(frozen=True)
 class RunFolder:
-    """The run folder at `path`, and the paths of the files in it."""
+    """A run folder, and the paths of the files in it.
 
-    path: Path
+    Attributes:
+        path: the folder. match_file: the match file as it was played.
+        setup: the set-up of the checked match, for its processes. setups: the folder of the players' set-ups.
+        secret_file: the secret of the match; see `secret`.
+        journal: the referee's journal. evidence: what the referee decided by.
+        events: what happened to the processes of the match, as its launcher noticed it.
+        recording: the first part of the recording, for Foxglove. layout: the layout in which Foxglove shows it.
+        branch: what was changed, in the run folder of a match that was taken up from another one.
+        snapshot: the snapshot from which a restarted world goes on.
+        logs: the folder with one log per process.
+        result: the result of the match. plot: the plot of the trajectories.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.match_file = path / "match.toml"
+        self.setup = path / "setup.json"
+        self.setups = path / "setups"
+        self.secret_file = path / "secret"
+        self.journal = path / "journal.jsonl"
+        self.evidence = path / "evidence.bin"
+        self.events = path / "events.jsonl"
+        self.recording = path / "recording.mcap"
+        self.branch = path / "branch.json"
+        self.layout = path / "foxglove-layout.json"
+        self.snapshot = path / "world.snapshot"
+        self.logs = path / "logs"
+        self.result = path / "result.json"
+        self.plot = path / "trajectories.png"
 
     @classmethod
     def create(cls, parent: Path, match: str, now: datetime, text: str) -> "RunFolder":
@@ -32,19 +59,15 @@ class RunFolder:
         """
         stem = f"{match}-{now:%Y%m%d-%H%M%S}"
         for attempt in range(1, 1000):
-            path = parent / (stem if attempt == 1 else f"{stem}-{attempt}")
+            folder = cls(parent / (stem if attempt == 1 else f"{stem}-{attempt}"))
             try:
-                path.mkdir(parents=True)
+                folder.path.mkdir(parents=True)
+                folder.prepare()
+                folder.match_file.write_text(text, encoding="utf-8")
             except FileExistsError:
                 continue
             except OSError as error:
-                raise _unusable(path, error) from error
-            folder = cls(path)
-            folder.prepare()
-            try:
-                folder.match_file.write_text(text, encoding="utf-8")
-            except OSError as error:
-                raise _unusable(path, error) from error
+                raise _unusable(folder.path, error) from error
             return folder
         raise LaunchError(f"{parent / stem}: a thousand runs in one second")
 
@@ -59,29 +82,9 @@ class RunFolder:
         except OSError as error:
             raise _unusable(self.path, error) from error
 
-    @property
-    def match_file(self) -> Path:
-        """The match file as it was played."""
-        return self.path / "match.toml"
-
-    @property
-    def setup(self) -> Path:
-        """The set-up of the checked match, for its processes."""
-        return self.path / "setup.json"
-
     def setup_of(self, name: str) -> Path:
         """The set-up of the match as the process of a player gets it."""
         return self.setups / f"{name}.json"
-
-    @property
-    def setups(self) -> Path:
-        """The folder of the players' set-ups."""
-        return self.path / "setups"
-
-    @property
-    def secret_file(self) -> Path:
-        """The secret of the match; see `secret`."""
-        return self.path / "secret"
 
     def hand_out(self, setup: MatchSetup) -> None:
         """Write the set-up of the match for its processes, and for each player's process one of its own.
@@ -100,79 +103,26 @@ class RunFolder:
         Raises:
             LaunchError: its file cannot be written or read.
         """
-        path = self.secret_file
+        path, new = self.secret_file, os.O_WRONLY | os.O_CREAT | os.O_EXCL
         try:
-            try:
-                with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
-                    file.write(secrets.token_hex(16))
-            except FileExistsError:
-                pass
+            with suppress(FileExistsError), open(os.open(path, new, 0o600), "w") as file:
+                file.write(secrets.token_hex(16))
             return path.read_text()
         except OSError as error:
             raise LaunchError(f"{path}: cannot be written or read: {error.strerror}: choose another place") from error
 
-    @property
-    def journal(self) -> Path:
-        """The referee's journal."""
-        return self.path / "journal.jsonl"
-
-    @property
-    def evidence(self) -> Path:
-        """What the referee decided by."""
-        return self.path / "evidence.bin"
-
     def explanation(self, number: int) -> Path:
         """The picture that shows why a call was made."""
         return self.path / f"why-{number}.png"
-
-    @property
-    def events(self) -> Path:
-        """What happened to the processes of the match, as its launcher noticed it."""
-        return self.path / "events.jsonl"
-
-    @property
-    def recording(self) -> Path:
-        """The first part of the recording, for Foxglove."""
-        return self.path / "recording.mcap"
 
     def recordings(self) -> list[Path]:
         """Every part of the recording. A recorder that was started again begins a new part."""
         parts = self.path.glob(f"{self.recording.stem}*{self.recording.suffix}")
         return sorted(parts, key=lambda part: (len(part.name), part.name))
 
-    @property
-    def branch(self) -> Path:
-        """What was changed, in the run folder of a match that was taken up from another one."""
-        return self.path / "branch.json"
-
-    @property
-    def layout(self) -> Path:
-        """The layout in which Foxglove shows the recording."""
-        return self.path / "foxglove-layout.json"
-
-    @property
-    def snapshot(self) -> Path:
-        """The snapshot from which a restarted world goes on."""
-        return self.path / "world.snapshot"
-
-    @property
-    def logs(self) -> Path:
-        """The folder with one log per process."""
-        return self.path / "logs"
-
     def of_player(self, name: str) -> Path:
         """The folder in which a sealed player may write."""
         return self.path / "players" / name
-
-    @property
-    def result(self) -> Path:
-        """The result of the match."""
-        return self.path / "result.json"
-
-    @property
-    def plot(self) -> Path:
-        """The plot of the trajectories."""
-        return self.path / "trajectories.png"
 
 
 def _unusable(path: Path, error: OSError) -> LaunchError:

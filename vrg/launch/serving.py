@@ -26,9 +26,8 @@ from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.config.setup import MatchSetup, write_setup
 from vrg.errors import LaunchError, SandboxError, StrategyError
 from vrg.launch import nodes
-from vrg.launch.bounds import MemoryBound, printing_to, say_where_on_request
-from vrg.launch.output import BoundedOutput
-from vrg.launch.run_folder import RunFolder, write_json, write_whole
+from vrg.launch.bounds import BoundedOutput, MemoryBound, printing_to, say_where_on_request
+from vrg.launch.run_folder import RunFolder, write_whole
 
 log = logging.getLogger(__name__)
 
@@ -124,7 +123,7 @@ def serve(
             raise LaunchError(f"expected one of {', '.join(KINDS)}, got {kind!r}")
         statistics = run_node(node, session, setup.keys, stop, finished=finished, idle=idle)
         kept = run is not None or sealed or kind == "coordinator"
-        _report(folder if kept else None, node.name, statistics, node.counted(), sealed=sealed)
+        _report(folder if kept else None, node.name, statistics, node.counted())
         return stop
 
 
@@ -268,18 +267,13 @@ def _held() -> bool:
         return False  # somebody has closed it in this process
 
 
-def _report(
-    folder: RunFolder | None, name: str, statistics: Statistics, counted: Mapping[str, Any], *, sealed: bool = False
-) -> None:
+def _report(folder: RunFolder | None, name: str, statistics: Statistics, counted: Mapping[str, Any]) -> None:
     report = {**asdict(statistics), **counted}
     log.info("statistics: %s", report)
     if folder is not None:
         try:
-            if sealed:
-                # A sealed process can write this file, but make no other beside it.
-                (folder.logs / f"{name}.json").write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
-            else:
-                write_json(folder.logs / f"{name}.json", report)
+            # A sealed process can write this file, but make no other beside it.
+            (folder.logs / f"{name}.json").write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
         except OSError as error:
             log.warning("statistics cannot be kept: %s", error)
 

@@ -7,26 +7,28 @@ from vrg.bus.seats import Seat, seats_of_node
 from vrg.config.files import HERE, LIVE, WEB, WINDOW
 from vrg.config.setup import MatchSetup
 from vrg.games import game_of
-from vrg.launch.child import arguments_of
+from vrg.launch.child import Job
 from vrg.launch.managed import ProcessSpec
 
 if TYPE_CHECKING:
     from vrg.ui.web.admission import Admission
 
 
-def placed(setup: MatchSetup, *, window: bool, record: bool, web: bool = False) -> dict[str, str]:
+def placed(setup: MatchSetup, *, window: bool, record: bool, web: bool = False, live: bool = False) -> dict[str, str]:
     """The machine of each process of a match, by the process' name, in the order in which they are started.
 
     Args:
-        window: True opens the spectator. record: True runs the recorder. web: True serves the page.
+        window: True opens the spectator. record: True runs the recorder. web: True serves the page. live: True lets
+            Foxglove connect.
     """
     names = ["world", "referee", *(companion.name for companion in setup.companions)]
     names += ["recorder"] if record else []
     names += [WINDOW] if window else []
     names += [WEB] if web else []
+    names += [LIVE] if live else []
     names += [player.name for player in setup.players]
     routers = {"router": setup.place.get("router", HERE)}
-    routers |= {further_router(name): name for name, machine in setup.machines.items() if machine.router}
+    routers |= {f"router-{name}": name for name, machine in setup.machines.items() if machine.router}
     return routers | {name: setup.place.get(name, HERE) for name in names}
 
 
@@ -41,7 +43,7 @@ def kind_of(setup: MatchSetup, process: str) -> str | None:
     if process in [companion.name for companion in setup.companions]:
         return None
     kinds = {"world": "world", "referee": "coordinator", "recorder": "recorder"}
-    kinds |= {WINDOW: window_of(setup)[0], WEB: "spectator"}
+    kinds |= {WINDOW: window_of(setup)[0], WEB: "web", LIVE: "foxglove"}
     return kinds.get(process, "router")
 
 
@@ -65,11 +67,6 @@ def seats_at(setup: MatchSetup, machine: str, *, window: bool, record: bool) -> 
     names = {process: window_of(setup)[1] if process == WINDOW else process for process in kinds}
     seats = [seats_of_node(kind, names[process])[-1] for process, kind in kinds.items() if kind is not None]
     return list(dict.fromkeys(seats))
-
-
-def further_router(machine: str) -> str:
-    """The name of the process of a machine's further router."""
-    return f"router-{machine}"
 
 
 def specs(
@@ -99,41 +96,30 @@ def specs(
         page: where the page is served, and for whom; None without one.
         live: where Foxglove can connect, such as `127.0.0.1:8765`; None if it cannot.
     """
-    run = folder.resolve()
+    run, given = str(folder.resolve()), None if keys is None else str(keys)
+    companions = {companion.name: companion for companion in setup.companions}
 
-    def node(name: str, kind: str, as_: str, *, group: int = 1, stop: int = 1, essential: bool = True) -> ProcessSpec:
-        arguments = arguments_of(kind, router=endpoint, run=run, name=as_, keys=keys)
-        # The developers' view is a spectator on the bus.
-        pulse = setup.keys.pulse("spectator" if kind == "developer" else kind, as_).key
-        seat = kind == "player"
-        return ProcessSpec(name, arguments, pulse, group, stop, essential, seat=seat)
-
-    found = [
-        ProcessSpec("router", arguments_of("router", router=endpoint, run=run, keys=keys), None, 0, 3),
-        node("world", "world", "world", stop=2),
-        node("referee", "coordinator", "referee"),
-    ]
-    for companion in setup.companions:
-        arguments = (*companion.arguments, "--leash")
-        found.append(ProcessSpec(companion.name, arguments, None, 1, 2, says=companion.says, command=True))
-    if record:
-        found.append(node("recorder", "recorder", "recorder", essential=False))
-    if window:
-        found.append(node(WINDOW, *window_of(setup), essential=False))
-    if page is not None:
-        arguments, pulse = (
-            arguments_of("web", router=endpoint, run=run, keys=keys),
-            setup.keys.pulse("spectator", WEB).key,
+    def spec(process: str) -> ProcessSpec:
+        kind = kind_of(setup, process)
+        if kind is None:
+            arguments, says = (*companions[process].arguments, "--leash"), companions[process].says
+            return ProcessSpec(process, arguments, None, 1, 2, says=says, command=True)
+        if kind == "router":
+            job = Job(kind=kind, router=endpoint, run=run, keys=given, upstream=upstream)
+            return ProcessSpec(process, job.arguments, None, 0, 3)
+        name = {WINDOW: window_of(setup)[1], WEB: "", LIVE: live or ""}.get(process, process)
+        # Most of what shows the match is a spectator on the bus.
+        shown = "spectator" if kind in ("developer", "web", "foxglove") else kind
+        return ProcessSpec(
+            process,
+            Job(kind=kind, router=endpoint, run=run, name=name, keys=given).arguments,
+            setup.keys.pulse(shown, process if process in (WEB, LIVE) else name).key,
+            group=2 if process in setup.physical and companions else 1,
+            stop_order={"player": 0, "world": 2}.get(kind, 1),
+            essential=kind in ("world", "coordinator", "player"),
+            seat=kind == "player",
+            secret=page.encoded() if page is not None and process == WEB else "",
         )
-        found.append(ProcessSpec(WEB, arguments, pulse, 1, 1, essential=False, secret=page.encoded()))
-    if live is not None:
-        arguments = arguments_of("foxglove", router=endpoint, run=run, name=live, keys=keys)
-        found.append(ProcessSpec(LIVE, arguments, setup.keys.pulse("spectator", LIVE).key, 1, 1, essential=False))
-    for player in setup.players:
-        waits = player.physical and bool(setup.companions)
-        found.append(node(player.name, "player", player.name, group=2 if waits else 1, stop=0))
-    here = [spec for spec in found if setup.place.get(spec.name, HERE) == machine]
-    if machine in setup.machines and setup.machines[machine].router:
-        arguments = arguments_of("router", router=endpoint, run=run, keys=keys, upstream=upstream)
-        here.insert(0, ProcessSpec(further_router(machine), arguments, None, 0, 3))
-    return here
+
+    where = placed(setup, window=window, record=record, web=page is not None, live=live is not None)
+    return [spec(process) for process, at in where.items() if at == machine]

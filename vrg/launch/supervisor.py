@@ -4,6 +4,8 @@ import time
 from collections.abc import Callable, Collection, Generator, Iterator, Sequence
 from pathlib import Path
 
+from msgspec import structs
+
 from vrg.bus.credentials import Credentials
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import ProcessStatus
@@ -12,7 +14,7 @@ from vrg.bus.stopping import StopSignal
 from vrg.bus.topics import Keys, router_alive
 from vrg.config.files import HERE
 from vrg.errors import BusError, CredentialsError, LaunchError
-from vrg.launch.child import FAILED_FOR_GOOD, arguments_of, split_options
+from vrg.launch.child import FAILED_FOR_GOOD, job_of
 from vrg.launch.events import NoNotes, Notes, What
 from vrg.launch.fork_server import UNKNOWN, ForkServer
 from vrg.launch.greed import Greed
@@ -85,15 +87,12 @@ class Supervisor:
         self._vacant: set[str] = set()
         self._endings: dict[str, Iterator[None]] = {}
         self.processes = [ManagedProcess(spec, logs / f"{spec.name}.log", server or ForkServer()) for spec in specs]
+        self._router = next((process for process in self.processes if process.spec.is_router), None)
 
     @property
     def names(self) -> list[str]:
         """The names of the processes, without those that have ended and are not started again."""
         return [p.spec.name for p in self.processes]
-
-    @property
-    def _routers(self) -> list[ManagedProcess]:
-        return [p for p in self.processes if p.spec.is_router]
 
     def attach(self, session: Session) -> None:
         """Hear the processes' signs of life over this session from now on."""
@@ -145,14 +144,12 @@ class Supervisor:
         """
         self._feel_pulses()
         self._go_on_ending()
-        for router in [p for p in self._routers if p.exit_status is not None]:
-            self._check_start(router)
+        if self._router is not None and self._router.exit_status is not None:
+            self._check_start(self._router)
         now = time.monotonic()
         look, self._looked = (True, now) if now - self._looked > _PROGRESS else (False, self._looked)
         ready = []
         for process in list(self._starting):
-            if not process.ready and process.has_said:
-                self._is_ready(process)
             if process.ready:
                 self._starting.remove(process)
                 ready.append(process.spec.name)
@@ -183,15 +180,17 @@ class Supervisor:
         Raises:
             LaunchError: the router ended or makes no progress, for example because another one has its endpoint.
         """
-        for router in self._routers:
-            router.start()
-            self._router_since = time.monotonic()
-            while not self._answers(router):
-                self._check_start(router)
-                meanwhile()
-                if stop.wait(0.02):
-                    return False
-            router.ready = True
+        router = self._router
+        if router is None:
+            return True
+        router.start()
+        self._router_since = time.monotonic()
+        while not self._answers(router):
+            self._check_start(router)
+            meanwhile()
+            if stop.wait(0.02):
+                return False
+        router.ready = True
         return True
 
     def _answers(self, router: ManagedProcess) -> bool:
@@ -281,10 +280,9 @@ class Supervisor:
         """End a player's process, and start it with another strategy."""
         yield from self._ended(process, HANDOVER)
         name = process.spec.name
-        (kind, router, run, player, *_), keys, _ = split_options(process.spec.arguments)
         self._vacant.discard(name)
         try:
-            process.play(arguments_of(kind, router=router, run=Path(run), name=player, strategy=strategy, keys=keys))
+            process.play(structs.replace(job_of(process.spec.arguments), strategy=strategy).arguments)
         except LaunchError as error:
             self._vacate(process, str(error))
 
@@ -329,13 +327,11 @@ class Supervisor:
 
     def statuses(self) -> list[ProcessStatus]:
         """How each of the processes is."""
-        now = time.monotonic()
-        return [process.status(self.machine, now) for process in self.processes]
+        return [process.status(self.machine) for process in self.processes]
 
     def _feel_pulses(self) -> None:
-        if self._session is None:
-            return
-        self._session.receive()
+        if self._session is not None:
+            self._session.receive()
         self._mailbox.handover(0.0)
         felt = {pulse.key for pulse in self._beats.take()}
         alive = [p for p in self.processes if p.spec.pulse in felt and p.pid is not None]
@@ -381,22 +377,21 @@ class Supervisor:
     def _find_hung(self, now: float) -> None:
         if self._session is None:
             return
+        router = self._router if self._router is not None and self._router.pid else None
         if not self._session.connected:
             self._cut_since = self._cut_since or now
-            if now - self._cut_since > CUT_OFF and now - self._router_since > ROUTER_START:
-                for router in [p for p in self._routers if p.pid]:
-                    self._announce("router does not answer: killed")
-                    self._notes.note(What.KILLED, router.spec.name, "does not answer")
-                    router.kill()
+            if router and now - self._cut_since > CUT_OFF and now - self._router_since > ROUTER_START:
+                self._announce("router does not answer: killed")
+                self._notes.note(What.KILLED, router.spec.name, "does not answer")
+                router.kill()
             return
         back = self._cut_since is not None
         if back:
             self._cut_since = None
             self._router_since = now
-        for router in [p for p in self._routers if p.pid and not p.ready]:
-            if back or now - self._router_since > CUT_OFF:
-                router.ready = True
-                self._notes.note_at_next_clock(What.READY, router.spec.name)
+        if router and not router.ready and (back or now - self._router_since > CUT_OFF):
+            router.ready = True
+            self._notes.note_at_next_clock(What.READY, router.spec.name)
         hung = self._pulses.hung()
         for process in self.processes:
             stuck = None if process.ready or process.spec.pulse is None else process.stuck(now)

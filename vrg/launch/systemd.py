@@ -14,7 +14,7 @@ from vrg.config.files import HERE, WINDOW
 from vrg.config.setup import MatchSetup
 from vrg.launch.keeping import files_of
 from vrg.launch.sandbox.excess import THREADS
-from vrg.launch.specs import further_router, placed, seats_at, window_of
+from vrg.launch.specs import kind_of, placed, seats_at, window_of
 
 RUN = "run"
 """The name of the unit of the run folder."""
@@ -100,8 +100,7 @@ def _run_service(setup: MatchSetup, at: Installation) -> str:
 
 
 def _service(setup: MatchSetup, process: str, where: Mapping[str, str], at: Installation) -> str:
-    players = {player.name: player for player in setup.players}
-    player = players.get(process)
+    kind = kind_of(setup, process)
     before = _started_before(setup, process, where)
     lines = ["[Unit]", f"Description=VRG match {setup.name}: {process}"]
     lines += [f"After={' '.join(['network-online.target', *before])}", "Wants=network-online.target"]
@@ -119,22 +118,19 @@ def _service(setup: MatchSetup, process: str, where: Mapping[str, str], at: Inst
         lines.append(f"Environment=DISPLAY={at.display}")
     # A process that comes back takes the place of the one that died; a window that was closed stays closed.
     lines += ["Restart=on-failure" if process == WINDOW else "Restart=always", "RestartSec=1", "TimeoutStopSec=10"]
-    if player is not None:
+    if kind == "player":
         lines += [f"MemoryMax={setup.memory + 500}M", f"TasksMax={THREADS}"]
-    physical = player is not None and player.physical
-    companion = process in [companion.name for companion in setup.companions]
-    return "\n".join(lines) + "\n" + _HARDENING + (_CAN if physical or companion else _NO_CAN)
+    drives = kind is None or process in setup.physical
+    return "\n".join(lines) + "\n" + _HARDENING + (_CAN if drives else _NO_CAN)
 
 
 def _started_before(setup: MatchSetup, process: str, where: Mapping[str, str]) -> list[str]:
     """The units of the same machine that start before this one, and stop after it."""
-    players = [player.name for player in setup.players]
-    companions = [companion.name for companion in setup.companions]
-    routers = [name for name in where if name in ("router", *map(further_router, setup.machines))]
-    first = [] if process in routers else routers
-    if process in players:
-        first = [*first, "world", *companions]
-    here = [name for name in first if where.get(name) == where[process]]
+    kinds = {name: kind_of(setup, name) for name, machine in where.items() if machine == where[process]}
+    first: tuple[str | None, ...] = () if kinds[process] == "router" else ("router",)
+    if kinds[process] == "player":
+        first = ("router", "world", None)  # the companions have no kind
+    here = [name for name, kind in kinds.items() if kind in first]
     return [f"{_unit(setup, name)}.service" for name in (RUN, *here)]
 
 
@@ -142,20 +138,17 @@ def _command(setup: MatchSetup, process: str, at: Installation) -> list[str]:
     """The command line of a process."""
     keys = [] if at.keys is None else ["--keys", str(at.keys)]
     match, run = at.match_file, f"/var/lib/{_stem(setup)}/run"
-    companions = {companion.name: companion for companion in setup.companions}
-    if process in companions:
-        return [str(at.vrg), *companions[process].arguments]
-    if process in ("router", *map(further_router, setup.machines)):
+    kind = kind_of(setup, process)
+    if kind is None:
+        return [str(at.vrg), *next(c.arguments for c in setup.companions if c.name == process)]
+    if kind == "router":
         upstream = ["--upstream", at.upstream] if process != "router" and at.upstream else []
         seats = [match, *keys] if keys else []
         return [str(at.vrg), "router", *seats, "--router", at.router, *upstream]
-    window, shown = window_of(setup)
-    if process == WINDOW and window == "hud":
-        return [str(at.vrg), "hud", shown, match, "--router", at.router, *keys]
-    kinds = {"world": ["world"], "referee": ["coordinator"], "recorder": ["recorder"], WINDOW: ["spectator"]}
-    kind = kinds.get(process, ["player"])
-    name = [process] if kind == ["player"] else []
-    return [str(at.vrg), *kind, match, *name, "--router", at.router, "--run", run, *keys]
+    if kind == "hud":
+        return [str(at.vrg), kind, window_of(setup)[1], match, "--router", at.router, *keys]
+    name = [process] if kind == "player" else []
+    return [str(at.vrg), kind, match, *name, "--router", at.router, "--run", run, *keys]
 
 
 def _quoted(word: str) -> str:

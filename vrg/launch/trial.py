@@ -6,7 +6,8 @@ Their code may be anybody's, and may do anything when it is imported: to check i
 import sys
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -31,16 +32,16 @@ def untried() -> str | None:
     return None if lacking is None else f"the strategies of files were not imported: {lacking.partition(': ')[0]}"
 
 
+@dataclass(frozen=True)
 class Trial:
     """See the module.
 
     Args:
-        server: forks the processes. place: a folder for what they write.
+        server: forks the processes. run: a folder for what they write.
     """
 
-    def __init__(self, server: ForkServer, place: Path) -> None:
-        self._server = server
-        self._run = RunFolder(place)
+    server: ForkServer
+    run: RunFolder
 
     def make(self, setup: MatchSetup, name: str) -> None:
         """Import and make the strategy of a player. One with a name, which comes with an installed package, is trusted.
@@ -73,9 +74,7 @@ class Trial:
     def _try(self, setup: MatchSetup, name: str, *, make: bool) -> None:
         if untried() is None:
             sealed = missing() is None
-            apart.strategy_apart(
-                self._server, setup, name, self._run, patience=PATIENCE, sealed=sealed, make=make
-            ).close()
+            apart.StrategyApart(self.server, setup, name, self.run, patience=PATIENCE, sealed=sealed, make=make).close()
 
 
 @contextmanager
@@ -85,9 +84,6 @@ def trial(server: ForkServer | None = None) -> Iterator[Trial]:
     Args:
         server: forks its processes; None starts one for it.
     """
-    with tempfile.TemporaryDirectory(prefix="vrg-") as place:
-        if server is not None:
-            yield Trial(server, Path(place))
-        else:
-            with fork_server(preload=[apart.__name__]) as own:
-                yield Trial(own, Path(place))
+    with tempfile.TemporaryDirectory(prefix="vrg-") as place, ExitStack() as stack:
+        server = server or stack.enter_context(fork_server(preload=[apart.__name__]))
+        yield Trial(server, RunFolder(Path(place)))

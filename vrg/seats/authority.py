@@ -112,10 +112,8 @@ def make_seat(authority: KeyPair, seat: Seat, now: datetime, lasts: timedelta, h
     issuer, signer = _read_authority(authority)
     if now >= issuer.not_valid_after_utc:
         raise ConfigError(
-            [
-                f"the authority has expired on {issuer.not_valid_after_utc:%Y-%m-%d}: make another one by "
-                "`vrg keys init --replace`, and hand out all keys again"
-            ]
+            f"the authority has expired on {issuer.not_valid_after_utc:%Y-%m-%d}: make another one by "
+            "`vrg keys init --replace`, and hand out all keys again"
         )
     serves = seat.kind is SeatKind.ROUTER
     key = ec.generate_private_key(ec.SECP256R1())
@@ -131,7 +129,7 @@ def make_seat(authority: KeyPair, seat: Seat, now: datetime, lasts: timedelta, h
         try:
             names = x509.SubjectAlternativeName([_host(check_host(host)) for host in dict.fromkeys(hosts)])
         except ValueError as error:
-            raise ConfigError([f"an address of the router: {error}"]) from None
+            raise ConfigError(f"an address of the router: {error}") from None
         builder = builder.add_extension(names, critical=False)
     return _in_pem(builder.sign(signer, hashes.SHA256()), key)
 
@@ -198,13 +196,11 @@ def _read_authority(authority: KeyPair) -> tuple[x509.Certificate, ec.EllipticCu
         key = serialization.load_pem_private_key(authority.private_key, password=None)
     except (ValueError, TypeError, UnsupportedAlgorithm) as error:
         raise ConfigError(
-            [
-                f"the authority's certificate or its private key cannot be read: {error}: take both from a copy, or "
-                "make another authority by `vrg keys init --replace`"
-            ]
+            f"the authority's certificate or its private key cannot be read: {error}: take both from a copy, or "
+            "make another authority by `vrg keys init --replace`"
         ) from None
     if not isinstance(key, ec.EllipticCurvePrivateKey) or key.public_key() != certificate.public_key():
-        raise ConfigError(["the authority's private key does not belong to its certificate: make both anew"])
+        raise ConfigError("the authority's private key does not belong to its certificate: make both anew")
     return certificate, key
 
 

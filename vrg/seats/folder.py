@@ -7,7 +7,7 @@ keys/<seat>/      seat.crt, seat.key, ca.crt   is all that the machine of this s
 import os
 import shutil
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -77,7 +77,7 @@ class KeysFolder:
             ConfigError: the folder cannot be written.
         """
         authority = make_authority(match, now)
-        with _Writing(self.path):
+        with _writing(self.path):
             _private_folder(self.path)
             self._remove_keys()
             if keep_authority:
@@ -112,24 +112,20 @@ class KeysFolder:
             found_name, wanted_name = validity(authority.certificate).common_name, authority_name(match)
         except OSError as error:
             raise ConfigError(
-                [f"{folder}: expected the authority: {error.strerror}: renew keys where they were made"]
+                f"{folder}: expected the authority: {error.strerror}: renew keys where they were made"
             ) from None
         except ValueError as error:
             raise ConfigError(
-                [
-                    f"{folder / AUTHORITY}: expected a certificate: {error}: take the authority from a copy, or make "
-                    "another one by `vrg keys init --replace`"
-                ]
+                f"{folder / AUTHORITY}: expected a certificate: {error}: take the authority from a copy, or make "
+                "another one by `vrg keys init --replace`"
             ) from None
         if found_name != wanted_name:
             raise ConfigError(
-                [
-                    f"{folder}: expected the authority of the match {match} ({wanted_name}), found {found_name}: name "
-                    "the folder of the keys of this match with --keys, or make keys for it in another folder"
-                ]
+                f"{folder}: expected the authority of the match {match} ({wanted_name}), found {found_name}: name "
+                "the folder of the keys of this match with --keys, or make keys for it in another folder"
             )
         reached_by = tuple(dict.fromkeys([*self._hosts(), *hosts]))
-        with _Writing(self.path):
+        with _writing(self.path):
             self._make_seats(authority, seats, now, lasts, reached_by or LOCAL_HOSTS)
 
     def _hosts(self) -> tuple[str, ...]:
@@ -144,24 +140,22 @@ class KeysFolder:
         Raises:
             ConfigError: the folder cannot be read, or a file in it is no certificate.
         """
-        return list(self._entries())
-
-    def _entries(self) -> Iterator[SeatKeys]:
         try:
             folders = sorted(path for path in self.path.iterdir() if (path / CERTIFICATE).is_file())
         except OSError as error:
             raise ConfigError(
-                [f"{self.path}: expected a folder of keys: {error.strerror}: make one by `vrg keys init`"]
+                f"{self.path}: expected a folder of keys: {error.strerror}: make one by `vrg keys init`"
             ) from None
-        common = self._common_authority()
+        common, found = self._common_authority(), []
         for folder in folders:
             try:
                 certificate, beside = (folder / CERTIFICATE).read_bytes(), (folder / AUTHORITY).read_bytes()
                 # A seat whose own copy is another one would not trust the router.
                 genuine = is_of(certificate, beside) and is_of(certificate, common or beside)
-                yield SeatKeys(Credentials(folder, folder.name), validity(certificate), genuine)
+                found.append(SeatKeys(Credentials(folder, folder.name), validity(certificate), genuine))
             except (OSError, ValueError) as error:
-                raise ConfigError([f"{folder}: expected the keys of a seat: {error}"]) from None
+                raise ConfigError(f"{folder}: expected the keys of a seat: {error}") from None
+        return found
 
     def _common_authority(self) -> bytes | None:
         """The certificate of the authority of all seats that are here; None if nothing tells which it is."""
@@ -187,10 +181,8 @@ class KeysFolder:
         if lacking:
             there = ", ".join(sorted(path.parent.name for path in self.path.glob(f"*/{PRIVATE_KEY}"))) or "none"
             found = f"expected the keys of {', '.join(lacking)}, found those of {there}"
-            raise ConfigError(
-                [f"{self.path}: {found}; `vrg keys renew` makes those of a seat that is new in the match"]
-            )
-        with _Writing(to):
+            raise ConfigError(f"{self.path}: {found}; `vrg keys renew` makes those of a seat that is new in the match")
+        with _writing(to):
             _private_folder(to)
             for seat in wanted:
                 source, target = self.path / seat.common_name, to / seat.common_name
@@ -227,20 +219,13 @@ class KeysFolder:
             _write(folder / AUTHORITY, authority.certificate)
 
 
-class _Writing:
+@contextmanager
+def _writing(path: Path) -> Iterator[None]:
     """Turn an error of the file system into one that tells what to do."""
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
-
-    def __enter__(self) -> None:
-        pass
-
-    def __exit__(self, _kind: object, error: BaseException | None, _trace: object) -> None:
-        if isinstance(error, OSError):
-            raise ConfigError(
-                [f"{self._path}: keys cannot be written: {error.strerror}: choose another folder"]
-            ) from None
+    try:
+        yield
+    except OSError as error:
+        raise ConfigError(f"{path}: keys cannot be written: {error.strerror}: choose another folder") from None
 
 
 def _private_folder(path: Path) -> None:

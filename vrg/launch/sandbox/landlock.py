@@ -34,7 +34,7 @@ _DEVICE_ABI, _SCOPE_ABI = 5, 6
 def abi() -> int:
     """The version of Landlock that this kernel has; 0 if it has none, or has it switched off."""
     try:
-        return _syscall(_CREATE, None, ctypes.c_size_t(0), ctypes.c_uint32(_VERSION))
+        return syscall(_CREATE, None, ctypes.c_size_t(0), ctypes.c_uint32(_VERSION))
     except OSError:
         return 0
 
@@ -55,14 +55,14 @@ def restrict(files: Iterable[tuple[Path, Access]], ports: Iterable[int]) -> None
     attributes = struct.pack("=QQQ", every, _BIND | _CONNECT, scoped)
     # An older kernel does not know the last field.
     attributes = attributes if version >= _SCOPE_ABI else attributes[:16]
-    ruleset = _syscall(_CREATE, attributes, ctypes.c_size_t(len(attributes)), ctypes.c_uint32(0))
+    ruleset = syscall(_CREATE, attributes, ctypes.c_size_t(len(attributes)), ctypes.c_uint32(0))
     try:
         for path, access in files:
             _allow(ruleset, path, _rights(access) & every)
         for port in ports:
             rule = struct.pack("=QQ", _CONNECT, port)
-            _syscall(_ADD, ctypes.c_int(ruleset), ctypes.c_int(_PORT), rule, ctypes.c_uint32(0))
-        _syscall(_RESTRICT, ctypes.c_int(ruleset), ctypes.c_uint32(0))
+            syscall(_ADD, ctypes.c_int(ruleset), ctypes.c_int(_PORT), rule, ctypes.c_uint32(0))
+        syscall(_RESTRICT, ctypes.c_int(ruleset), ctypes.c_uint32(0))
     finally:
         os.close(ruleset)
 
@@ -92,12 +92,17 @@ def _allow(ruleset: int, path: Path, rights: int) -> None:
             rights &= _OF_FILES
         if rights:
             rule = struct.pack("=Qi", rights, place)
-            _syscall(_ADD, ctypes.c_int(ruleset), ctypes.c_int(_BENEATH), rule, ctypes.c_uint32(0))
+            syscall(_ADD, ctypes.c_int(ruleset), ctypes.c_int(_BENEATH), rule, ctypes.c_uint32(0))
     finally:
         os.close(place)
 
 
-def _syscall(number: int, *arguments: object) -> int:
+def syscall(number: int, *arguments: object) -> int:
+    """Call the kernel, and return what it answers.
+
+    Raises:
+        OSError: it refuses.
+    """
     library = ctypes.CDLL(None, use_errno=True)
     library.syscall.restype = ctypes.c_long
     result: int = library.syscall(ctypes.c_long(number), *arguments)

@@ -164,15 +164,7 @@ class _Program(ctypes.Structure):
 
 def _filter(architecture: Architecture, instructions: list[Instruction]) -> None:
     """Let the kernel filter the system calls of this process."""
-    library = ctypes.CDLL(None, use_errno=True)
-    library.syscall.restype = ctypes.c_long
-    wanted = _Program(len(instructions), packed(instructions))
-    failed = library.syscall(
-        ctypes.c_long(architecture.seccomp),
-        ctypes.c_uint(_SET_FILTER),
-        ctypes.c_uint(_ALL_THREADS),
-        ctypes.byref(wanted),
-    )
-    if failed:
-        error = ctypes.get_errno()
-        raise OSError(error, os.strerror(error))
+    wanted = ctypes.byref(_Program(len(instructions), packed(instructions)))
+    number, operation, flags = architecture.seccomp, ctypes.c_uint(_SET_FILTER), ctypes.c_uint(_ALL_THREADS)
+    if thread := landlock.syscall(number, operation, flags, wanted):
+        raise OSError(f"its thread {thread} cannot be sealed")

@@ -8,19 +8,8 @@ import errno
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from vrg.launch.sandbox.bpf import (
-    AND,
-    ARCHITECTURE,
-    AT_LEAST,
-    EQUAL,
-    LOAD,
-    NUMBER,
-    RETURN,
-    Instruction,
-    Step,
-    argument,
-    assembled,
-)
+from vrg.launch.sandbox import bpf
+from vrg.launch.sandbox.bpf import Instruction, Step, argument, assembled
 from vrg.launch.sandbox.syscalls import NEWEST, Architecture
 
 ALLOW, ERRNO = 0x7FFF0000, 0x00050000
@@ -144,35 +133,35 @@ def program(architecture: Architecture, wanted: Sequence[Rule]) -> list[Instruct
     Calls of another processor's (32-bit calls on a 64-bit machine) are refused, and so are those of x32.
     """
     steps = [
-        Step(LOAD, ARCHITECTURE),
-        Step(EQUAL, architecture.audit, yes="known"),
-        Step(RETURN, ERRNO | errno.EPERM),
+        Step(bpf.LOAD, bpf.ARCHITECTURE),
+        Step(bpf.EQUAL, architecture.audit, yes="known"),
+        Step(bpf.RETURN, ERRNO | errno.EPERM),
         Step(label="known"),
-        Step(LOAD, NUMBER),
-        Step(AT_LEAST, NEWEST + 1, no="old"),
-        Step(RETURN, ERRNO | errno.ENOSYS),
+        Step(bpf.LOAD, bpf.NUMBER),
+        Step(bpf.AT_LEAST, NEWEST + 1, no="old"),
+        Step(bpf.RETURN, ERRNO | errno.ENOSYS),
         Step(label="old"),
     ]
     for rule in wanted:
         number = architecture.numbers.get(rule.call)
         if number is not None:
             steps += _steps(rule, number)
-    steps.append(Step(RETURN, ALLOW))
+    steps.append(Step(bpf.RETURN, ALLOW))
     return assembled(steps)
 
 
 def _steps(rule: Rule, number: int) -> list[Step]:
     after = f"{rule.call} after"
-    steps = [Step(EQUAL, number, no=after)]
+    steps = [Step(bpf.EQUAL, number, no=after)]
     for index, checks in enumerate(rule.unless):
         other = f"{rule.call} other {index}"
         for place, check in enumerate(checks):
             good = f"{rule.call} good {index} {place}"
-            steps += [Step(LOAD, argument(check.argument)), Step(AND, check.mask)]
-            steps += [Step(EQUAL, value, yes=other if check.not_in else good) for value in check.values]
+            steps += [Step(bpf.LOAD, argument(check.argument)), Step(bpf.AND, check.mask)]
+            steps += [Step(bpf.EQUAL, value, yes=other if check.not_in else good) for value in check.values]
             # A comparison that is never true and leads on either way is a jump.
-            steps += [] if check.not_in else [Step(AT_LEAST, 0, yes=other)]
+            steps += [] if check.not_in else [Step(bpf.AT_LEAST, 0, yes=other)]
             steps.append(Step(label=good))
-        steps += [Step(RETURN, ALLOW), Step(label=other)]
-    steps += [Step(RETURN, ERRNO | rule.error), Step(label=after)]
+        steps += [Step(bpf.RETURN, ALLOW), Step(label=other)]
+    steps += [Step(bpf.RETURN, ERRNO | rule.error), Step(label=after)]
     return steps
