@@ -103,7 +103,12 @@ class Connection:
     @property
     def ended(self) -> bool:
         """Whether ssh has ended, or the connection was closed."""
-        return self.channel.closed or self._process.poll() is not None
+        return self.channel.closed or self.gone
+
+    @property
+    def gone(self) -> bool:
+        """Whether ssh has ended."""
+        return self._process.poll() is not None
 
     def why_ended(self) -> str:
         """Why there is no agent, in words."""
@@ -125,19 +130,18 @@ class Connection:
             )
         return f"the agent has ended with status {status}: {said or skipped or 'without a word'} (log: {self._log})"
 
-    def close(self, *, patience: float = 0.0) -> None:
-        """End the connection. The agent then stops its processes and ends. Idempotent.
+    def end(self, *, patience: float | None = None) -> None:
+        """Close the connection, and let ssh end. The agent then stops its processes and ends. Idempotent.
 
         Args:
-            patience: the real time in s that ssh may take to end by itself.
+            patience: the real time in s that ssh may take to end by itself before it is killed; None does not wait.
         """
         self.channel.close()
-        try:
-            self._process.wait(patience)
-        except subprocess.TimeoutExpired:
+        if not self.gone and not patience:
             self._process.terminate()
+        if patience is not None:
             try:
-                self._process.wait(_END)
+                self._process.wait(patience or _END)
             except subprocess.TimeoutExpired:
                 self._process.kill()
                 self._process.wait()
