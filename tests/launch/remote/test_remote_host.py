@@ -1,6 +1,7 @@
 """What an agent can do to its launcher, and what it cannot: it may be lost, or slow, or send anything."""
 
 import shlex
+import signal
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -184,6 +185,21 @@ def test_numbers_that_mean_nothing_do_no_harm(bench: Bench, value: float) -> Non
     bench.send(wire.Status([status("ann")], value, value, value), wire.LogText("ann", b"hello\n", -(1 << 63)))
     bench.look(lambda: bench.host.names == ["ann"] and (bench.folder.logs / "ann.log").exists())
     assert bench.host.is_at(Step.PLAYS)
+
+
+def test_nothing_waits_for_an_ssh_that_does_not_end(bench: Bench) -> None:
+    bench.play()
+    connection = bench.host._connection
+    assert connection is not None
+    connection._process.send_signal(signal.SIGSTOP)
+    while bench.host.is_at(Step.LOADED):
+        bench.now += STEP
+    assert not connection.gone, "it was not waited for"
+    bench.again()
+    bench.now += AGAIN
+    bench.play()
+    assert not connection.gone, "the machine is back although it has not ended"
+    connection._process.kill()
 
 
 def test_only_an_honest_failure_ends_the_match(bench: Bench) -> None:

@@ -20,7 +20,8 @@ SSH = "VRG_SSH"
 _OPTIONS = (
     # Nobody can be asked for a password while several machines are reached at once.
     "-T", "-o", "BatchMode=yes", "-o", "ConnectTimeout=10",
-    "-o", "ServerAliveInterval=2", "-o", "ServerAliveCountMax=4",
+    # The launcher gives up a machine that is silent before ssh does.
+    "-o", "ServerAliveInterval=2", "-o", "ServerAliveCountMax=7",
 )  # fmt: skip
 _ADVICE = (
     ("could not resolve", "check `host` in [machines.{name}], and the name in ~/.ssh/config"),
