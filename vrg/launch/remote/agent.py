@@ -11,9 +11,6 @@ import shutil
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TypeVar
-
-from msgspec import Struct
 
 from vrg import __version__
 from vrg.bus.credentials import Credentials, find_credentials, keep_key
@@ -52,25 +49,26 @@ _KEPT = 14 * 24 * 3600.0
 
 
 class Agent:
-    """See the module; a context manager, which ends with no process left.
+    """See the module.
 
     Args:
         channel: the connection to the launcher. home: the folder for the folders of runs.
         stop: set it to end the agent.
     """
 
+    # The first orders bring these: `Prepare` two of them, and `Load` the set-up.
+    _order: wire.Prepare
+    _folder: RunFolder
+    _setup: MatchSetup
+
     def __init__(self, channel: Channel[wire.ToAgent], home: Path, stop: StopSignal) -> None:
         self._channel = channel
         self._home = home
         self._stop = stop
         self._resources = contextlib.ExitStack()
-        # What has come by the first orders.
-        self._order: wire.Prepare | None = None
-        self._folder: RunFolder | None = None
         self._logs: LogReader | None = None
         self._keys: Path | None = None
         self._brought: set[str] = set()
-        self._setup: MatchSetup | None = None
         self._server = ForkServer()
         self._supervisor: Supervisor | None = None
         self._endpoint = ""
@@ -84,18 +82,12 @@ class Agent:
         self._beat = (0.0, 0.0)
         self._done = False
 
-    def __enter__(self) -> "Agent":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        try:
-            if self._supervisor is not None:
-                self._supervisor.close()
-        finally:
-            self._resources.close()
-
     def run(self) -> None:
-        """Obey the launcher until it says goodbye, is gone, or `stop` is set."""
+        """Obey the launcher until it says goodbye, is gone, or `stop` is set. No process is left then."""
+        with self._resources:
+            self._run()
+
+    def _run(self) -> None:
         self._channel.send_bytes(wire.BANNER)
         self._channel.send(wire.Hello(version=__version__, peer=_addresses()[1], home=str(self._home)))
         while not self._done and not self._stop.is_set():
@@ -142,7 +134,7 @@ class Agent:
             case wire.Prepare():
                 self._prepare(order)
             case wire.FilePart():
-                take_in(_given(self._folder, wire.Prepare).path, order)
+                take_in(self._folder.path, order)
                 self._brought.add(order.path)
             case wire.KeyFile():
                 self._take_key(order)
@@ -155,13 +147,13 @@ class Agent:
             case wire.Begin():
                 yield from self._begin(order)
             case wire.Play():
-                _given(self._supervisor, wire.Serve).play(order.name, order.strategy)
+                self._present.play(order.name, order.strategy)
             case wire.StopOrder():
                 self._stop_order(order)
             case wire.Fetch():
                 yield from self._fetch()
             case wire.Goodbye():
-                shutil.rmtree(_given(self._folder, wire.Prepare).path, ignore_errors=True)
+                shutil.rmtree(self._folder.path, ignore_errors=True)
                 self._done = True
             case wire.Beat():
                 self._beat = (order.sent, time.monotonic())
@@ -184,60 +176,58 @@ class Agent:
 
     def _take_key(self, message: wire.KeyFile) -> None:
         if self._keys is None:
-            self._keys = keys_folder(_given(self._folder, wire.Prepare).path)
+            self._keys = keys_folder(self._folder.path)
             self._keys.mkdir(mode=0o700)
             self._resources.enter_context(keys_lock(self._keys))
         keep_key(self._keys, message.seat, message.name, message.data)
 
     def _load(self) -> None:
-        folder, order = _given(self._folder, wire.Prepare), _given(self._order, wire.Prepare)
+        folder, order = self._folder, self._order
         self._setup = setup = load_match(folder.match_file).with_secret(order.secret)
         folder.hand_out(setup)
-        planned = self._specs(setup)
+        planned = self._specs()
         address = order.address or _addresses()[0]
         endpoint = free_endpoint(address) if address and planned and planned[0].is_router else ""
         findings = examine(setup, folder.match_file, order.machine) if order.examine else []
         self._channel.send(wire.Loaded(endpoint, findings))
 
-    def _specs(self, setup: MatchSetup, upstream: str | None = None) -> list[ProcessSpec]:
+    def _specs(self, upstream: str | None = None) -> list[ProcessSpec]:
         """The processes that run here."""
-        folder, order = _given(self._folder, wire.Prepare), _given(self._order, wire.Prepare)
+        order = self._order
         return specs(
-            setup, folder.path, self._endpoint,
+            self._setup, self._folder.path, self._endpoint,
             window=order.window, record=order.record, machine=order.machine, upstream=upstream, keys=self._keys,
         )  # fmt: skip
 
     def _serve(self, message: wire.Serve) -> None:
-        setup, folder = _given(self._setup, wire.Load), _given(self._folder, wire.Prepare)
-        if self._supervisor is not None:
-            raise LaunchError(f"expected one {wire.Serve.__name__}")
+        setup = self._setup
         self._endpoint = message.endpoint
         self._supervisor = Supervisor(
-            self._specs(setup, message.upstream),
+            self._specs(message.upstream),
             message.endpoint,
             setup.keys,
-            folder.logs,
+            self._folder.logs,
             lambda text: self._channel.send(wire.Said(text)),
             self._server,
             disqualify=setup.on_fault == "disqualify",
             memory=setup.memory,
-            machine=_given(self._order, wire.Prepare).machine,
-            notes=_NotesToLauncher(self._channel),
+            machine=self._order.machine,
+            notes=self,
             credentials=self._credentials,
         )
+        self._resources.callback(self._supervisor.close)
         self._supervisor.start_router(self._stop)
 
     def _join(self) -> None:
-        supervisor, setup = _given(self._supervisor, wire.Serve), _given(self._setup, wire.Load)
-        self._mailbox.subscribe(setup.keys.pulse(LAUNCHER, LAUNCHER))
+        self._mailbox.subscribe(self._setup.keys.pulse(LAUNCHER, LAUNCHER))
         session = self._resources.enter_context(
             open_session(self._endpoint, stop=self._stop, credentials=self._credentials)
         )
-        supervisor.attach(session)
+        self._present.attach(session)
         session.attach(self._mailbox)
 
     def _begin(self, message: wire.Begin) -> Iterator[None]:
-        supervisor = _given(self._supervisor, wire.Serve)
+        supervisor = self._present
         self._watches = False
         supervisor.leave_vacant(message.vacant)
         supervisor.begin(message.group)
@@ -256,26 +246,30 @@ class Agent:
             self._supervisor.wait_stopped(message.order)
 
     def _fetch(self) -> Iterator[None]:
-        folder, logs = _given(self._folder, wire.Prepare), _given(self._logs, wire.Prepare)
+        folder = self._folder
         kept_there = {folder.setup.name, *self._brought}
         kept_there |= {path.relative_to(folder.path).as_posix() for path in folder.logs.glob("*.log")}
         for part in parts_of(folder.path, kept_there, self._cannot_send):
             while self._channel.backlog > _BACKLOG:
                 yield
             self._channel.send(part)
-        while texts := list(logs.new_text()):
-            for text in texts:
-                self._channel.send(text)
+        while self._send_logs():
             yield
+
+    @property
+    def _present(self) -> Supervisor:
+        if self._supervisor is None:
+            raise LaunchError(f"expected {wire.Serve.__name__} first")
+        return self._supervisor
 
     @property
     def _credentials(self) -> Credentials | None:
         """The keys of this agent's own seat; None in a match without seats."""
-        seat = Seat(SeatKind.HOST, _given(self._order, wire.Prepare).machine)
+        seat = Seat(SeatKind.HOST, self._order.machine)
         return None if self._keys is None else find_credentials(self._keys, [seat])
 
     def _forget_keys(self) -> None:
-        shutil.rmtree(keys_folder(_given(self._folder, wire.Prepare).path), ignore_errors=True)
+        shutil.rmtree(keys_folder(self._folder.path), ignore_errors=True)
 
     def _look_after(self) -> None:
         """Look at all processes once, and tell what has happened to them."""
@@ -299,38 +293,25 @@ class Agent:
             self._channel.send(
                 wire.Status(processes=statuses, beat=sent, held=max(0.0, now - arrived), wall=time.time())
             )
-        for text in self._logs.new_text() if self._logs is not None else ():
+        self._send_logs()
+
+    def _send_logs(self) -> bool:
+        """Send what processes have added to their logs; return whether that was anything."""
+        texts = [] if self._logs is None else list(self._logs.new_text())
+        for text in texts:
             self._channel.send(text)
-
-    def _cannot_send(self, name: str, error: OSError) -> None:
-        self._channel.send(wire.Said(f"{name} cannot be sent: {error.strerror}"))
-
-
-T = TypeVar("T")
-
-
-def _given(value: T | None, order: type[Struct]) -> T:
-    """What an earlier order has brought.
-
-    Raises:
-        LaunchError: it has not come.
-    """
-    if value is None:
-        raise LaunchError(f"expected {order.__name__} first")
-    return value
-
-
-class _NotesToLauncher:
-    """Tells the launcher what happens to processes."""
-
-    def __init__(self, channel: Channel[wire.ToAgent]) -> None:
-        self._channel = channel
+        return bool(texts)
 
     def note(self, what: What, process: str | None = None, text: str = "", *, status: int | None = None) -> None:
+        """Tell the launcher what has happened to a process; see `vrg.launch.events.Notes`."""
         self._channel.send(wire.Noted(what, process or "", text, status))
 
     def note_at_next_clock(self, what: What, process: str) -> None:
+        """Tell the launcher what counts as soon as the world's clock is heard again."""
         self._channel.send(wire.Noted(what, process, at_next_clock=True))
+
+    def _cannot_send(self, name: str, error: OSError) -> None:
+        self._channel.send(wire.Said(f"{name} cannot be sent: {error.strerror}"))
 
 
 def _addresses() -> tuple[str, str]:

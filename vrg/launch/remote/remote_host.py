@@ -133,7 +133,7 @@ class RemoteHost:
         self.findings: list[Finding] = []
         self.trips: deque[Trip] = deque(maxlen=TRIPS)
         self._statuses: list[ProcessStatus] = []
-        self._shown: set[str] = set()
+        self._ready: list[str] = []
         self._failed: dict[str, str] = {}
         self._vacant: set[str] = set()
         self._played: dict[str, list[wire.FilePart | wire.Play]] = {}
@@ -343,6 +343,8 @@ class RemoteHost:
         if note.what not in _OF_PROCESSES or (note.what is What.VACATED and note.process not in self._players):
             raise MessageError(f"expected what can happen to {note.process}, got {note.what!r}")
         text = note.text[:_TEXT]
+        if note.what is What.READY:
+            self._ready.append(note.process)
         if note.what is What.VACATED:
             self._failed[note.process] = text.removeprefix(f"{note.process}: ")
         if note.at_next_clock:
@@ -433,9 +435,8 @@ class RemoteHost:
             LaunchError: a process ended before it was ready, or makes no progress, or the machine is away.
         """
         self.poll()
-        ready = {status.name for status in self._statuses if status.state is ProcessState.RUNNING} - self._shown
-        self._shown |= ready
-        return sorted(ready)
+        ready, self._ready = self._ready, []
+        return ready
 
     def poll(self) -> None:
         """Take in what the agent sends. If its machine is away, try to reach it again.
