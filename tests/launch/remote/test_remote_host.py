@@ -101,8 +101,8 @@ def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
     made.host.close()
 
 
-def status(name: str, machine: str = "lab2") -> ProcessStatus:
-    return ProcessStatus(name=name, machine=machine, state=ProcessState.RUNNING)
+def status(name: str, machine: str = "lab2", node: str = "player/ann") -> ProcessStatus:
+    return ProcessStatus(name=name, machine=machine, state=ProcessState.RUNNING, node=node)
 
 
 def test_a_machine_is_brought_up_step_by_step_as_far_as_it_is_asked_to(bench: Bench) -> None:
@@ -159,6 +159,7 @@ RUBBISH = {
     "what happens to no process": frame(wire.Noted(What.ENDED, "ann")),
     "another process' state": frame(wire.Status([status("bob")], 0.0, 0.0, 0.0)),
     "a state for another machine": frame(wire.Status([status("ann", "lab3")], 0.0, 0.0, 0.0)),
+    "another node's state": frame(wire.Status([status("ann", node="x" * 100_000)], 0.0, 0.0, 0.0)),
     "a state twice": frame(wire.Status([status("ann")] * 2, 0.0, 0.0, 0.0)),
     "another process' log": frame(wire.LogText("bob", b"forged\n", 7)),
     "a log elsewhere": frame(wire.LogText("../../evil", b"forged\n", 7)),
@@ -235,6 +236,20 @@ def test_an_agent_changes_what_its_own_processes_have_written_and_nothing_else(b
     assert bench.told[0] == "lab2: 'logs/world.log' cannot be kept: the run folder has such a file already"
     assert len(bench.told) == 5, "each is told once"
     assert bench.host.is_at(Step.PLAYS)
+
+
+def test_an_agent_that_sends_no_files_does_not_hold_up_the_end(bench: Bench) -> None:
+    bench.play()
+    bench.send(wire.Status([status("ann")], 0.0, 0.0, 0.0))
+    bench.look(lambda: bench.host.names == ["ann"])
+    bench.host.fetch()
+
+    def goes_on() -> None:
+        bench.now += 0.1
+        bench.send(wire.Status([status("ann")], 0.0, 0.0, 0.0))
+
+    bench.host.close(goes_on)
+    assert bench.told == ["what the processes on lab2 have written was not fetched; it is there in /home/run"]
 
 
 def test_what_happens_to_its_processes_is_noted(bench: Bench) -> None:

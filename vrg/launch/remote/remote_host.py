@@ -46,7 +46,7 @@ BEAT = 0.5
 TRIPS = 8
 """The number of newest words there and back of which the quickest counts: it has waited least on its way."""
 _FETCH = 15.0
-"""The time in s without a word from an agent that sends files after which they are given up."""
+"""The time in s without a part of a file from an agent that sends files after which they are given up."""
 _WAIT = 0.02
 """The longest real time in s between two looks at what an agent has sent."""
 _BACKLOG = 16 * wire.PART
@@ -122,10 +122,9 @@ class RemoteHost:
         self._travelling = files_in(folder.path)
         window, record = prepare.window, prepare.record
         planned = specs(setup, folder.path, "", window=window, record=record, machine=machine)
-        self._players = [spec.name for spec in planned if spec.seat]
         self._seats = [Seat(SeatKind.HOST, machine), *seats_at(setup, machine, window=window, record=record)]
-        self._own = tuple(spec.name for spec in planned)
-        self.names = [spec.name for spec in planned]
+        self._own = {spec.name: spec for spec in planned}
+        self.names = list(self._own)
         self.stop_orders = sorted({spec.stop_order for spec in planned})
         self.peer = self.endpoint = self.router = self._home = ""
         self.upstream: str | None = None
@@ -151,7 +150,7 @@ class RemoteHost:
         self._lost: list[Connection] = []
         # These hold for the present connection, or for the last one.
         self._silence = Silence(0.0)
-        self._tried = self._beaten = -math.inf
+        self._tried = self._beaten = self._arrived = -math.inf
         self._sent = self._done = 0
         self._stopping: dict[int, int] = {}
         self._fetching: int | None = None
@@ -248,7 +247,9 @@ class RemoteHost:
             next(self._script, None)
         except MessageError as error:
             self._lose(f"its agent has sent what no agent sends: {error}")
-        except (LaunchError, CredentialsError, OSError) as error:
+        except (CredentialsError, OSError) as error:
+            self._lose(str(error))
+        except LaunchError as error:
             if self._has_played and self._step is not Step.PLAYS:
                 self._lose(str(error))
             else:
@@ -324,6 +325,7 @@ class RemoteHost:
             case wire.LogText():
                 self._take_log(message)
             case wire.FilePart() if self._fetching is not None:
+                self._arrived = self._clock()
                 if message.path not in self._travelling:
                     self._keep(message)
             case _:
@@ -340,10 +342,10 @@ class RemoteHost:
 
     def _take_note(self, note: wire.Noted) -> None:
         self._check(note.process)
-        if note.what not in _OF_PROCESSES or (note.what is What.VACATED and note.process not in self._players):
+        if note.what not in _OF_PROCESSES or (note.what is What.VACATED and not self._own[note.process].seat):
             raise MessageError(f"expected what can happen to {note.process}, got {note.what!r}")
         text = note.text[:_TEXT]
-        if note.what is What.READY:
+        if note.what is What.READY and not self._has_played:
             self._ready.append(note.process)
         if note.what is What.VACATED:
             self._failed[note.process] = text.removeprefix(f"{note.process}: ")
@@ -355,7 +357,8 @@ class RemoteHost:
     def _take_status(self, status: wire.Status) -> None:
         names = [process.name for process in status.processes]
         self._check(*names)
-        if len(set(names)) < len(names) or any(process.machine != self.machine for process in status.processes):
+        own = {(process.name, process.machine, process.node) for process in status.processes}
+        if own - {(spec.name, self.machine, spec.node) for spec in self._own.values()} or len(own) < len(names):
             raise MessageError(f"expected each process of {self.machine} once, got {names}")
         self._statuses, self.names = status.processes, names
         if status.beat:
@@ -522,7 +525,8 @@ class RemoteHost:
         self.aim(Step.AWAY)
         fetching = self._fetching
         if fetching is not None:
-            self._wait(lambda: self._done >= fetching or self._silence.seconds > _FETCH, meanwhile)
+            self._arrived = self._clock()
+            self._wait(lambda: self._done >= fetching or self._clock() - self._arrived > _FETCH, meanwhile)
         done = self._connection is not None and (fetching is None or self._done >= fetching)
         if done:
             self._send(wire.Goodbye())
