@@ -154,7 +154,7 @@ def _serve_ssh(stack: contextlib.ExitStack, host: LabHost, folder: Path, key: Pa
     config.write_text(
         f"ListenAddress {host.address}\nHostKey {folder / 'host_key'}\nAuthorizedKeysFile {key}.pub\n"
         "StrictModes no\nUsePAM no\nPermitRootLogin yes\nPidFile none\nPrintMotd no\n"
-        f"SetEnv XDG_STATE_HOME={host.state}\n"
+        f"SetEnv XDG_STATE_HOME={host.state} PYTHONPATH={Path(__file__).parents[2]}\n"
     )
     sshd = shutil.which("sshd") or "/usr/sbin/sshd"
     with (folder / "sshd.log").open("wb") as log:

@@ -19,7 +19,7 @@ from tests.system.harness import MINNOWS, PLAYERS, Match, long_match, patient, w
 from tests.system.lab import VRG, Lab, LabHost, laboratory, run
 from vrg.games import GAMES
 from vrg.launch.events import What, read_events
-from vrg.launch.remote.lease import LEASE
+from vrg.launch.remote.silence import LEASE
 from vrg.recording.reader import read_tracks
 
 pytestmark = pytest.mark.system

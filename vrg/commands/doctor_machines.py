@@ -17,8 +17,8 @@ from vrg.config.setup import MatchSetup
 from vrg.errors import BusError, LaunchError
 from vrg.launch.findings import Finding, examine
 from vrg.launch.keeping import keep
-from vrg.launch.remote.reaching import reach, remote_hosts, router_endpoints, wait_for
-from vrg.launch.remote.remote_host import RemoteHost
+from vrg.launch.remote.reaching import remote_hosts, router_endpoints, wait_for
+from vrg.launch.remote.remote_host import RemoteHost, Step
 from vrg.launch.run_folder import RunFolder
 
 _TRIPS = 3
@@ -39,7 +39,7 @@ def examine_machines(match_file: Path) -> dict[str, list[Finding]]:
     with tempfile.TemporaryDirectory(prefix="vrg-doctor-") as name, stoppable() as stop:
         folder = RunFolder.create(Path(name), setup.name, datetime.now(), setup.text)
         keep(setup, folder)
-        remote = remote_hosts(setup, folder, window=True, record=True, announce=console.print)
+        remote = remote_hosts(setup, folder, window=True, record=True, announce=console.print, examine=True)
         with console.status(f"checking {', '.join([HERE, *remote])}"), contextlib.ExitStack() as stack:
             for host in remote.values():
                 stack.callback(host.close)
@@ -51,19 +51,13 @@ def examine_machines(match_file: Path) -> dict[str, list[Finding]]:
 
 
 def _examined(setup: MatchSetup, remote: dict[str, RemoteHost], stop: Stop) -> dict[str, list[Finding]]:
-    problems = reach(remote, stop, lambda _name: None)
+    problems = wait_for(remote, lambda host: host.is_at(Step.LOADED), stop)
     if problems is None:
         raise typer.Exit(130)
     findings = {name: [Finding("ssh", False, str(error))] for name, error in problems.items()}
     reached = {name: host for name, host in remote.items() if name not in problems}
     for name, host in reached.items():
-        findings[name] = [Finding("ssh", True, f"{setup.hosts[name].host} answers")]
-        host.examine()
-    failed: dict[str, LaunchError] = {}
-    if not wait_for(reached, lambda name: _is_examined(reached[name]), failed, stop):
-        raise typer.Exit(130)
-    for name, host in reached.items():
-        findings[name] += host.talk.findings or [Finding("match", False, str(failed.get(name, "it was not checked")))]
+        findings[name] = [Finding("ssh", True, f"{setup.hosts[name].host} answers"), *host.findings]
     for name, finding in _connected(setup, remote, reached, stop).items():
         findings.setdefault(name, []).append(finding)
     for name, host in reached.items():
@@ -79,7 +73,6 @@ def _connected(
     if placed != HERE and placed not in reached:
         return {name: Finding("router", False, f"its machine, {placed}, cannot be used") for name in reached}
     found: dict[str, Finding] = {}
-    failed: dict[str, LaunchError] = {}
     with contextlib.ExitStack() as stack:
         try:
             endpoint = router_endpoints(setup, reached)[placed]
@@ -91,11 +84,10 @@ def _connected(
                 found[HERE] = Finding("router", True, f"answers at {endpoint}")
         except (LaunchError, BusError) as error:
             return {placed: Finding("router", False, str(error))}
-        for name, host in reached.items():
-            if name != placed:
-                host.begin_router()
-            host.join()
-        if not wait_for(reached, lambda name: _is_connected(reached[name]), failed, stop):
+        for host in reached.values():
+            host.aim(Step.JOINED)
+        failed = wait_for(reached, lambda host: host.is_at(Step.JOINED) and len(host.trips) >= _TRIPS, stop)
+        if failed is None:
             raise typer.Exit(130)
         for name in reached:
             if name in failed:
@@ -106,19 +98,11 @@ def _connected(
     return found
 
 
-def _is_examined(host: RemoteHost) -> bool:
-    return host.loaded() and host.talk.findings is not None
-
-
-def _is_connected(host: RemoteHost) -> bool:
-    return host.loaded() and host.talk.joined and len(host.talk.trips) >= _TRIPS
-
-
 def _clock(host: RemoteHost) -> list[Finding]:
     """How long a word takes, and how far its wall clock is off."""
-    if not host.talk.trips:
+    if not host.trips:
         return []
-    quickest = min(host.talk.trips)
+    quickest = min(host.trips)
     offset = quickest.wall_offset
     found = [Finding("link", None, f"a word there and back has taken {1000 * quickest.took:.0f} ms over ssh")]
     if abs(offset) > _ODD:

@@ -22,5 +22,5 @@ def host() -> None:
     os.dup2(2, 1)
     frames: Frames[ToAgent] = Frames(ToAgent)  # type: ignore[arg-type]  # a union is no class
     home = platformdirs.user_state_path("vrg") / "hosted"
-    with child_process(leash=False) as stop, Agent(Channel(reader, writer, frames), home, stop) as agent:
-        agent.run()
+    with child_process(leash=False) as stop:
+        Agent(Channel(reader, writer, frames), home, stop).run()

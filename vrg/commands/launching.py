@@ -31,8 +31,8 @@ from vrg.launch.fork_server import ForkServer
 from vrg.launch.host import Host
 from vrg.launch.launched import LaunchedMatch
 from vrg.launch.listening import Listening
-from vrg.launch.remote.reaching import hand_out_keys, reach, remote_hosts, router_endpoints
-from vrg.launch.remote.remote_host import RemoteHost
+from vrg.launch.remote.reaching import remote_hosts, router_endpoints, wait_for
+from vrg.launch.remote.remote_host import RemoteHost, Step
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.seats import LAUNCHER
 from vrg.launch.specs import specs
@@ -189,8 +189,8 @@ def _served(
             endpoints = router_endpoints(setup, remote, secure=security.wanted)
             # They are good for addresses, and another attempt only has another port.
             keys = keys or _keys(setup, endpoints.values(), security, stack)
-            if keys is not None:
-                hand_out_keys(setup, remote, keys, window=show.window, record=show.record)
+            for host in remote.values():
+                host.keys = keys
             main, endpoint = setup.place.get("router", HERE), endpoints[setup.router_at(HERE)]
             here = Supervisor(
                 specs(
@@ -254,7 +254,9 @@ def _reached(remote: dict[str, RemoteHost], show: Show, stop: Stop) -> bool:
     bar = Progress(TextColumn("reaching {task.description}"), BarColumn(), console=show.console, transient=True)
     with bar as progress:
         task = progress.add_task(", ".join(remote), total=len(remote))
-        problems = reach(remote, stop, lambda _name: progress.update(task, advance=1))
+        problems = wait_for(
+            remote, lambda host: host.is_at(Step.LOADED), stop, lambda _name: progress.update(task, advance=1)
+        )
     if problems:
         raise LaunchError("\n".join(map(str, problems.values())))
     return problems is not None

@@ -161,6 +161,7 @@ class LaunchedMatch:
                 while not stop.wait(POLL_PERIOD):
                     for host in self._hosts:
                         host.poll()
+                        self._look_for_trouble(host, session)
                     self._look(session)
                     if self.state is not None and self.state.stage is Stage.GAME_OVER:
                         shown = until_closed and WINDOW in self.names
@@ -217,7 +218,6 @@ class LaunchedMatch:
             for name, why in host.take_failed().items():
                 self._seats.vacate(name, why, now)
         self._seats.look(now)
-        self._look_for_trouble(now)
         if now - self._told >= PULSE_PERIOD:
             self._told = now
             keys = self._setup.keys
@@ -228,27 +228,28 @@ class LaunchedMatch:
             self._mailbox.publish(keys.processes, Processes(processes=statuses))
         session.send(self._mailbox.collect())
 
-    def _look_for_trouble(self, now: float) -> None:
+    def _look_for_trouble(self, host: Host, session: Session) -> None:
         """Halt play when a machine stops answering: what follows is not its players' fault.
 
-        The referee would otherwise take players out that have been silent for too long. It is asked again until play is
-        halted; once an official has continued play without the machine, it is not halted again because of it.
+        The referee would otherwise take players out that have been silent for too long. It is asked at once, before
+        anything else is done, and again until play is halted; once an official has continued play without the machine,
+        it is not halted again because of it.
         """
-        for host in self._hosts:
-            trouble = host.trouble
-            if (trouble is not None) != (host.machine in self._away):
-                self._away ^= {host.machine}
-                self._listening.note(What.BACK if trouble is None else What.AWAY, host.machine, trouble or "")
-            if trouble is None:
-                self._halted_for.discard(host.machine)
-            elif host.machine not in self._halted_for and self.state is not None:
-                if self.state.halted is not None or self.state.stage is Stage.GAME_OVER:
-                    self._halted_for.add(host.machine)
-                elif now - self._asked >= _AGAIN:
-                    self._asked = now
-                    reason = shortened(trouble, REASON_LENGTH)
-                    halt = Official(action=OfficialAction.HALT, by=LAUNCHER, reason=reason)
-                    self._mailbox.publish(self._setup.keys.official, halt)
+        trouble, now = host.trouble, time.monotonic()
+        if trouble is None:
+            self._halted_for.discard(host.machine)
+        elif host.machine not in self._halted_for and self.state is not None:
+            if self.state.halted is not None or self.state.stage is Stage.GAME_OVER:
+                self._halted_for.add(host.machine)
+            elif now - self._asked >= _AGAIN:
+                self._asked = now
+                reason = shortened(trouble, REASON_LENGTH)
+                halt = Official(action=OfficialAction.HALT, by=LAUNCHER, reason=reason)
+                self._mailbox.publish(self._setup.keys.official, halt)
+                session.send(self._mailbox.collect())
+        if (trouble is not None) != (host.machine in self._away):
+            self._away ^= {host.machine}
+            self._listening.note(What.BACK if trouble is None else What.AWAY, host.machine, trouble or "")
 
     def _replace(self, name: str, strategy: str) -> None:
         """Let a player play by another strategy.

@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrg.errors import LaunchError
-from vrg.launch.remote.log_reader import LogReader
-from vrg.launch.remote.travel import files_in, parts_of, take_in
+from vrg.launch.remote.travel import LogReader, files_in, parts_of, take_in
 from vrg.launch.remote.wire import PART, FilePart
 
 
@@ -27,7 +26,7 @@ def test_files_arrive_as_they_are_in_folders_of_the_same_names(tmp_path: Path) -
     assert {p.relative_to(here).as_posix(): p.read_bytes() for p in here.rglob("*") if p.is_file()} == content
 
 
-@pytest.mark.parametrize("path", ["/etc/passwd", "../x", "a/../../x", "", ".", "link/x", "link"])
+@pytest.mark.parametrize("path", ["/etc/passwd", "../x", "a/../../x", "", ".", "link/x", "link", "a\0b"])
 def test_no_file_gets_out_of_the_folder(tmp_path: Path, path: str) -> None:
     folder = tmp_path / "run"
     folder.mkdir()

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from vrg.bus.messages import ProcessState, ProcessStatus
 from vrg.errors import MessageError
 from vrg.launch.remote import wire
-from vrg.launch.remote.channel import Channel
+from vrg.launch.remote.channel import MOST, Channel
 from vrg.launch.remote.wire import BANNER, LONGEST, Frames, ToAgent, ToLauncher, frame
 
 signs = st.characters(exclude_categories=["C"])
@@ -26,8 +26,13 @@ TO_LAUNCHER = st.one_of(
         held=st.floats(0, 1e3),
         wall=st.floats(0, 1e10),
     ),
-    st.just(wire.Fetched()),
+    st.builds(wire.Done, order=st.integers(0, 1 << 40)),
 )
+
+
+def fed(frames: Frames[wire.ToLauncher], data: bytes) -> list[wire.ToLauncher]:
+    frames.feed(data)
+    return list(iter(frames.next, None))
 
 
 def launcher_frames(banner: bytes = b"") -> Frames[ToLauncher]:
@@ -46,7 +51,7 @@ def test_messages_come_out_as_they_went_in_however_the_stream_is_cut(
     frames, found = launcher_frames(BANNER), []
     while stream:
         size = cuts[len(stream) % len(cuts)]
-        found += frames.feed(stream[:size])
+        found += fed(frames, stream[:size])
         stream = stream[size:]
     assert found == messages
     assert frames.skipped.startswith(b"W") or not messages
@@ -54,7 +59,7 @@ def test_messages_come_out_as_they_went_in_however_the_stream_is_cut(
 
 def test_what_came_in_place_of_the_banner_can_be_told() -> None:
     frames = launcher_frames(BANNER)
-    assert frames.feed(b"x" * 5000 + b"vrg: unknown command 'host'\n") == []
+    assert fed(frames, b"x" * 5000 + b"vrg: unknown command 'host'\n") == []
     assert frames.skipped.endswith(b"unknown command 'host'\n")
     assert len(frames.skipped) == 2000
 
@@ -62,12 +67,14 @@ def test_what_came_in_place_of_the_banner_can_be_told() -> None:
 @pytest.mark.parametrize("data", [b"\xff" * 8, (LONGEST + 1).to_bytes(4, "big"), b"\0\0\0\x01\x05", b"\0\0\0\x02[]"])
 def test_other_bytes_are_refused(data: bytes) -> None:
     with pytest.raises(MessageError, match="expected"):
-        launcher_frames().feed(data)
+        fed(launcher_frames(), data)
 
 
 def test_an_answer_is_no_order() -> None:
+    frames = agent_frames()
+    frames.feed(frame(wire.Done(1)))
     with pytest.raises(MessageError):
-        agent_frames().feed(frame(wire.Fetched()))
+        frames.next()
 
 
 def test_a_message_that_is_too_long_is_not_sent() -> None:
@@ -96,6 +103,17 @@ def test_a_channel_does_not_wait_for_a_side_that_does_not_read() -> None:
         found += pipes.agent.pump(1.0)
     assert found == parts
     assert pipes.launcher.backlog == 0
+
+
+def test_what_is_sent_without_end_is_taken_in_bit_by_bit() -> None:
+    pipes = Pipes()
+    for number in range(2 * MOST):
+        pipes.agent.send(wire.Done(number))
+    found = pipes.launcher.pump()
+    assert 0 < len(found) < MOST
+    while len(found) < 2 * MOST:
+        found += pipes.launcher.pump()
+    assert found == [wire.Done(number) for number in range(2 * MOST)]
 
 
 def test_a_channel_tells_that_the_other_side_is_gone_and_keeps_what_came_before() -> None:

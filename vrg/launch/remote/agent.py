@@ -1,7 +1,7 @@
 """The agent: it runs on a machine that ssh has reached, and supervises the processes of a match there.
 
-It does what the launcher says over the ssh connection. It ends, and stops its processes before, when this connection is
-closed or its lease lapses. If it is killed, its processes notice that and end by themselves.
+It obeys the orders that the launcher sends over the ssh connection. It ends, and stops its processes before, when this
+connection is closed or its lease lapses. If it is killed, its processes notice that and end by themselves.
 """
 
 import contextlib
@@ -10,7 +10,6 @@ import os
 import shutil
 import time
 from collections.abc import Iterator
-from functools import singledispatchmethod
 from pathlib import Path
 
 from vrg import __version__
@@ -27,11 +26,11 @@ from vrg.launch.events import What
 from vrg.launch.findings import examine
 from vrg.launch.folder_lock import folder_lock, keys_folder, keys_lock, sweep
 from vrg.launch.fork_server import ForkServer, fork_server
+from vrg.launch.managed import ProcessSpec
 from vrg.launch.remote import wire
 from vrg.launch.remote.channel import Channel
-from vrg.launch.remote.lease import Lease
-from vrg.launch.remote.log_reader import LogReader
-from vrg.launch.remote.travel import parts_of, take_in
+from vrg.launch.remote.silence import LEASE, Silence
+from vrg.launch.remote.travel import LogReader, parts_of, take_in
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.seats import LAUNCHER
 from vrg.launch.specs import specs
@@ -50,95 +49,123 @@ _KEPT = 14 * 24 * 3600.0
 
 
 class Agent:
-    """See the module; a context manager, which ends with no process left.
+    """See the module.
 
     Args:
         channel: the connection to the launcher. home: the folder for the folders of runs.
         stop: set it to end the agent.
     """
 
+    # The first orders bring these: `Prepare` two of them, and `Load` the set-up.
+    _order: wire.Prepare
+    _folder: RunFolder
+    _setup: MatchSetup
+
     def __init__(self, channel: Channel[wire.ToAgent], home: Path, stop: StopSignal) -> None:
         self._channel = channel
         self._home = home
         self._stop = stop
         self._resources = contextlib.ExitStack()
-        self._machine = ""
-        self._endpoint = ""
-        self._record = self._window = False
-        self._folder: RunFolder | None = None
+        self._logs: LogReader | None = None
         self._keys: Path | None = None
         self._brought: set[str] = set()
-        self._setup: MatchSetup | None = None
         self._server = ForkServer()
         self._supervisor: Supervisor | None = None
+        self._endpoint = ""
         self._mailbox = Mailbox()
-        self._session_open = False
-        self._lease = Lease(time.monotonic())
-        self._group: int | None = None
-        self._begun = False
-        self._broken = False
-        self._logs: LogReader | None = None
-        self._sending: Iterator[wire.FilePart] | None = None
+        # The orders that are not done yet, by their numbers; and whether the processes are watched besides, or stopped.
+        self._jobs: dict[int, tuple[wire.ToAgent, Iterator[None]]] = {}
+        self._received = 0
+        self._watches = self._stopping = False
+        self._silence = Silence(time.monotonic())
         self._reported = 0.0
-        self._beat: tuple[float, float] = (0.0, 0.0)
+        self._beat = (0.0, 0.0)
         self._done = False
 
-    def __enter__(self) -> "Agent":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        try:
-            if self._supervisor is not None:
-                self._supervisor.close()
-        finally:
-            self._resources.close()
-
     def run(self) -> None:
-        """Do what the launcher says until it says goodbye, is gone, or `stop` is set."""
+        """Obey the launcher until it says goodbye, is gone, or `stop` is set. No process is left then."""
+        with self._resources:
+            self._run()
+
+    def _run(self) -> None:
         self._channel.send_bytes(wire.BANNER)
         self._channel.send(wire.Hello(version=__version__, peer=_addresses()[1], home=str(self._home)))
         while not self._done and not self._stop.is_set():
-            for message in self._channel.pump(_POLL):
-                self._attempt(message)
+            messages = self._channel.pump(_POLL)
+            for order in messages:
+                self._received += 1
+                self._jobs[self._received] = (order, self._obey(order))
+                self._go_on(self._received)
             if self._channel.closed:
                 log.info("stopping: the launcher has closed the connection")
                 return
+            for number in list(self._jobs):
+                self._go_on(number)
             self._look_after()
             now = time.monotonic()
-            if self._lease.lapsed(now):
+            beats = self._mailbox.inlets[0].take() if self._mailbox.inlets else []
+            if self._silence.look(now, heard=bool(messages or beats)) > LEASE:
                 log.info("stopping: nothing is heard of the launcher")
                 return
             if now - self._reported >= PERIOD:
                 self._reported = now
                 self._report(now)
-            self._send_files()
 
-    def _attempt(self, message: wire.ToAgent) -> None:
-        """Do what the launcher says, or say why it cannot be done."""
+    def _go_on(self, number: int) -> None:
+        """Go on with an order, and tell when it is done, or why it cannot be done."""
+        order, job = self._jobs[number]
         try:
-            self._do(message)
+            next(job)
+        except StopIteration:
+            if not isinstance(order, wire.FilePart | wire.KeyFile | wire.Beat):
+                self._channel.send(wire.Done(number))
         except (VrgError, OSError) as error:
-            log.warning("%s: %s", type(message).__name__, error)
+            log.warning("%s: %s", type(order).__name__, error)
             # A player that cannot be replaced does not end the match.
-            aside = self._begun and isinstance(message, wire.Play | wire.FilePart)
+            aside = self._watches and isinstance(order, wire.Play | wire.FilePart)
             self._channel.send(wire.Said(str(error)) if aside else wire.Failed(str(error)))
-        # What the launcher has said while this took long waits in the pipe.
-        self._lease.renew(time.monotonic())
+        else:
+            return
+        del self._jobs[number]
 
-    @singledispatchmethod
-    def _do(self, message: wire.ToAgent) -> None:
-        raise LaunchError(f"expected something that an agent does, got {message!r}")
+    def _obey(self, order: wire.ToAgent) -> Iterator[None]:
+        """Obey an order step by step."""
+        match order:
+            case wire.Prepare():
+                self._prepare(order)
+            case wire.FilePart():
+                take_in(self._folder.path, order)
+                self._brought.add(order.path)
+            case wire.KeyFile():
+                self._take_key(order)
+            case wire.Load():
+                self._load()
+            case wire.Serve():
+                self._serve(order)
+            case wire.Join():
+                self._join()
+            case wire.Begin():
+                yield from self._begin(order)
+            case wire.Play():
+                self._present.play(order.name, order.strategy)
+            case wire.StopOrder():
+                self._stop_order(order)
+            case wire.Fetch():
+                yield from self._fetch()
+            case wire.Goodbye():
+                shutil.rmtree(self._folder.path, ignore_errors=True)
+                self._done = True
+            case wire.Beat():
+                self._beat = (order.sent, time.monotonic())
 
-    @_do.register
-    def _(self, message: wire.Prepare) -> None:
-        self._machine = message.machine
+    def _prepare(self, message: wire.Prepare) -> None:
         sweep(self._home, time.time() - _KEPT)
         if message.display is not None:
             os.environ["DISPLAY"] = message.display
         folder = RunFolder(self._home / message.run)
         folder.prepare()
         self._resources.enter_context(folder_lock(folder.path))
-        self._folder = folder
+        self._order, self._folder = message, folder
         # The agent that has just been killed for this run has left its keys, too.
         self._forget_keys()
         self._resources.callback(self._forget_keys)
@@ -147,138 +174,87 @@ class Agent:
         self._server = self._resources.enter_context(fork_server())
         self._server.stop = self._stop
 
-    @_do.register
-    def _(self, message: wire.FilePart) -> None:
-        take_in(self._run_folder.path, message)
-        self._brought.add(message.path)
-
-    @_do.register
-    def _(self, message: wire.KeyFile) -> None:
+    def _take_key(self, message: wire.KeyFile) -> None:
         if self._keys is None:
-            self._keys = self._keys_folder
+            self._keys = keys_folder(self._folder.path)
             self._keys.mkdir(mode=0o700)
             self._resources.enter_context(keys_lock(self._keys))
         keep_key(self._keys, message.seat, message.name, message.data)
 
-    @_do.register
-    def _(self, message: wire.Load) -> None:
-        folder = self._run_folder
-        self._window, self._record = message.window, message.record
-        self._setup = setup = load_match(folder.match_file).with_secret(message.secret)
+    def _load(self) -> None:
+        folder, order = self._folder, self._order
+        self._setup = setup = load_match(folder.match_file).with_secret(order.secret)
         folder.hand_out(setup)
-        planned = specs(setup, folder.path, "", window=self._window, record=self._record, machine=self._machine)
-        address = message.address or _addresses()[0]
+        planned = self._specs()
+        address = order.address or _addresses()[0]
         endpoint = free_endpoint(address) if address and planned and planned[0].is_router else ""
-        orders = sorted({spec.stop_order for spec in planned})
-        self._channel.send(wire.Loaded(endpoint=endpoint, names=[spec.name for spec in planned], stop_orders=orders))
+        findings = examine(setup, folder.match_file, order.machine) if order.examine else []
+        self._channel.send(wire.Loaded(endpoint, findings))
 
-    @_do.register
-    def _(self, _message: wire.Examine) -> None:
-        if self._setup is None:
-            raise LaunchError(f"expected {wire.Load.__name__} first")
-        self._channel.send(wire.Examined(examine(self._setup, self._run_folder.match_file, self._machine)))
+    def _specs(self, upstream: str | None = None) -> list[ProcessSpec]:
+        """The processes that run here."""
+        order = self._order
+        return specs(
+            self._setup, self._folder.path, self._endpoint,
+            window=order.window, record=order.record, machine=order.machine, upstream=upstream, keys=self._keys,
+        )  # fmt: skip
 
-    @_do.register
-    def _(self, message: wire.Serve) -> None:
-        if self._setup is None or self._supervisor is not None:
-            raise LaunchError(f"expected {wire.Load.__name__} and then one {wire.Serve.__name__}")
-        setup, folder = self._setup, self._run_folder
+    def _serve(self, message: wire.Serve) -> None:
+        setup = self._setup
         self._endpoint = message.endpoint
         self._supervisor = Supervisor(
-            specs(
-                setup,
-                folder.path,
-                message.endpoint,
-                window=self._window,
-                record=self._record,
-                machine=self._machine,
-                upstream=message.upstream,
-                keys=self._keys,
-            ),
+            self._specs(message.upstream),
             message.endpoint,
             setup.keys,
-            folder.logs,
+            self._folder.logs,
             lambda text: self._channel.send(wire.Said(text)),
             self._server,
             disqualify=setup.on_fault == "disqualify",
             memory=setup.memory,
-            machine=self._machine,
-            notes=_NotesToLauncher(self._channel),
+            machine=self._order.machine,
+            notes=self,
             credentials=self._credentials,
         )
-        if self._supervisor.start_router(self._stop):
-            self._channel.send(wire.Served())
+        self._resources.callback(self._supervisor.close)
+        self._supervisor.start_router(self._stop)
 
-    @_do.register
-    def _(self, _message: wire.Join) -> None:
-        if self._setup is None:
-            raise LaunchError(f"expected {wire.Load.__name__} first")
+    def _join(self) -> None:
         self._mailbox.subscribe(self._setup.keys.pulse(LAUNCHER, LAUNCHER))
         session = self._resources.enter_context(
             open_session(self._endpoint, stop=self._stop, credentials=self._credentials)
         )
         self._present.attach(session)
         session.attach(self._mailbox)
-        self._session_open = True
-        self._channel.send(wire.Joined())
 
-    @_do.register
-    def _(self, message: wire.Vacant) -> None:
-        self._present.leave_vacant(message.names)
+    def _begin(self, message: wire.Begin) -> Iterator[None]:
+        supervisor = self._present
+        self._watches = False
+        supervisor.leave_vacant(message.vacant)
+        supervisor.begin(message.group)
+        while supervisor.starting:
+            supervisor.started()
+            yield
+            if self._stopping:
+                return
+        self._watches = True
 
-    @_do.register
-    def _(self, message: wire.Begin) -> None:
-        self._present.begin(message.group)
-        self._group = message.group
-        self._begun = True
-
-    @_do.register
-    def _(self, message: wire.Play) -> None:
-        self._present.play(message.name, message.strategy)
-
-    @_do.register
-    def _(self, message: wire.StopOrder) -> None:
+    def _stop_order(self, message: wire.StopOrder) -> None:
+        # From now on an end is no failure.
+        self._watches, self._stopping = False, True
         if self._supervisor is not None:
-            # From now on an end is no failure.
-            self._broken = True
             self._supervisor.stop(message.order)
             self._supervisor.wait_stopped(message.order)
-        self._channel.send(wire.Stopped(message.order))
 
-    @_do.register
-    def _(self, _message: wire.Fetch) -> None:
-        folder = self._run_folder
+    def _fetch(self) -> Iterator[None]:
+        folder = self._folder
         kept_there = {folder.setup.name, *self._brought}
         kept_there |= {path.relative_to(folder.path).as_posix() for path in folder.logs.glob("*.log")}
-        self._sending = parts_of(folder.path, kept_there, self._cannot_send)
-
-    @_do.register
-    def _(self, _message: wire.Goodbye) -> None:
-        if self._folder is not None:
-            shutil.rmtree(self._folder.path, ignore_errors=True)
-        self._done = True
-
-    @_do.register
-    def _(self, message: wire.Beat) -> None:
-        self._beat = (message.sent, time.monotonic())
-
-    @property
-    def _credentials(self) -> Credentials | None:
-        """The keys of this agent's own seat; None in a match without seats."""
-        return None if self._keys is None else find_credentials(self._keys, [Seat(SeatKind.HOST, self._machine)])
-
-    @property
-    def _keys_folder(self) -> Path:
-        return keys_folder(self._run_folder.path)
-
-    def _forget_keys(self) -> None:
-        shutil.rmtree(self._keys_folder, ignore_errors=True)
-
-    @property
-    def _run_folder(self) -> RunFolder:
-        if self._folder is None:
-            raise LaunchError(f"expected {wire.Prepare.__name__} first")
-        return self._folder
+        for part in parts_of(folder.path, kept_there, self._cannot_send):
+            while self._channel.backlog > _BACKLOG:
+                yield
+            self._channel.send(part)
+        while self._send_logs():
+            yield
 
     @property
     def _present(self) -> Supervisor:
@@ -286,30 +262,26 @@ class Agent:
             raise LaunchError(f"expected {wire.Serve.__name__} first")
         return self._supervisor
 
+    @property
+    def _credentials(self) -> Credentials | None:
+        """The keys of this agent's own seat; None in a match without seats."""
+        seat = Seat(SeatKind.HOST, self._order.machine)
+        return None if self._keys is None else find_credentials(self._keys, [seat])
+
+    def _forget_keys(self) -> None:
+        shutil.rmtree(keys_folder(self._folder.path), ignore_errors=True)
+
     def _look_after(self) -> None:
         """Look at all processes once, and tell what has happened to them."""
-        supervisor = self._supervisor
-        if supervisor is None or not self._begun:
-            return
-        if self._session_open and self._mailbox.inlets[0].take():
-            self._lease.renew(time.monotonic())
-        if self._broken:
+        if self._supervisor is None:
             return
         try:
-            if self._group is not None:
-                for name in supervisor.started():
-                    self._channel.send(wire.Ready(name))
-                if not supervisor.starting:
-                    self._channel.send(wire.Begun(self._group))
-                    self._group = None
-            else:
-                supervisor.poll()
+            if self._watches:
+                self._supervisor.poll()
         except LaunchError as error:
-            self._broken = True
+            self._watches = False
             self._channel.send(wire.Failed(str(error)))
         self._mailbox.handover(0.0)
-        for name, why in supervisor.take_failed().items():
-            self._channel.send(wire.Vacated(name, why))
 
     def _report(self, now: float) -> None:
         """Tell how the processes are and what they have logged."""
@@ -321,38 +293,25 @@ class Agent:
             self._channel.send(
                 wire.Status(processes=statuses, beat=sent, held=max(0.0, now - arrived), wall=time.time())
             )
-        if self._logs is not None:
-            for text in self._logs.new_text():
-                self._channel.send(text)
+        self._send_logs()
 
-    def _cannot_send(self, name: str, error: OSError) -> None:
-        self._channel.send(wire.Said(f"{name} cannot be sent: {error.strerror}"))
-
-    def _send_files(self) -> None:
-        """Go on sending files, if the launcher has asked for them."""
-        while self._sending is not None and self._channel.backlog < _BACKLOG:
-            part = next(self._sending, None)
-            if part is not None:
-                self._channel.send(part)
-                continue
-            self._sending = None
-            while self._logs is not None and (texts := list(self._logs.new_text())):
-                for text in texts:
-                    self._channel.send(text)
-            self._channel.send(wire.Fetched())
-
-
-class _NotesToLauncher:
-    """Tells the launcher what happens to processes."""
-
-    def __init__(self, channel: Channel[wire.ToAgent]) -> None:
-        self._channel = channel
+    def _send_logs(self) -> bool:
+        """Send what processes have added to their logs; return whether that was anything."""
+        texts = [] if self._logs is None else list(self._logs.new_text())
+        for text in texts:
+            self._channel.send(text)
+        return bool(texts)
 
     def note(self, what: What, process: str | None = None, text: str = "", *, status: int | None = None) -> None:
+        """Tell the launcher what has happened to a process; see `vrg.launch.events.Notes`."""
         self._channel.send(wire.Noted(what, process or "", text, status))
 
     def note_at_next_clock(self, what: What, process: str) -> None:
+        """Tell the launcher what counts as soon as the world's clock is heard again."""
         self._channel.send(wire.Noted(what, process, at_next_clock=True))
+
+    def _cannot_send(self, name: str, error: OSError) -> None:
+        self._channel.send(wire.Said(f"{name} cannot be sent: {error.strerror}"))
 
 
 def _addresses() -> tuple[str, str]:

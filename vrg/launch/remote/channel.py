@@ -1,4 +1,4 @@
-"""A connection between the launcher and an agent, over two pipes. It never blocks whoever uses it."""
+"""A connection between the launcher and an agent, over two pipes. Using it never waits for the other side."""
 
 import contextlib
 import os
@@ -13,8 +13,9 @@ from vrg.launch.remote.wire import Frames, frame
 M = TypeVar("M")
 
 _CHUNK = 1 << 16
-_CHUNKS = 32
-"""The number of chunks that one call reads at most: a machine that sends without end must not keep it from others."""
+MOST = 64
+"""The number of messages and chunks that one call takes in at most: a machine that sends without end must not keep it
+from others."""
 
 
 class Channel(Generic[M]):
@@ -49,7 +50,7 @@ class Channel(Generic[M]):
         self._write()
 
     def pump(self, patience: float = 0.0) -> list[M]:
-        """Write what waits, and return the messages that have arrived.
+        """Write what waits, and return messages that have arrived.
 
         Args:
             patience: the longest real time in s to wait for something to read or for room to write.
@@ -57,25 +58,32 @@ class Channel(Generic[M]):
         Raises:
             MessageError: what has arrived are no messages of this release.
         """
-        if self.closed:
-            return []
-        writable = [self._writer] if self._waiting else []
-        select.select([self._reader], writable, [], patience)
-        self._write()
+        if not self.closed:
+            select.select([self._reader], [self._writer] if self._waiting else [], [], patience)
+            self._write()
         found: list[M] = []
-        for _ in range(_CHUNKS):
-            try:
-                data = os.read(self._reader, _CHUNK)
-            except BlockingIOError:
+        for _ in range(MOST):
+            message = self.frames.next()
+            if message is not None:
+                found.append(message)
+            elif not self._read():
                 break
-            except OSError:
-                data = b""
-            if not data:
-                self.closed = True
-                break
-            self.received += len(data)
-            found += self.frames.feed(data)
         return found
+
+    def _read(self) -> bool:
+        """Take in what can be read now; False if that is nothing."""
+        if self.closed:
+            return False
+        try:
+            data = os.read(self._reader, _CHUNK)
+        except BlockingIOError:
+            return False
+        except OSError:
+            data = b""
+        self.closed = not data
+        self.received += len(data)
+        self.frames.feed(data)
+        return not self.closed
 
     def close(self) -> None:
         """Close both descriptors. Idempotent."""

@@ -1,104 +1,406 @@
-"""Another machine, as the launcher sees it: its agent does what it is told, and is brought up again when it is lost."""
+"""Another machine, as the launcher sees it: its agent is brought up step by step, and again whenever it is lost."""
 
+import enum
+import math
 import time
-from collections.abc import Callable, Collection, Sequence
+from collections import deque
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import dataclass
+from ipaddress import ip_address
 from pathlib import Path
 
 from msgspec import structs
 
-from vrg.bus.credentials import Credentials
+from vrg import __version__
+from vrg.bus.credentials import find_credentials
 from vrg.bus.messages import ProcessState, ProcessStatus
+from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import Session
 from vrg.bus.stopping import StopSignal
-from vrg.errors import LaunchError
+from vrg.config.setup import MatchSetup
+from vrg.errors import CredentialsError, LaunchError, MessageError
+from vrg.launch.events import Notes, What
+from vrg.launch.findings import Finding
 from vrg.launch.host import GROUPS
 from vrg.launch.keeping import files_of_strategy
 from vrg.launch.managed import STOP_PATIENCE
+from vrg.launch.process_log import ProcessLog
 from vrg.launch.remote import wire
-from vrg.launch.remote.conversation import STARTING, Conversation
-from vrg.launch.remote.lease import LEASE
-from vrg.launch.remote.travel import file_parts
+from vrg.launch.remote.silence import LEASE, Silence
+from vrg.launch.remote.ssh import Connection
+from vrg.launch.remote.travel import file_parts, files_in, take_in
+from vrg.launch.run_folder import RunFolder
+from vrg.launch.specs import seats_at, specs
 
-SILENT = LEASE + 2.0
-"""The real time in s without a word from an agent after which its machine is away. Its lease has lapsed by then."""
 QUIET = 3.0
-"""The real time in s without a word from an agent, which speaks twice a second, after which play is halted. An agent
-that ends a player that uses too much is silent for 2.5 s, and the referee takes players out after 5 s."""
+"""The time in s without a word from an agent, which speaks twice a second, after which play is halted. An agent that
+ends a player that uses too much is silent for 2.5 s, and the referee takes players out after 5 s."""
+SILENT = LEASE + 2.0
+"""The time in s without a word from an agent after which its machine is away. Its lease has lapsed by then."""
+STARTING = 120.0
+"""The time in s without a word from an agent after which it is given up while it starts something."""
 AGAIN = 2.0
 """The real time in s after which a machine that is away is tried once more."""
+BEAT = 0.5
+"""The real time in s between two signs of life of the launcher."""
+TRIPS = 8
+"""The number of newest words there and back of which the quickest counts: it has waited least on its way."""
 _FETCH = 15.0
-"""The real time in s without a word from an agent that sends files after which they are given up."""
+"""The time in s without a part of a file from an agent that sends files after which they are given up."""
 _WAIT = 0.02
-"""The longest real time in s between two looks at what an agent has said."""
+"""The longest real time in s between two looks at what an agent has sent."""
+_BACKLOG = 16 * wire.PART
+"""The number of bytes that may wait for an agent before no more files are read."""
+_TEXT = 4000
+"""The longest text of an agent that a person is shown, signs."""
+_REFUSED = 100
+"""The number of files that are refused of which a person is told."""
+_OF_PROCESSES = frozenset((What.READY, What.DIED, What.KILLED, What.VACATED, What.STARTED, What.REPLACED, What.CLOSED))
+"""What an agent may note."""
+
+
+class Step(enum.IntEnum):
+    """How far a machine has been brought up."""
+
+    AWAY = enum.auto()
+    LOADED = enum.auto()
+    SERVED = enum.auto()
+    JOINED = enum.auto()
+    FIRST = enum.auto()
+    PLAYS = enum.auto()
+
+
+@dataclass(frozen=True, order=True)
+class Trip:
+    """A word to an agent and back.
+
+    Args:
+        took: the time it took, s. wall_offset: how far the wall clock there was ahead of this machine's then, s.
+    """
+
+    took: float
+    wall_offset: float
 
 
 class RemoteHost:
-    """See the module, and `vrg.launch.host.Host`. Nothing happens before `connect`.
+    """See the module, and `vrg.launch.host.Host`. It is reached at the first look.
+
+    `_bring_up` is the way from an ssh connection to processes that play. It goes on at each look, up to the step that
+    the launcher has named as its aim. When all has run once, a machine that is lost begins the same way anew.
 
     Args:
-        machine: its name in the match file. talk: the conversation with its agent.
+        setup: the match. folder: the run folder here. What is in it now travels.
+        prepare: the first order to each agent of that machine.
         announce: called with a text about each event that a person should know of.
+        notes: told what happens to the processes there. clock: returns the monotonic time, s.
 
     Attributes:
-        machine, talk: as given.
+        machine: its name in the match file. names: the names of its processes. stop_orders: the numbers for `stop`.
+        peer: this machine's address, as it is seen there; empty if that is not known.
+        endpoint: where a router can be started there; empty if none runs there.
+        findings: what was found out about the machine. trips: the newest words to the agent and back.
+        router, upstream: the endpoint of the router that its processes use, and the one that this router is linked to;
+            to be set before `start_router`. keys: the folder of the keys of all seats; None in a match without seats.
     """
 
-    def __init__(self, machine: str, talk: Conversation, announce: Callable[[str], None]) -> None:
-        self.machine = machine
-        self.talk = talk
+    def __init__(
+        self,
+        setup: MatchSetup,
+        folder: RunFolder,
+        prepare: wire.Prepare,
+        announce: Callable[[str], None],
+        notes: Notes,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.machine = machine = prepare.machine
+        self._reached = setup.machines[machine]
+        self._folder = folder
+        self._prepare = prepare
         self._announce = announce
-        self._router = ""
-        self._seats: Sequence[Credentials] = ()
-        self._upstream: str | None = None
-        self._group: int | None = None
-        self._resuming = False
-        self._asked = False
-        self._substitutes = 0
+        self._notes = notes
+        self._clock = clock
+        self._travelling = files_in(folder.path)
+        window, record = prepare.window, prepare.record
+        planned = specs(setup, folder.path, "", window=window, record=record, machine=machine)
+        self._seats = [Seat(SeatKind.HOST, machine), *seats_at(setup, machine, window=window, record=record)]
+        self._own = {spec.name: spec for spec in planned}
+        self.names = list(self._own)
+        self.stop_orders = sorted({spec.stop_order for spec in planned})
+        self.peer = self.endpoint = self.router = self._home = ""
+        self.upstream: str | None = None
+        self.keys: Path | None = None
+        self.findings: list[Finding] = []
+        self.trips: deque[Trip] = deque(maxlen=TRIPS)
+        self._statuses: list[ProcessStatus] = []
+        self._ready: list[str] = []
+        self._failed: dict[str, str] = {}
         self._vacant: set[str] = set()
         self._played: dict[str, list[wire.FilePart | wire.Play]] = {}
-        self._quiet = False
-        self._closed = False
-        self._tried = 0.0
+        self._substitutes = 0
+        self._logs: dict[str, ProcessLog] = {}
+        self._log_ends: dict[str, int] = {}
+        self._kept: set[str] = set()
+        self._refused: set[str] = set()
+        # How far it is to be brought up, and how far it is.
+        self._aim, self._step = Step.LOADED, Step.AWAY
+        self._has_played = False
+        self._failure: str | None = None
+        self._script: Iterator[None] = iter(())
+        self._connection: Connection | None = None
+        self._lost: list[Connection] = []
+        # These hold for the present connection, or for the last one.
+        self._silence = Silence(0.0)
+        self._tried = self._beaten = self._arrived = -math.inf
+        self._sent = self._done = 0
+        self._stopping: dict[int, int] = {}
+        self._fetching: int | None = None
 
-    def connect(self) -> None:
-        """Begin to reach the machine. Then call `loaded` again and again.
+    def aim(self, step: Step) -> None:
+        """Let it be brought up to a step, as far as it is not yet. Then call `is_at` again and again."""
+        self._aim = step
+
+    def is_at(self, step: Step) -> bool:
+        """Look once whether it has come to a step.
 
         Raises:
-            LaunchError: there is no ssh.
+            LaunchError: it cannot.
         """
-        self._tried = time.monotonic()
-        self.talk.connect()
+        self._look()
+        if self._failure is not None:
+            raise LaunchError(f"{self.machine}: {self._failure}")
+        return self._step >= step
 
-    def loaded(self) -> bool:
-        """Look once whether the agent has read the match.
+    def _bring_up(self) -> Iterator[None]:
+        """From a connection to processes that play; each wait is for the agent, or for the aim.
 
         Raises:
-            LaunchError: the machine cannot be reached, or the match cannot be played there.
+            LaunchError: the agent cannot do it. OSError, CredentialsError: a file cannot be read here.
         """
-        self.talk.hear()
-        self.talk.check()
-        return self.talk.loaded
+        while not self._home:
+            yield
+        self._send(structs.replace(self._prepare, logs=self._log_ends))
+        for name in self._travelling:
+            for part in file_parts(self._folder.path / name, name):
+                self._send(part)
+                while self._backlog > _BACKLOG:
+                    yield
+        yield from self._ask(wire.Load())
+        yield from self._come_to(Step.LOADED, before=Step.SERVED)
+        for there in [find_credentials(self.keys, [seat]) for seat in self._seats] if self.keys is not None else ():
+            for path in (there.certificate, there.private_key, there.authority):
+                self._send(wire.KeyFile(there.common_name, path.name, path.read_bytes()))
+        yield from self._ask(wire.Serve(self.router, self.upstream))
+        yield from self._come_to(Step.SERVED, before=Step.JOINED)
+        yield from self._ask(wire.Join())
+        yield from self._come_to(Step.JOINED, before=Step.FIRST)
+        yield from self._ask(wire.Begin(GROUPS[0], sorted(self._vacant)))
+        yield from self._come_to(Step.FIRST, before=Step.PLAYS)
+        yield from self._ask(wire.Begin(GROUPS[1], sorted(self._vacant)))
+        self._step = Step.PLAYS
+        for message in (message for played in self._played.values() for message in played):
+            self._send(message)
+        if self._has_played:
+            run = "runs" if len(self.names) == 1 else "run"
+            self._tell(f" is back: {', '.join(self.names)} {run} again")
+        self._has_played = True
+
+    def _come_to(self, step: Step, *, before: Step) -> Iterator[None]:
+        """It has come to a step. Wait until the next one is asked for."""
+        self._step = step
+        while self._aim < before:
+            yield
+
+    def _ask(self, order: wire.ToAgent) -> Iterator[None]:
+        """Send an order and wait until it is done."""
+        number = self._send(order)
+        while self._done < number:
+            yield
+
+    def _send(self, message: wire.ToAgent) -> int:
+        """Send a message to the agent, and return its number; without a connection it is lost."""
+        if self._connection is not None:
+            self._connection.channel.send(message)
+            self._sent += 1
+        return self._sent
 
     @property
-    def names(self) -> list[str]:
-        """The names of its processes."""
-        return self.talk.names
+    def _backlog(self) -> int:
+        """The number of bytes that wait to be sent."""
+        return 0 if self._connection is None else self._connection.channel.backlog
 
-    def use_router(self, endpoint: str, upstream: str | None = None) -> None:
-        """The router that its processes use is, or will be, at this endpoint.
+    def _look(self, patience: float = 0.0) -> None:
+        """Take in what the agent has sent, go on with bringing it up, and let it know that the launcher lives.
 
         Args:
-            upstream: the endpoint of the router of the match, if that machine has a further one.
+            patience: the longest real time in s to wait for a message.
         """
-        self._router, self._upstream = endpoint, upstream
+        now = self._clock()
+        try:
+            if self._connection is None:
+                if self._aim is not Step.AWAY and self._failure is None and now - self._tried >= AGAIN:
+                    self._connect(now)
+                return
+            channel = self._connection.channel
+            before = channel.received
+            for message in channel.pump(patience):
+                self._take(message)
+            next(self._script, None)
+        except MessageError as error:
+            self._lose(f"its agent has sent what no agent sends: {error}")
+        except (CredentialsError, OSError) as error:
+            self._lose(str(error))
+        except LaunchError as error:
+            if self._has_played and self._step is not Step.PLAYS:
+                self._lose(str(error))
+            else:
+                self._failure = str(error)
+        else:
+            now = self._clock()
+            # A long message may take a while on a slow link.
+            silence = self._silence.look(now, heard=channel.received > before)
+            if self._connection.ended:
+                # To find out why may take a while, and play goes on.
+                self._lose("" if self._has_played else self._connection.why_ended())
+            elif silence > (patient := SILENT if self._step is Step.PLAYS else STARTING):
+                self._lose(f"nothing was heard of {self._reached.host} for {patient:g} s")
+            elif self._home and now - self._beaten >= BEAT:
+                self._beaten = now
+                self._send(wire.Beat(now))
 
-    def use_keys(self, seats: Sequence[Credentials]) -> None:
-        """The keys of the seats of its processes and of its agent, which travel before the router is started."""
-        self._seats = seats
+    def _connect(self, now: float) -> None:
+        self._tried = now
+        self._silence = Silence(now)
+        self._home, self._sent, self._done = "", 0, 0
+        self._connection = Connection(self.machine, self._reached, self._folder.logs / f"host-{self.machine}.log")
+        self._script = self._bring_up()
+
+    def _lose(self, why: str) -> None:
+        """Give the agent up, which then stops its processes and ends. What comes next is another one.
+
+        Args:
+            why: the reason, in words; empty if only its absence is known.
+        """
+        if self._connection is not None:
+            self._connection.end()
+            self._lost = [lost for lost in (*self._lost, self._connection) if not lost.gone]
+        self._connection, self._tried = None, self._clock()
+        step, self._step = self._step, Step.AWAY
+        if self._aim is Step.AWAY:
+            return
+        if not self._has_played:
+            self._failure = self._failure or why
+        elif step is Step.PLAYS:
+            self._tell(
+                f" is away ({', '.join(self.names)}): its robots stand; it is tried again until it answers"
+                f"{why and f' ({why})'}"
+            )
+        elif why:
+            self._tell(f": {why}")
+
+    def _tell(self, text: str) -> None:
+        """Tell a person something about this machine."""
+        self._announce(f"{self.machine}{text[:_TEXT]}")
+
+    def _take(self, message: wire.ToLauncher) -> None:
+        """Take in a message of the agent, which may hold anything.
+
+        Raises:
+            MessageError: no agent sends this. LaunchError: the agent tells that the match cannot go on.
+        """
+        match message:
+            case wire.Hello():
+                self._take_hello(message)
+            case wire.Loaded():
+                self.endpoint, self.findings = message.endpoint, message.findings
+            case wire.Done() if message.order <= self._sent:
+                self._done = max(self._done, message.order)
+            case wire.Failed():
+                raise LaunchError(message.text)
+            case wire.Said():
+                self._tell(f": {message.text}")
+            case wire.Noted():
+                self._take_note(message)
+            case wire.Status():
+                self._take_status(message)
+            case wire.LogText():
+                self._take_log(message)
+            case wire.FilePart() if self._fetching is not None:
+                self._arrived = self._clock()
+                if message.path not in self._travelling:
+                    self._keep(message)
+            case _:
+                raise MessageError(f"{type(message).__name__} was not asked for")
+
+    def _take_hello(self, hello: wire.Hello) -> None:
+        if hello.version != __version__:
+            raise LaunchError(f"expected VRG {__version__} there, got {hello.version}: install the same version")
+        try:
+            self.peer = hello.peer and str(ip_address(hello.peer))
+        except ValueError as error:
+            raise MessageError(f"expected the launcher's address: {error}") from None
+        self._home = hello.home or "."
+
+    def _take_note(self, note: wire.Noted) -> None:
+        self._check(note.process)
+        if note.what not in _OF_PROCESSES or (note.what is What.VACATED and not self._own[note.process].seat):
+            raise MessageError(f"expected what can happen to {note.process}, got {note.what!r}")
+        text = note.text[:_TEXT]
+        if note.what is What.READY and not self._has_played:
+            self._ready.append(note.process)
+        if note.what is What.VACATED:
+            self._failed[note.process] = text.removeprefix(f"{note.process}: ")
+        if note.at_next_clock:
+            self._notes.note_at_next_clock(note.what, note.process)
+        else:
+            self._notes.note(note.what, note.process, text, status=note.status)
+
+    def _take_status(self, status: wire.Status) -> None:
+        names = [process.name for process in status.processes]
+        self._check(*names)
+        own = {(process.name, process.machine, process.node) for process in status.processes}
+        if own - {(spec.name, self.machine, spec.node) for spec in self._own.values()} or len(own) < len(names):
+            raise MessageError(f"expected each process of {self.machine} once, got {names}")
+        self._statuses, self.names = status.processes, names
+        if status.beat:
+            took = max(0.0, self._clock() - status.beat - status.held)
+            self.trips.append(Trip(took, status.wall + took / 2 - time.time()))
+
+    def _take_log(self, added: wire.LogText) -> None:
+        self._check(added.name)
+        self._log_ends[added.name] = added.end
+        path = f"logs/{added.name}.log"
+        if self._keep(wire.FilePart(path, added.text, begins=False)):
+            self._logs.setdefault(added.name, ProcessLog(self._folder.path / path)).grow(self._clock())
+
+    def _check(self, *names: str) -> None:
+        """Make sure that processes are this machine's.
+
+        Raises:
+            MessageError: they are not.
+        """
+        if strange := [name for name in names if name not in self._own]:
+            raise MessageError(f"expected processes of {self.machine} ({', '.join(self._own)}), got {strange}")
+
+    def _keep(self, part: wire.FilePart) -> bool:
+        """Keep a part of a file that a process there has written; return whether that can be done.
+
+        What another machine has written, such as the journal, is not for this one to change.
+        """
+        try:
+            if part.path not in self._kept and (self._folder.path / part.path).exists():
+                raise LaunchError("the run folder has such a file already")
+            take_in(self._folder.path, part)
+        except (OSError, LaunchError) as error:
+            if part.path not in self._refused and len(self._refused) < _REFUSED:
+                self._refused.add(part.path)
+                self._tell(f": {part.path!r} cannot be kept: {error}")
+            return False
+        self._kept.add(part.path)
+        return True
 
     def keep(self) -> None:
-        """Let the agent know that the launcher lives, and take in what it says."""
-        self.talk.hear()
+        """Let the agent know that the launcher lives, and take in what it sends."""
+        self._look()
 
     def start_router(self, stop: StopSignal, meanwhile: Callable[[], None] = lambda: None) -> bool:
         """Start the router, if it runs there, and wait until it answers. Return False if `stop` was set before.
@@ -109,50 +411,25 @@ class RemoteHost:
         Raises:
             LaunchError: the router cannot serve there.
         """
-        self.begin_router()
-        while not self.talk.served:
-            self.talk.hear()
-            self.talk.check()
+        self.aim(Step.SERVED)
+        while not self.is_at(Step.SERVED):
             meanwhile()
             if stop.wait(_WAIT):
                 return False
         return True
 
-    def begin_router(self) -> None:
-        """Begin to start the router, if it runs there.
-
-        Raises:
-            LaunchError: keys cannot be read.
-        """
-        for seat in self._seats:
-            for path in (seat.certificate, seat.private_key, seat.authority):
-                try:
-                    self.talk.say(wire.KeyFile(seat.common_name, path.name, path.read_bytes()))
-                except OSError as error:
-                    raise LaunchError(f"{path}: cannot be read: {error.strerror}") from error
-        self.talk.say(wire.Serve(self._router, self._upstream))
-
     def attach(self, session: Session) -> None:
         """Let the agent connect to the router."""
-        self.join()
-
-    def join(self) -> None:
-        """Let the agent connect to the router. Then call `loaded` until it has `joined`."""
-        self.talk.say(wire.Join())
-
-    def examine(self) -> None:
-        """Begin to check whether the match can be played there. Then call `loaded` until there are `findings`."""
-        self.talk.say(wire.Examine())
+        self.aim(Step.JOINED)
 
     def begin(self, group: int) -> None:
         """Let the agent start all processes of a group."""
-        self._group = group
-        self.talk.say(wire.Begin(group))
+        self.aim(Step.FIRST if group == GROUPS[0] else Step.PLAYS)
 
     @property
     def starting(self) -> Collection[str]:
         """The names of the processes that may not be ready yet."""
-        return self.names if self._group is not None else ()
+        return self.names if self._step < self._aim else ()
 
     def started(self) -> list[str]:
         """The processes that have become ready since the last call.
@@ -160,74 +437,27 @@ class RemoteHost:
         Raises:
             LaunchError: a process ended before it was ready, or makes no progress, or the machine is away.
         """
-        self.talk.hear()
-        self.talk.check()
-        if self._group in self.talk.begun:
-            self._group = None
-        ready, self.talk.ready = self.talk.ready, []
+        self.poll()
+        ready, self._ready = self._ready, []
         return ready
 
     def poll(self) -> None:
-        """Take in what the agent says. If its machine is away, try to reach it again.
+        """Take in what the agent sends. If its machine is away, try to reach it again.
 
         Raises:
             LaunchError: an essential process there has died too often.
         """
-        self._quiet = True
-        if not self.talk.open:
-            if time.monotonic() - self._tried > AGAIN:
-                self._resuming, self._asked, self._group = True, False, None
-                try:
-                    self.connect()
-                except LaunchError as error:
-                    self._announce(f"{self.machine}: {error}")
-            return
-        self.talk.hear()
-        silence = time.monotonic() - self.talk.heard
-        self._quiet = silence > QUIET
-        if not self.talk.present or silence > (STARTING if self._resuming else SILENT):
-            if not self._resuming:
-                self._announce(
-                    f"{self.machine} is away ({', '.join(self.names)}): its robots stand; it is tried again until it "
-                    "answers"
-                )
-            self._lose()
-        elif self._resuming:
-            self._resume()
-        else:
-            self.talk.check()
-
-    def _resume(self) -> None:
-        """Bring up again what ran on a machine that was away."""
-        if self.talk.failure is not None:
-            self._announce(f"{self.machine}: {self.talk.failure}")
-            self._lose()
-        elif self.talk.loaded and not self._asked:
-            self._asked = True
-            self.begin_router()
-            self.join()
-            self.talk.say(wire.Vacant(sorted(self._vacant)))
-            self.begin(GROUPS[0])
-        elif self._group in self.talk.begun:
-            later = [group for group in GROUPS if group > (self._group or 0)]
-            if later:
-                self.begin(later[0])
-                return
-            self._resuming, self._group = False, None
-            for message in (message for played in self._played.values() for message in played):
-                self.talk.say(message)
-            run = "runs" if len(self.names) == 1 else "run"
-            self._announce(f"{self.machine} is back: {', '.join(self.names)} {run} again")
+        self.is_at(self._aim)
 
     @property
     def trouble(self) -> str | None:
         """Why the machine cannot be relied on now, in words; None if it can."""
-        away = self._quiet or self._resuming
+        away = self._has_played and (self._step is not Step.PLAYS or self._silence.seconds > QUIET)
         return f"{self.machine} does not answer ({', '.join(self.names)})" if away else None
 
     def take_failed(self) -> dict[str, str]:
         """The players that have failed for good since the last call, each with the reason."""
-        failed, self.talk.failed = self.talk.failed, {}
+        failed, self._failed = self._failed, {}
         # An agent that takes the place of this one does not start them either.
         self._vacant |= set(failed)
         return failed
@@ -238,40 +468,35 @@ class RemoteHost:
         Raises:
             LaunchError: the machine is away, or a file cannot be read.
         """
-        if not self.talk.open or self._resuming:
+        if self._step is not Step.PLAYS:
             raise LaunchError(f"{self.machine}, where {name} runs, does not answer: try again when it does")
         self._substitutes += 1
         self._vacant.discard(name)
-        said: list[wire.FilePart | wire.Play] = []
+        sent: list[wire.FilePart | wire.Play] = []
         try:
             target, copies = files_of_strategy(strategy, Path("substitutes", str(self._substitutes)))
             for place, source in copies.items():
                 files = list(source.rglob("*.py")) if source.is_dir() else [source]
                 for file in files:
-                    said += file_parts(file, (place / file.relative_to(source)).as_posix())
+                    sent += file_parts(file, (place / file.relative_to(source)).as_posix())
         except OSError as error:
             raise LaunchError(f"{strategy}: cannot be read: {error}") from error
-        # An agent that takes the place of this one is told the same.
-        self._played[name] = [*said, wire.Play(name, target)]
+        # An agent that takes the place of this one is sent the same.
+        self._played[name] = [*sent, wire.Play(name, target)]
         for message in self._played[name]:
-            self.talk.say(message)
+            self._send(message)
 
     def statuses(self) -> list[ProcessStatus]:
         """How each of its processes is."""
-        if self.talk.open and not self._resuming:
-            return self.talk.statuses
+        if self._step is Step.PLAYS or not self._has_played:
+            return self._statuses
         away = ProcessState.AWAY
-        return [structs.replace(s, state=away, pid=None, cpu=0.0, memory=0) for s in self.talk.statuses]
-
-    @property
-    def stop_orders(self) -> Collection[int]:
-        """The numbers for `stop`."""
-        return self.talk.stop_orders
+        return [structs.replace(s, state=away, pid=None, cpu=0.0, memory=0) for s in self._statuses]
 
     def stop(self, order: int) -> None:
-        """Ask the processes of one number to stop."""
-        self.talk.stopped.discard(order)
-        self.talk.say(wire.StopOrder(order))
+        """Ask the processes of one number to stop. From now on it is not brought up again."""
+        self.aim(Step.AWAY)
+        self._stopping[order] = self._send(wire.StopOrder(order))
 
     def wait_stopped(self, order: int, meanwhile: Callable[[], None] = lambda: None) -> None:
         """Wait until the processes of one number have stopped.
@@ -279,18 +504,17 @@ class RemoteHost:
         Args:
             meanwhile: called again and again while it waits.
         """
-        deadline = time.monotonic() + 2 * STOP_PATIENCE
-        while self.talk.present and order not in self.talk.stopped and time.monotonic() < deadline:
-            self.talk.hear(_WAIT)
-            meanwhile()
-        if order not in self.talk.stopped and self.talk.loaded:
-            self._announce(f"{self.machine} does not answer: its processes stop by themselves within {LEASE:g} s")
-            self._lose()
+        deadline = self._clock() + 2 * STOP_PATIENCE
+        number = self._stopping[order]
+        self._wait(lambda: self._done >= number or self._clock() > deadline, meanwhile)
+        if self._step is not Step.AWAY and self._done < number:
+            self._tell(f" does not answer: its processes stop by themselves within {LEASE:g} s")
+            self._lose("")
 
     def fetch(self) -> None:
         """Begin to bring what the processes there have written into the run folder."""
-        if self.talk.present and self.talk.loaded:
-            self.talk.fetch()
+        if self._connection is not None and self._step is not Step.AWAY:
+            self._fetching = self._send(wire.Fetch())
 
     def close(self, meanwhile: Callable[[], None] = lambda: None) -> None:
         """Wait until everything was fetched, if that was begun, and end the agent. Idempotent.
@@ -298,31 +522,28 @@ class RemoteHost:
         Args:
             meanwhile: called again and again while it waits.
         """
-        if self._closed:
-            return
-        self._closed = True
-        ready = self.talk.present and self.talk.loaded
-        if ready and self.talk.fetching:
-            self.talk.heard = time.monotonic()
-            while self.talk.present and not self.talk.fetched and time.monotonic() - self.talk.heard < _FETCH:
-                self.talk.hear(_WAIT)
-                meanwhile()
-        done = self.talk.fetched or (ready and not self.talk.fetching)
-        # Where the match could not be read, nothing has been written.
-        if done or (self.talk.present and not self.talk.names):
-            self.talk.say(wire.Goodbye())
-            self.talk.heard = time.monotonic()
-            while self.talk.present and self.talk.backlog and time.monotonic() - self.talk.heard < _FETCH:
-                self.talk.hear(_WAIT)
-                meanwhile()
-        if self.talk.names and not done:
+        self.aim(Step.AWAY)
+        fetching = self._fetching
+        if fetching is not None:
+            self._arrived = self._clock()
+            self._wait(lambda: self._done >= fetching or self._clock() - self._arrived > _FETCH, meanwhile)
+        done = self._connection is not None and (fetching is None or self._done >= fetching)
+        if done:
+            self._send(wire.Goodbye())
+            deadline = self._clock() + _FETCH
+            self._wait(lambda: not self._backlog or self._clock() > deadline, meanwhile)
+        elif self._statuses:
             self._announce(
                 f"what the processes on {self.machine} have written was not fetched; it is there in "
-                f"{self.talk.home}/{self.talk.run}"
+                f"{self._home}/{self._prepare.run}"
             )
-        self.talk.lose(patience=STOP_PATIENCE if done else 0.0)
+        self._statuses = []
+        for connection in filter(None, (*self._lost, self._connection)):
+            connection.end(patience=STOP_PATIENCE if done else 0.0)
+        self._lost, self._connection = [], None
 
-    def _lose(self) -> None:
-        """Give the agent up. What comes next is another one."""
-        self.talk.lose()
-        self._tried = time.monotonic()
+    def _wait(self, condition: Callable[[], bool], meanwhile: Callable[[], None]) -> None:
+        """Wait until a condition holds, or the agent is lost."""
+        while self._connection is not None and not condition():
+            self._look(_WAIT)
+            meanwhile()

@@ -20,7 +20,8 @@ SSH = "VRG_SSH"
 _OPTIONS = (
     # Nobody can be asked for a password while several machines are reached at once.
     "-T", "-o", "BatchMode=yes", "-o", "ConnectTimeout=10",
-    "-o", "ServerAliveInterval=2", "-o", "ServerAliveCountMax=4",
+    # The launcher gives up a machine that is silent before ssh does.
+    "-o", "ServerAliveInterval=2", "-o", "ServerAliveCountMax=7",
 )  # fmt: skip
 _ADVICE = (
     ("could not resolve", "check `host` in [machines.{name}], and the name in ~/.ssh/config"),
@@ -103,7 +104,12 @@ class Connection:
     @property
     def ended(self) -> bool:
         """Whether ssh has ended, or the connection was closed."""
-        return self.channel.closed or self._process.poll() is not None
+        return self.channel.closed or self.gone
+
+    @property
+    def gone(self) -> bool:
+        """Whether ssh has ended."""
+        return self._process.poll() is not None
 
     def why_ended(self) -> str:
         """Why there is no agent, in words."""
@@ -125,19 +131,18 @@ class Connection:
             )
         return f"the agent has ended with status {status}: {said or skipped or 'without a word'} (log: {self._log})"
 
-    def close(self, *, patience: float = 0.0) -> None:
-        """End the connection. The agent then stops its processes and ends. Idempotent.
+    def end(self, *, patience: float | None = None) -> None:
+        """Close the connection, and let ssh end. The agent then stops its processes and ends. Idempotent.
 
         Args:
-            patience: the real time in s that ssh may take to end by itself.
+            patience: the real time in s that ssh may take to end by itself before it is killed; None does not wait.
         """
         self.channel.close()
-        try:
-            self._process.wait(patience)
-        except subprocess.TimeoutExpired:
+        if not self.gone and not patience:
             self._process.terminate()
+        if patience is not None:
             try:
-                self._process.wait(_END)
+                self._process.wait(patience or _END)
             except subprocess.TimeoutExpired:
                 self._process.kill()
                 self._process.wait()

@@ -1,12 +1,15 @@
-"""Files of a run folder that travel to another machine and back."""
+"""Files of a run folder that travel to another machine and back, and logs that travel while they grow."""
 
 import errno
 import os
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path, PurePosixPath
 
 from vrg.errors import LaunchError
-from vrg.launch.remote.wire import PART, FilePart
+from vrg.launch.remote.wire import PART, FilePart, LogText
+
+_BEHIND = 4 * PART
+"""The number of bytes of one log that may wait; what is older is left out, and that is told."""
 
 
 def files_in(
@@ -85,9 +88,42 @@ def take_in(folder: Path, part: FilePart) -> None:
     """
     place = PurePosixPath(part.path)
     target = folder / place
-    inside = target.parent.resolve().is_relative_to(folder.resolve())
-    if place.is_absolute() or ".." in place.parts or not place.name or not inside or target.is_symlink():
+    strange = place.is_absolute() or ".." in place.parts or not place.name or "\0" in part.path
+    if strange or not target.parent.resolve().is_relative_to(folder.resolve()) or target.is_symlink():
         raise LaunchError(f"expected a file of the run folder, got {part.path!r}")
     target.parent.mkdir(parents=True, exist_ok=True)
     with target.open("wb" if part.begins else "ab") as file:
         file.write(part.data)
+
+
+class LogReader:
+    """Reads what processes add to their logs.
+
+    Args:
+        folder: the folder of the logs. read: how many bytes of each log were read before, by its name.
+    """
+
+    def __init__(self, folder: Path, read: Mapping[str, int]) -> None:
+        self._folder = folder
+        self._read = dict(read)
+
+    def new_text(self) -> Iterator[LogText]:
+        """What was added to each log since the last call, at most PART bytes of each."""
+        for path in sorted(self._folder.glob("*.log")):
+            try:
+                size = path.stat().st_size
+                # A log that has become too long begins anew.
+                begin = self._read.get(path.stem, 0) if size >= self._read.get(path.stem, 0) else 0
+                if size == begin:
+                    continue
+                note = b""
+                if size - begin > _BEHIND:
+                    note = f"\n[{size - PART - begin} bytes are left out here]\n".encode()
+                    begin = size - PART
+                with path.open("rb") as log:
+                    log.seek(begin)
+                    text = log.read(PART)
+            except OSError:
+                continue
+            self._read[path.stem] = begin + len(text)
+            yield LogText(path.stem, note + text, begin + len(text))

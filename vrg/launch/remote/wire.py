@@ -35,37 +35,35 @@ class FilePart(Struct, frozen=True, tag=True):
 
 
 class Prepare(Struct, frozen=True, tag=True):
-    """The first thing that the launcher says: make a run folder. `FilePart`s and `Load` follow.
+    """The first order: make a run folder. `FilePart`s and `Load` follow.
 
     Args:
         run: the name of the run, which no other run has. machine: the name of the machine in the match file.
         display: the display for windows there; None to take what is found.
+        address: the address or name of that machine for its router; None if it runs none, or to take the one of ssh.
+        window: True if a spectator is opened on some machine. record: True if some machine runs the recorder.
+        secret: the secret of the match, see `vrg.config.setup.MatchSetup`.
         logs: how many bytes of each log the launcher has already, by the log's name without its ending.
+        examine: True checks whether the match can be played there.
     """
 
     run: str
     machine: str
     display: str | None
+    address: str | None
+    window: bool
+    record: bool
+    secret: str
     logs: dict[str, int]
+    examine: bool = False
 
 
 class Load(Struct, frozen=True, tag=True):
-    """Read the match file; answered by `Loaded`.
-
-    Args:
-        window: True if a spectator is opened on some machine. record: True if some machine runs the recorder.
-        address: the address or name of that machine for its router; None if it runs none, or to take the one of ssh.
-        secret: the secret of the match, see `vrg.config.setup.MatchSetup`.
-    """
-
-    window: bool
-    record: bool
-    address: str | None
-    secret: str
+    """Read the match file; `Loaded` comes before `Done`."""
 
 
 class Serve(Struct, frozen=True, tag=True):
-    """Start the router at this endpoint, if it runs there; answered by `Served`.
+    """Start the router at this endpoint, if it runs there.
 
     Args:
         upstream: the endpoint of the router of the match, if this is a further one.
@@ -76,23 +74,19 @@ class Serve(Struct, frozen=True, tag=True):
 
 
 class Join(Struct, frozen=True, tag=True):
-    """Connect to the router; answered by `Joined`."""
-
-
-class Vacant(Struct, frozen=True, tag=True):
-    """These players have failed for good: do not start them until they play by another strategy (`Play`).
-
-    Args:
-        names: the players, of which some may run elsewhere.
-    """
-
-    names: list[str]
+    """Connect to the router."""
 
 
 class Begin(Struct, frozen=True, tag=True):
-    """Start the processes of a group; answered by `Ready` for each, and by `Begun` when all are."""
+    """Start the processes of a group; done when all are ready.
+
+    Args:
+        vacant: the players that have failed for good, which are not started until they play by another strategy
+            (`Play`). Some may run elsewhere.
+    """
 
     group: int
+    vacant: list[str]
 
 
 class Play(Struct, frozen=True, tag=True):
@@ -115,22 +109,18 @@ class KeyFile(Struct, frozen=True, tag=True):
     data: bytes
 
 
-class Examine(Struct, frozen=True, tag=True):
-    """Check whether the match can be played there; answered by `Examined`. Nothing is started."""
-
-
 class StopOrder(Struct, frozen=True, tag=True):
-    """Stop the processes of a number; answered by `Stopped`."""
+    """Stop the processes of a number."""
 
     order: int
 
 
 class Fetch(Struct, frozen=True, tag=True):
-    """Send what the processes have written; answered by `FilePart`s and `Fetched`."""
+    """Send what the processes have written, as `FilePart`s."""
 
 
 class Goodbye(Struct, frozen=True, tag=True):
-    """The last thing that the launcher says: delete the run folder there, and end."""
+    """The last order: delete the run folder there, and end."""
 
 
 class Beat(Struct, frozen=True, tag=True):
@@ -143,22 +133,7 @@ class Beat(Struct, frozen=True, tag=True):
     sent: float
 
 
-ToAgent = (
-    FilePart
-    | KeyFile
-    | Prepare
-    | Load
-    | Examine
-    | Serve
-    | Join
-    | Vacant
-    | Begin
-    | Play
-    | StopOrder
-    | Fetch
-    | Goodbye
-    | Beat
-)
+ToAgent = FilePart | KeyFile | Prepare | Load | Serve | Join | Begin | Play | StopOrder | Fetch | Goodbye | Beat
 
 
 class Hello(Struct, frozen=True, tag=True):
@@ -175,46 +150,29 @@ class Hello(Struct, frozen=True, tag=True):
 
 
 class Loaded(Struct, frozen=True, tag=True):
-    """The match can be played there.
+    """What is known of that machine once `Load` is done.
 
     Args:
-        endpoint: a free endpoint for a router. names: the processes that will run there.
-        stop_orders: the numbers for `StopOrder`.
+        endpoint: a free endpoint for a router; empty if none runs there.
+        findings: what was found out about it, if that was asked for.
     """
 
     endpoint: str
-    names: list[str]
-    stop_orders: list[int]
-
-
-class Examined(Struct, frozen=True, tag=True):
-    """What was found out about that machine."""
-
     findings: list[Finding]
 
 
-class Served(Struct, frozen=True, tag=True):
-    """The router answers, or runs elsewhere."""
+class Done(Struct, frozen=True, tag=True):
+    """An order is done, and so are all before it. `FilePart`, `KeyFile` and `Beat` are not answered.
 
+    Args:
+        order: its number among the messages of this connection to the agent; the first is number 1.
+    """
 
-class Joined(Struct, frozen=True, tag=True):
-    """The agent is connected to the router."""
-
-
-class Ready(Struct, frozen=True, tag=True):
-    """A process has become ready."""
-
-    name: str
-
-
-class Begun(Struct, frozen=True, tag=True):
-    """All processes of the group are ready."""
-
-    group: int
+    order: int
 
 
 class Failed(Struct, frozen=True, tag=True):
-    """What was asked for cannot be done, or the match cannot go on.
+    """An order cannot be done, or the match cannot go on.
 
     Args:
         text: the reason, in words.
@@ -237,23 +195,6 @@ class Noted(Struct, frozen=True, tag=True):
     text: str = ""
     status: int | None = None
     at_next_clock: bool = False
-
-
-class Vacated(Struct, frozen=True, tag=True):
-    """A player has failed for good.
-
-    Args:
-        why: the reason, in words.
-    """
-
-    name: str
-    why: str
-
-
-class Stopped(Struct, frozen=True, tag=True):
-    """All processes of the number have stopped."""
-
-    order: int
 
 
 class LogText(Struct, frozen=True, tag=True):
@@ -282,28 +223,8 @@ class Status(Struct, frozen=True, tag=True):
     wall: float
 
 
-class Fetched(Struct, frozen=True, tag=True):
-    """All files have been sent."""
+ToLauncher = FilePart | Hello | Loaded | Done | Failed | Said | Noted | LogText | Status
 
-
-ToLauncher = (
-    FilePart
-    | Hello
-    | Loaded
-    | Examined
-    | Served
-    | Joined
-    | Ready
-    | Begun
-    | Failed
-    | Said
-    | Noted
-    | Vacated
-    | Stopped
-    | LogText
-    | Status
-    | Fetched
-)
 
 M = TypeVar("M")
 
@@ -321,7 +242,7 @@ def frame(message: Struct) -> bytes:
 
 
 class Frames(Generic[M]):
-    """Cuts a byte stream into messages.
+    """Cuts a byte stream into messages: `feed` takes it in, and `next` takes out one message after the other.
 
     Args:
         kind: the union of the types of the messages. banner: what precedes the first frame; all before it is skipped.
@@ -336,32 +257,33 @@ class Frames(Generic[M]):
         self._data = bytearray()
         self.skipped = b""
 
-    def feed(self, data: bytes) -> list[M]:
-        """Take in bytes, and return the messages that they complete.
-
-        Raises:
-            MessageError: these bytes are no frames of this release.
-        """
+    def feed(self, data: bytes) -> None:
+        """Take in bytes."""
         self._data += data
         if self._banner:
             before, banner, rest = self._data.partition(self._banner)
-            if not banner:
-                self.skipped = bytes(self._data[-2000:])
-                # The banner may come in pieces.
-                del self._data[: max(0, len(self._data) - 2000)]
-                return []
-            self._banner, self._data = b"", rest
             self.skipped = bytes(before[-2000:])
-        found = []
-        while len(self._data) >= 4:
-            length = int.from_bytes(self._data[:4], "big")
-            if length > LONGEST:
-                raise MessageError(f"expected a frame of at most {LONGEST} bytes, got one of {length}")
-            if len(self._data) < 4 + length:
-                break
-            try:
-                found.append(self._decoder.decode(bytes(self._data[4 : 4 + length])))
-            except msgspec.DecodeError as error:
-                raise MessageError(f"expected a message of this release of VRG: {error}") from None
-            del self._data[: 4 + length]
-        return found
+            # The banner may come in pieces.
+            self._data = rest if banner else before[-2000:]
+            if banner:
+                self._banner = b""
+
+    def next(self) -> M | None:
+        """The next message; None until all of it has come.
+
+        Raises:
+            MessageError: what comes next is no frame of this release.
+        """
+        if self._banner or len(self._data) < 4:
+            return None
+        end = 4 + int.from_bytes(self._data[:4], "big")
+        if end > 4 + LONGEST:
+            raise MessageError(f"expected a frame of at most {LONGEST} bytes, got one of {end - 4}")
+        if len(self._data) < end:
+            return None
+        data = bytes(self._data[4:end])
+        del self._data[:end]
+        try:
+            return self._decoder.decode(data)
+        except msgspec.DecodeError as error:
+            raise MessageError(f"expected a message of this release of VRG: {error}") from None

@@ -1,0 +1,301 @@
+"""What an agent can do to its launcher, and what it cannot: it may be lost, or slow, or send anything."""
+
+import shlex
+import signal
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from msgspec import Struct
+
+from tests.test_machines import MACHINES, load
+from vrg import __version__
+from vrg.bus.messages import ProcessState, ProcessStatus
+from vrg.errors import LaunchError
+from vrg.launch.events import EventLog, What, read_events
+from vrg.launch.listening import Listening
+from vrg.launch.remote import wire
+from vrg.launch.remote.remote_host import AGAIN, QUIET, SILENT, RemoteHost, Step
+from vrg.launch.remote.silence import STEP
+from vrg.launch.remote.wire import BANNER, Frames, frame
+from vrg.launch.run_folder import RunFolder
+
+PATIENCE = 60.0
+"""s of real time"""
+
+
+class Bench:
+    """A machine whose agent is this test: what ssh would bring comes from a file, and orders go into another one.
+
+    Attributes:
+        host: the machine. folder: the run folder. told: what a person was told. now: the time on the host's clock, s.
+    """
+
+    def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        self._answers, self._orders = folder / "answers", folder / "orders"
+        script = f"exec 3<&0; cat <&3 >>{self._orders} & exec tail -c +1 -f {self._answers}"
+        monkeypatch.setenv("VRG_SSH", f"sh -c {shlex.quote(script)}")
+        setup = load(folder, more=MACHINES + '[place]\nworld = "lab2"', ann='machine = "lab2"', bob='machine = "lab3"')
+        self.folder = RunFolder(folder / "run")
+        self.folder.prepare()
+        self.folder.match_file.write_bytes(b"the match")
+        (self.folder.logs / "referee.log").write_bytes(b"the referee's\n")
+        self.told: list[str] = []
+        self.now = 1000.0
+        notes = Listening(setup.keys, EventLog(self.folder.events), ["ann", "bob"])
+        prepare = wire.Prepare("run", "lab2", None, None, False, False, "", {})
+        self.host = RemoteHost(setup, self.folder, prepare, self.told.append, notes, clock=lambda: self.now)
+        self.again()
+
+    def again(self) -> None:
+        """Another agent is there, which has sent nothing."""
+        self._answers.write_bytes(BANNER)
+        self._orders.write_bytes(b"")
+        self._read, self._numbers = 0, 0
+        self._frames: Frames[wire.ToAgent] = Frames(wire.ToAgent)  # type: ignore[arg-type]
+
+    def send(self, *messages: Struct) -> None:
+        """Send something as the agent."""
+        self.send_bytes(b"".join(map(frame, messages)))
+
+    def send_bytes(self, data: bytes) -> None:
+        with self._answers.open("ab") as answers:
+            answers.write(data)
+
+    def orders(self) -> list[wire.ToAgent]:
+        """What the launcher has ordered since the last call; all is answered as an agent does."""
+        data = self._orders.read_bytes()[self._read :]
+        self._read += len(data)
+        self._frames.feed(data)
+        found = list(iter(self._frames.next, None))
+        for order in found:
+            self._numbers += 1
+            if isinstance(order, wire.Load):
+                self.send(wire.Loaded("tcp/10.0.0.2:7447", []))
+            if not isinstance(order, wire.FilePart | wire.Beat):
+                self.send(wire.Done(self._numbers))
+        return found
+
+    def look(self, condition: Callable[[], bool]) -> list[wire.ToAgent]:
+        """Look at the machine until a condition holds, and return what was ordered; time stands on the host's clock."""
+        deadline, ordered = time.monotonic() + PATIENCE, []
+        while not condition():
+            assert time.monotonic() < deadline, self.told
+            ordered += self.orders()
+            self.host.poll()
+            time.sleep(0.002)
+        return ordered
+
+    def play(self) -> list[wire.ToAgent]:
+        """Bring it up, and return what was ordered."""
+        self.send(wire.Hello(__version__, "10.0.0.1", "/home"))
+        self.host.aim(Step.PLAYS)
+        return self.look(lambda: self.host.is_at(Step.PLAYS))
+
+
+@pytest.fixture
+def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
+    made = Bench(tmp_path, monkeypatch)
+    yield made
+    made.host.close()
+
+
+def status(name: str, machine: str = "lab2", node: str = "player/ann") -> ProcessStatus:
+    return ProcessStatus(name=name, machine=machine, state=ProcessState.RUNNING, node=node)
+
+
+def test_a_machine_is_brought_up_step_by_step_as_far_as_it_is_asked_to(bench: Bench) -> None:
+    host = bench.host
+    assert (host.names, host.stop_orders) == (["world", "ann"], [0, 2]), "the match file tells that, and no agent"
+    bench.send(wire.Hello(__version__, "10.0.0.1", "/home"))
+    ordered = bench.look(lambda: host.is_at(Step.LOADED))
+    assert [type(order) for order in ordered if not isinstance(order, wire.FilePart | wire.Beat)] == [
+        wire.Prepare,
+        wire.Load,
+    ]
+    assert (host.endpoint, host.peer) == ("tcp/10.0.0.2:7447", "10.0.0.1")
+    for _ in range(5):
+        host.keep()
+    assert not any(isinstance(order, wire.Serve) for order in bench.orders())
+    host.router = "tcp/10.0.0.1:7447"
+    host.aim(Step.FIRST)
+    later = bench.look(lambda: host.is_at(Step.FIRST))
+    assert [order for order in later if not isinstance(order, wire.Beat)] == [
+        wire.Serve("tcp/10.0.0.1:7447", None),
+        wire.Join(),
+        wire.Begin(1, []),
+    ]
+    assert host.trouble is None
+
+
+def test_a_machine_that_was_lost_is_brought_up_the_same_way(bench: Bench) -> None:
+    first = bench.play()
+    bench.send(wire.Noted(What.VACATED, "ann", "it fails"))
+    bench.look(lambda: bool(bench.host.take_failed()))
+    bench.send_bytes(b"\xff" * 8)
+    bench.look(lambda: not bench.host.is_at(Step.LOADED))
+    assert bench.told[-1].startswith("lab2 is away (world, ann): its robots stand; it is tried again until it answers")
+    assert bench.host.trouble == "lab2 does not answer (world, ann)"
+    bench.again()
+    bench.now += AGAIN
+    second = bench.play()
+    assert bench.told[-1] == "lab2 is back: world, ann run again"
+    assert [type(o) for o in first if type(o) is not wire.Beat] == [type(o) for o in second if type(o) is not wire.Beat]
+    assert wire.Begin(2, ["ann"]) in second
+    assert bench.host.trouble is None
+
+
+RUBBISH = {
+    "no frame": b"\xff" * 8,
+    "no message": b"\0\0\0\x01\x05",
+    "another type": frame(wire.Done(1)).replace(b"order", b"ordre"),
+    "an order": frame(wire.Goodbye()),
+    "an order that was not given": frame(wire.Done(10**6)),
+    "an address that is none": frame(wire.Hello(__version__, "x" * 100, "/home")),
+    "another machine's process": frame(wire.Noted(What.DIED, "bob")),
+    "a player of another machine": frame(wire.Noted(What.VACATED, "bob", "it fails")),
+    "a process that is no player": frame(wire.Noted(What.VACATED, "world", "it fails")),
+    "what happens to no process": frame(wire.Noted(What.ENDED, "ann")),
+    "another process' state": frame(wire.Status([status("bob")], 0.0, 0.0, 0.0)),
+    "a state for another machine": frame(wire.Status([status("ann", "lab3")], 0.0, 0.0, 0.0)),
+    "another node's state": frame(wire.Status([status("ann", node="x" * 100_000)], 0.0, 0.0, 0.0)),
+    "a state twice": frame(wire.Status([status("ann")] * 2, 0.0, 0.0, 0.0)),
+    "another process' log": frame(wire.LogText("bob", b"forged\n", 7)),
+    "a log elsewhere": frame(wire.LogText("../../evil", b"forged\n", 7)),
+    "a log with a name that is none": frame(wire.LogText("a\0b", b"forged\n", 7)),
+    "a file that was not asked for": frame(wire.FilePart("journal.jsonl", b"forged\n", begins=True)),
+}
+
+
+@pytest.mark.parametrize("rubbish", RUBBISH.values(), ids=RUBBISH)
+def test_an_agent_that_sends_rubbish_costs_its_own_machine_only(bench: Bench, rubbish: bytes) -> None:
+    """It is given up and tried again, as if it were away."""
+    bench.play()
+    bench.send_bytes(rubbish)
+    bench.look(lambda: not bench.host.is_at(Step.LOADED))
+    assert "its agent has sent what no agent sends: " in bench.told[0]
+    assert bench.host.take_failed() == {}
+    assert not bench.folder.events.exists()
+    assert not list(bench.folder.path.parent.rglob("*evil*"))
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), -float("inf"), 1e308])
+def test_numbers_that_mean_nothing_do_no_harm(bench: Bench, value: float) -> None:
+    bench.play()
+    bench.send(wire.Status([status("ann")], value, value, value), wire.LogText("ann", b"hello\n", -(1 << 63)))
+    bench.look(lambda: bench.host.names == ["ann"] and (bench.folder.logs / "ann.log").exists())
+    assert bench.host.is_at(Step.PLAYS)
+
+
+def test_nothing_waits_for_an_ssh_that_does_not_end(bench: Bench) -> None:
+    bench.play()
+    connection = bench.host._connection
+    assert connection is not None
+    connection._process.send_signal(signal.SIGSTOP)
+    while bench.host.is_at(Step.LOADED):
+        bench.now += STEP
+    assert not connection.gone, "it was not waited for"
+    bench.again()
+    bench.now += AGAIN
+    bench.play()
+    assert not connection.gone, "the machine is back although it has not ended"
+    connection._process.kill()
+
+
+def test_only_an_honest_failure_ends_the_match(bench: Bench) -> None:
+    bench.play()
+    bench.send(wire.Failed("world was killed by signal 9, too often to go on"))
+    with pytest.raises(LaunchError, match="lab2: world was killed by signal 9, too often to go on"):
+        bench.look(lambda: False)
+
+
+def test_before_the_match_a_machine_that_fails_is_not_waited_for(bench: Bench) -> None:
+    bench.send_bytes(b"\xff" * 8)
+    with pytest.raises(LaunchError, match="lab2: its agent has sent what no agent sends: expected a frame"):
+        bench.look(lambda: False)
+
+
+def test_an_agent_changes_what_its_own_processes_have_written_and_nothing_else(bench: Bench) -> None:
+    bench.play()
+    bench.folder.journal.write_bytes(b"the journal\n")  # once the match runs
+    (bench.folder.logs / "world.log").write_bytes(b"of this machine\n")
+    bench.send(wire.LogText("ann", b"hello\n", 6), wire.LogText("world", b"forged\n", 7))
+    bench.look(lambda: len(bench.told) > 0)
+    bench.host.fetch()
+    for _ in range(2):
+        for path in ("match.toml", "journal.jsonl", "../evil", "a\0b", "x" * 5000, "players/ann/notes"):
+            bench.send(wire.FilePart(path, b"forged\n", begins=True))
+    bench.send(wire.LogText("ann", b"hello\n", 12))
+    bench.look(lambda: (bench.folder.logs / "ann.log").read_bytes() == b"hello\nhello\n")
+    assert (bench.folder.path / "players" / "ann" / "notes").read_bytes() == b"forged\n"
+    assert (bench.folder.logs / "world.log").read_bytes() == b"of this machine\n"
+    assert bench.folder.match_file.read_bytes() == b"the match"
+    assert bench.folder.journal.read_bytes() == b"the journal\n"
+    assert not list(bench.folder.path.parent.rglob("*evil*"))
+    assert bench.told[0] == "lab2: 'logs/world.log' cannot be kept: the run folder has such a file already"
+    assert len(bench.told) == 5, "each is told once"
+    assert bench.host.is_at(Step.PLAYS)
+
+
+def test_an_agent_that_sends_no_files_does_not_hold_up_the_end(bench: Bench) -> None:
+    bench.play()
+    bench.send(wire.Status([status("ann")], 0.0, 0.0, 0.0))
+    bench.look(lambda: bench.host.names == ["ann"])
+    bench.host.fetch()
+
+    def goes_on() -> None:
+        bench.now += 0.1
+        bench.send(wire.Status([status("ann")], 0.0, 0.0, 0.0))
+
+    bench.host.close(goes_on)
+    assert bench.told == ["what the processes on lab2 have written was not fetched; it is there in /home/run"]
+
+
+def test_what_happens_to_its_processes_is_noted(bench: Bench) -> None:
+    bench.play()
+    bench.send(wire.Noted(What.DIED, "ann", "was killed by signal 9", -9), wire.Noted(What.VACATED, "ann", "ann: bad"))
+    bench.look(bench.folder.events.exists)
+    bench.look(lambda: len(read_events(bench.folder.events)) == 2)
+    assert bench.host.take_failed() == {"ann": "bad"}
+
+
+def test_a_flood_of_an_agent_is_taken_in_bit_by_bit(bench: Bench) -> None:
+    bench.play()
+    bench.send(*[wire.Said("x" * 10_000)] * 1000)
+    seen = 0
+    while seen < 1000:
+        bench.host.poll()
+        assert len(bench.told) - seen < 100, "others have their turn"
+        seen = len(bench.told)
+    assert max(map(len, bench.told)) < 5000
+
+
+def test_a_machine_is_quiet_and_then_away_when_the_launcher_has_looked_and_heard_nothing_for_so_long(
+    bench: Bench,
+) -> None:
+    bench.play()
+
+    def silent(until: Callable[[], bool]) -> float:
+        began = bench.now
+        while not until():
+            bench.now += 0.05
+            bench.host.poll()
+        return bench.now - began
+
+    assert silent(lambda: bench.host.trouble is not None) == pytest.approx(QUIET, abs=0.2)
+    assert silent(lambda: not bench.host.is_at(Step.LOADED)) == pytest.approx(SILENT - QUIET, abs=0.2)
+    assert "(nothing was heard of robot@lab2.local for 12 s)" in bench.told[-1]
+
+
+def test_time_in_which_the_launcher_did_not_run_is_no_silence_of_a_machine(bench: Bench) -> None:
+    bench.play()
+    for _ in range(int(QUIET / STEP) - 1):
+        bench.now += 3600.0
+        bench.host.poll()
+    assert bench.host.trouble is None
+    bench.send(wire.Status([status("ann")], 0.0, 0.0, 0.0))
+    bench.look(lambda: bench.host.names == ["ann"])
+    bench.now += 3600.0
+    bench.host.poll()
+    assert bench.host.trouble is None
