@@ -1,5 +1,7 @@
 """What an agent can do to its launcher, and what it cannot: it may be lost, or slow, or send anything."""
 
+import contextlib
+import math
 import shlex
 import signal
 import time
@@ -7,12 +9,14 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from msgspec import Struct
 
 from tests.test_machines import MACHINES, load
 from vrg import __version__
 from vrg.bus.messages import ProcessState, ProcessStatus
-from vrg.errors import LaunchError
+from vrg.errors import LaunchError, MessageError
 from vrg.launch.events import EventLog, What, read_events
 from vrg.launch.listening import Listening
 from vrg.launch.remote import wire
@@ -33,9 +37,7 @@ class Bench:
     """
 
     def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        self._answers, self._orders = folder / "answers", folder / "orders"
-        script = f"exec 3<&0; cat <&3 >>{self._orders} & exec tail -c +1 -f {self._answers}"
-        monkeypatch.setenv("VRG_SSH", f"sh -c {shlex.quote(script)}")
+        self._folder, self._environment, self._agents = folder, monkeypatch, 0
         setup = load(folder, more=MACHINES + '[place]\nworld = "lab2"', ann='machine = "lab2"', bob='machine = "lab3"')
         self.folder = RunFolder(folder / "run")
         self.folder.prepare()
@@ -49,7 +51,12 @@ class Bench:
         self.again()
 
     def again(self) -> None:
-        """Another agent is there, which has sent nothing."""
+        """Another agent is there, which has sent nothing; the one before may not have ended."""
+        self._agents += 1
+        self._answers = self._folder / f"answers{self._agents}"
+        self._orders = self._folder / f"orders{self._agents}"
+        script = f"exec 3<&0; cat <&3 >>{self._orders} & exec tail -c +1 -f {self._answers}"
+        self._environment.setenv("VRG_SSH", f"sh -c {shlex.quote(script)}")
         self._answers.write_bytes(BANNER)
         self._orders.write_bytes(b"")
         self._read, self._numbers = 0, 0
@@ -180,6 +187,46 @@ def test_an_agent_that_sends_rubbish_costs_its_own_machine_only(bench: Bench, ru
     assert not list(bench.folder.path.parent.rglob("*evil*"))
 
 
+TEXTS = st.sampled_from(
+    ["ann", "world", "bob", "", "..", "/", "a\0b", "x" * 5000, "\x1b[2J", "match.toml", "logs/ann.log"]
+)
+WHOLE = st.sampled_from([0, 1, -1, (1 << 63) - 1, -(1 << 63)])
+REAL = st.sampled_from([0.0, 1.0, math.nan, math.inf, -math.inf, 1e308])
+YES = st.booleans()
+STATES = st.builds(
+    ProcessStatus, name=st.sampled_from(["ann", "bob"]), machine=st.sampled_from(["lab2", ".."]), node=TEXTS,
+    state=st.sampled_from(ProcessState),
+)  # fmt: skip
+ANYTHING = st.one_of(
+    st.builds(wire.FilePart, path=TEXTS, data=st.binary(max_size=9), begins=YES),
+    st.builds(wire.Hello, version=st.sampled_from([__version__, ""]), peer=TEXTS, home=TEXTS),
+    st.builds(wire.Loaded, endpoint=TEXTS, findings=st.just([])),
+    st.builds(wire.Done, order=WHOLE),
+    st.builds(wire.Failed, text=TEXTS),
+    st.builds(wire.Said, text=TEXTS),
+    st.builds(wire.Noted, st.sampled_from(What), TEXTS, TEXTS, st.none() | WHOLE, YES),
+    st.builds(wire.LogText, name=TEXTS, text=st.binary(max_size=9), end=WHOLE),
+    st.builds(wire.Status, processes=st.lists(STATES, max_size=3), beat=REAL, held=REAL, wall=REAL),
+)
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(messages=st.lists(ANYTHING, max_size=8))
+def test_nothing_that_an_agent_sends_raises_what_its_machine_does_not_expect(
+    bench: Bench, messages: list[wire.ToLauncher]
+) -> None:
+    bench.host._fetching = 1
+    frames: Frames[wire.ToLauncher] = Frames(wire.ToLauncher)  # type: ignore[arg-type]
+    for message in messages:
+        frames.feed(frame(message))
+        with contextlib.suppress(MessageError, LaunchError):
+            bench.host._take(frames.next())
+    assert set(bench.host.names) <= {"ann", "world"}
+    assert set(bench.host.take_failed()) <= {"ann"}
+    assert bench.folder.match_file.read_bytes() == b"the match"
+    assert {path.name for path in bench.folder.path.parent.iterdir()} == {"answers1", "orders1", "match.toml", "run"}
+
+
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), -float("inf"), 1e308])
 def test_numbers_that_mean_nothing_do_no_harm(bench: Bench, value: float) -> None:
     bench.play()
@@ -263,8 +310,9 @@ def test_what_happens_to_its_processes_is_noted(bench: Bench) -> None:
 def test_a_flood_of_an_agent_is_taken_in_bit_by_bit(bench: Bench) -> None:
     bench.play()
     bench.send(*[wire.Said("x" * 10_000)] * 1000)
-    seen = 0
+    seen, deadline = 0, time.monotonic() + PATIENCE
     while seen < 1000:
+        assert time.monotonic() < deadline, f"{seen} have come"
         bench.host.poll()
         assert len(bench.told) - seen < 100, "others have their turn"
         seen = len(bench.told)

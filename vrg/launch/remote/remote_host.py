@@ -18,7 +18,7 @@ from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import Session
 from vrg.bus.stopping import StopSignal
 from vrg.config.setup import MatchSetup
-from vrg.errors import CredentialsError, LaunchError, MessageError
+from vrg.errors import LaunchError, MessageError
 from vrg.launch.events import Notes, What
 from vrg.launch.findings import Finding
 from vrg.launch.host import GROUPS
@@ -174,7 +174,7 @@ class RemoteHost:
         """From a connection to processes that play; each wait is for the agent, or for the aim.
 
         Raises:
-            LaunchError: the agent cannot do it. OSError, CredentialsError: a file cannot be read here.
+            LaunchError: the agent cannot do it. OSError: a file or a key cannot be read here.
         """
         while not self._home:
             yield
@@ -247,7 +247,7 @@ class RemoteHost:
             next(self._script, None)
         except MessageError as error:
             self._lose(f"its agent has sent what no agent sends: {error}")
-        except (CredentialsError, OSError) as error:
+        except OSError as error:
             self._lose(str(error))
         except LaunchError as error:
             if self._has_played and self._step is not Step.PLAYS:
