@@ -1,6 +1,7 @@
 """What a player's process may reach, by its match."""
 
 import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -148,6 +149,16 @@ def test_the_match_file_decides_about_sandboxes(match: MatchSetup, wanted: bool)
     for seats in (True, False):
         assert decided.sandboxed("ann", seats=seats) is wanted
         assert decided.substituted("ann", "sharks-and-minnows").sandboxed("ann", seats=seats) is wanted
+
+
+def test_libraries_are_readable_also_where_runs_lie(match: MatchSetup, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As with `--runs .` in the folder of a project that has its own environment."""
+    base = Path(match.base)
+    library = base / "runs" / "environment"
+    (library / "lib").mkdir(parents=True)
+    monkeypatch.setattr("sys.path", [*sys.path, str(library)])
+    assert allowed(policy(match), library / "lib" / "numpy.py", Access.READ)
+    assert not allowed(policy(match), base / "runs" / "before" / "red.py", Access.READ)
 
 
 def test_to_import_a_strategy_of_others_is_not_enough_to_read_it(match: MatchSetup) -> None:

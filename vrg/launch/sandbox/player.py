@@ -35,18 +35,19 @@ def policy_of(setup: MatchSetup, name: str, *, router: str | None, run: RunFolde
     # Its statistics are written to a file that is there already, so that it can make no others beside it.
     statistics = run.logs.resolve() / f"{name}.json"
     keys = base / "keys" if seat is None else seat.parent
-    # The runs beside this one have the code of all players, too.
-    hidden = theirs | {run.path.resolve(), run.path.resolve().parent, keys, base / "keys", Path(setup.origin)}
+    # The runs beside this one have the code of all players, too. What has a library in it is not readable as such.
+    hidden = theirs | {run.path, run.path.parent, keys, base / "keys", Path(setup.origin)}
+    known = libraries()
     allowed = files(
         own=own,
-        libraries=libraries(),
-        hidden={path.resolve() for path in hidden},
+        libraries=known,
+        hidden={path for path in map(Path.resolve, hidden) if not any(lib.is_relative_to(path) for lib in known)},
         folder=folder,
         written=[statistics],
         entries=entries_of,
     )
     # Named files are readable wherever they lie: its keys, and what its robot's driver reads.
-    named = [path for path in (seat,) if path is not None]
+    named = [] if seat is None else [seat]
     can = setup.backends.get(player.backend, {}) if player.physical or player.backend != "sim" else {}
     buses = [can, can.get("robots", {}).get(name, {})] if can else []
     named += [base / str(bus["calibration"]) for bus in buses if bus.get("calibration")]
