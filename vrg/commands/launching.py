@@ -63,9 +63,10 @@ class Show:
     live: str | None = None
 
     def announce(self, *texts: str) -> None:
-        """Print what happens to the processes."""
+        """Print what happens to the processes, unless the terminal is gone: the match does not depend on it."""
         for text in texts:
-            self.console.print(f"[yellow]{escape(printable(text, lines=True))}[/yellow]")
+            with contextlib.suppress(OSError):
+                self.console.print(f"[yellow]{escape(printable(text, lines=True))}[/yellow]")
 
 
 @dataclass(frozen=True)
