@@ -38,7 +38,10 @@ def tell_of_refusals(remark: str) -> None:
 
 def failure_of(error: BaseException) -> StrategyError:
     """What a strategy has raised, in one line: the exception, and the innermost place in the student's own code."""
-    said = printable(" ".join(str(error).split())).encode("utf-8", "backslashreplace").decode()
+    try:
+        said = printable(" ".join(str(error).split()))
+    except BaseException:  # its own `__str__` is a student's code, too
+        said = ""
     words = f"{type(error).__name__}: {said}" if said else type(error).__name__
     if isinstance(error, PermissionError | socket.gaierror) and _REFUSED:
         words = f"{words}; {_REFUSED[0]}"

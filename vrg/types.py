@@ -31,8 +31,9 @@ Seconds = Annotated[float, Meta(ge=0.0, le=1e8)]
 Count = Annotated[int, Meta(ge=0)]
 Fraction = Annotated[float, Meta(ge=0.0, le=1.0)]
 Signed = Annotated[float, Meta(ge=-1.0, le=1.0)]
-CONTROL = r"\x00-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069"
-"""Signs that change a terminal or the direction of writing, line breaks too, as a class of a regular expression."""
+CONTROL = r"\x00-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff"
+"""Signs that change a terminal or the direction of writing, line breaks too, or are no text, as a class of a regular
+expression."""
 Name = Annotated[str, Meta(min_length=1, max_length=64, pattern=rf"^[^{CONTROL}]*\Z")]
 
 Vector = tuple[float, float]

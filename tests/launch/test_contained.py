@@ -16,7 +16,7 @@ from vrg.coordinator.journal import read_journal
 from vrg.errors import LaunchError
 from vrg.launch import bounds
 from vrg.launch.in_process import Ending, play
-from vrg.launch.nodes import open_journal
+from vrg.launch.nodes import open_journal, recorder_node
 from vrg.launch.run_folder import RunFolder
 
 BROKEN = """
@@ -175,6 +175,66 @@ class Notes(SharksAndMinnowsPlayer):
             file.write("x" * 50_000)
         return super().act(view)
 """
+
+
+ODD = """
+from vrg.agents import STILL, Action, Strategy, Twist
+
+
+class Leaves:
+    def __len__(self):
+        raise SystemExit
+
+    def __iter__(self):
+        raise SystemExit
+
+    def __float__(self):
+        raise SystemExit
+
+
+class Bids(Strategy):
+    def act(self, view):
+        return Action(STILL, bids={"\\ud800": 1.0})
+
+
+class Mode(Strategy):
+    mode = "\\ud800 \\x1b[2J"
+
+    def act(self, view):
+        return STILL
+
+
+class Floats(Strategy):
+    def act(self, view):
+        return Twist(v=Leaves(), w=0.0)
+
+
+class Sees(Strategy):
+    def act(self, view):
+        return Action(STILL, sightings=Leaves())
+
+
+class Unspeakable(Exception):
+    def __str__(self):
+        raise KeyboardInterrupt
+
+
+class Raises(Strategy):
+    def act(self, view):
+        raise Unspeakable
+"""
+
+
+@pytest.mark.parametrize("kind", ["Bids", "Mode", "Floats", "Sees", "Raises"])
+def test_no_object_of_a_strategy_ends_the_match(tmp_path: Path, kind: str) -> None:
+    path = match_with(tmp_path, kind)
+    (tmp_path / "broken.py").write_text(ODD)
+    setup, run = load_match(path), RunFolder(tmp_path)
+    run.prepare()
+    with open_journal(setup, run) as journal:
+        watchers = [recorder_node(setup, run)]
+        ending = play(setup, journal, limit=300.0, strict=True, logs=run.logs, watchers=watchers)
+    assert ending.state.stage is Stage.GAME_OVER
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells it")

@@ -130,6 +130,54 @@ def test_what_a_process_has_started_ends_with_it(server: ForkServer, tmp_path: P
         os.kill(pid, signal.SIGKILL)
 
 
+def test_a_helper_that_a_process_has_detached_lives_as_long_as_the_process(server: ForkServer, tmp_path: Path) -> None:
+    """A driver may start a daemon; it is not ended because a window is closed."""
+    log = tmp_path / "log"
+    child = run(server, log, "litters", "stays")
+    wait_until(lambda: len(log.read_text().split()) == 4, "all to be started")
+    left = {int(word) for word in log.read_text().split()} - {child.pid}
+    assert run(server, tmp_path / "other", "ends", "0").wait(60.0)
+    assert run(server, tmp_path / "other", "ends", "0").wait(60.0)
+    assert not any(map(_ended, left))
+    child.kill()
+    wait_until(lambda: all(map(_ended, left)), f"{left} to be ended")
+
+
+def test_where_the_system_has_no_room_for_a_fork_the_server_and_its_processes_go_on(tmp_path: Path) -> None:
+    code = "import os\n\nfork, count = os.fork, [0]\n\n\ndef full():\n    count[0] += 1\n"
+    code += "    if count[0] == 2:\n        raise BlockingIOError(11, 'full')\n    return fork()\n\n\nos.fork = full\n"
+    (tmp_path / "full.py").write_text(code)
+    with fork_server(preload=["littering", "full"]) as server:
+        first = run(server, tmp_path / "log", "sleeps")
+        second = run(server, tmp_path / "log", "ends", "3")
+        assert second.wait(60.0)
+        assert (second.poll(), first.poll(), server.alive) == (3, None, True), "it has an interpreter of its own"
+        third = run(server, tmp_path / "log", "ends", "4")
+        assert third.wait(60.0)
+        assert (third.poll(), server.alive) == (4, True)
+        first.kill()
+        assert first.wait(60.0)
+
+
+def test_a_server_that_is_a_fork_ends_with_the_process_that_has_it(tmp_path: Path) -> None:
+    code = (
+        "import os, sys\nfrom vrg.launch.fork_server import ForkServer\n"
+        "server = ForkServer()\nserver.start_as_fork()\nprint(server._pid, flush=True)\n"
+        "sys.stdin.read()\nserver.close()\nprint('closed', flush=True)\n"
+    )
+    for kill in (True, False):
+        process = subprocess.Popen(
+            [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        )
+        assert process.stdout is not None
+        pid = int(process.stdout.readline())
+        if kill:
+            process.kill()
+        out, _ = process.communicate()
+        assert out == ("" if kill else "closed\n")
+        wait_until(lambda pid=pid: _ended(pid), "the server to end")  # type: ignore[misc]
+
+
 def _group(pid: int) -> int | None:
     try:
         return os.getpgid(pid)

@@ -74,6 +74,18 @@ def test_an_endless_import_is_given_up(tmp_path: Path, monkeypatch: pytest.Monke
         tried.find("loop.py:Mine", tmp_path)
 
 
+def test_a_file_that_begins_to_answer_and_never_ends_is_given_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(trying, "PATIENCE", 1.0)
+    (tmp_path / "half.py").write_text(
+        "import os, time\nfor fd in range(3, 20):\n    try:\n        os.write(fd, b'\\0')\n"
+        "    except OSError:\n        pass\ntime.sleep(3600)\n"
+    )
+    with trial() as tried, pytest.raises(ConfigError, match="still being made after 1 s"):
+        tried.find("half.py:Mine", tmp_path)
+
+
 def test_a_strategy_with_a_name_is_found_as_before(tmp_path: Path) -> None:
     with trial() as tried:
         tried.find("sharks-and-minnows", tmp_path)

@@ -93,7 +93,7 @@ class GameProcess:
         except EOFError:
             self._process.wait(PATIENCE)
             problem = f"the process of the game has ended with status {self._process.poll()}"
-        except (OSError, msgspec.DecodeError) as error:
+        except (OSError, msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
             problem = f"the process of the game has not answered as a game does: {error}"
         self.kill()
         if problem and self._told is not None:

@@ -10,6 +10,7 @@ import os
 import pickle
 import signal
 import sys
+import threading
 import traceback
 from collections.abc import Sequence
 from multiprocessing.connection import Connection
@@ -116,16 +117,27 @@ class StrategyApart(RemoteStrategy):
         job = _Job(setup.for_player(name), name, str(run.path.resolve()), sealed, make)
         with contextlib.suppress(OSError):
             self._pipe.send_bytes(msgspec.json.encode(job))
-        if patience is not None and not self._pipe.poll(patience):
-            self.close()
-            loop = "look for a loop outside of its methods"
-            raise ConfigError(f"{name}: the strategy is still being made after {patience:g} s: {loop}")
+        late = threading.Event()
+
+        def end() -> None:
+            late.set()
+            self._process.kill()
+
+        # It may also begin to answer, and never end.
+        alarm = threading.Timer(patience or 0.0, end)
+        if patience is not None:
+            alarm.start()
         try:
             ready = self._answer()
             if isinstance(ready, _Decided):
                 raise self._ended("it has decided before it was asked")
         except StrategyError as error:
+            if late.is_set():
+                loop = "look for a loop outside of its methods"
+                raise ConfigError(f"{name}: the strategy is still being made after {patience:g} s: {loop}") from None
             raise ConfigError(f"a strategy ends the whole program while it is made: {error}") from None
+        finally:
+            alarm.cancel()
         if isinstance(ready, _Failed):
             self.close()
             raise ConfigError(ready.words)

@@ -72,7 +72,7 @@ class MemoryBound:
 
 
 class BoundedOutput:
-    """A text stream that takes so much within a while, and then raises an exception in whoever writes.
+    """A text stream that takes so much within a while, and then then raises an exception where it is written to.
 
     Args:
         stream: what is written goes there, and it does everything else. now: returns the time, s.

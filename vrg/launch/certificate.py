@@ -71,7 +71,7 @@ def certificate_of(setup: MatchSetup, folder: RunFolder) -> Certificate:
     if any(incident.process == LAUNCHER for incident in incidents):
         last = f"its last event, at {events[-1].time or 0.0:.2f} s,"
         notes.append(
-            f"vrg play did not end by itself: nobody logged when. What happened after {last} is known from the "
+            f"vrg play did not end by itself: when is not known. What happened after {last} is known from the "
             "recording."
         )
     return Certificate(incidents, stops, setup.rate or None, notes)

@@ -1,35 +1,51 @@
 """Which files the code of a strategy consists of, as its own text tells."""
 
 import ast
-from collections.abc import Iterator
+import pwd
+from collections.abc import Collection, Iterator
 from pathlib import Path
 
 from vrg.modules import module_in
 
 DECLARED = "FILES"
 """The name of the list at the top of a module in which it names the files beside it that it reads."""
+_NEVER = (".toml", ".key", ".crt", ".pem")
+"""The endings of files that hold what is not for a strategy: match files and keys."""
 
 
-def imported(source: Path) -> list[Path]:
+def imported(source: Path, without: Collection[Path] = ()) -> list[Path]:
     """What a Python file needs of its own folder: modules and packages that it imports, and files that it names.
 
-    What these import and name in turn is part of it. Files are named in a list at the top of a module, such as
-    `FILES = ["weights.npz"]`.
+    What these import and name in turn is part of it. A module names files that are directly beside it, in a list at its
+    top such as `FILES = ["weights.npz"]`. It cannot name match files, keys, hidden files and links, nor anything in a
+    user's home folder itself: its text may be a stranger's.
+
+    Args:
+        without: files that are not its own, such as the strategies of others, and the packages that hold one.
     """
     found: list[Path] = []
     waiting = [source] if source.suffix == ".py" else []
     while waiting:
         file = waiting.pop()
         for beside in _needed(file, source.parent):
-            if beside != source and beside not in found:
+            held = any(other.is_relative_to(beside) for other in without)
+            if beside != source and beside not in found and not held:
                 found.append(beside)
                 if beside.suffix == ".py" or beside.is_dir():
                     waiting += [beside] if beside.is_file() else list(beside.rglob("*.py"))
     return found
 
 
+def readable_parts(path: Path) -> Iterator[Path]:
+    """What a strategy reads of a file or a package that it needs: of a package the modules, and nothing else."""
+    if path.is_dir():
+        yield from (module.resolve() for module in path.rglob("*.py"))
+    else:
+        yield path
+
+
 def _needed(file: Path, folder: Path) -> Iterator[Path]:
-    """The modules in a folder that a file imports, and the files there that it names."""
+    """The modules in a folder that a file imports, and the files beside it that it names."""
     try:
         tree = ast.parse(file.read_text(encoding="utf-8"))
     except (OSError, SyntaxError, ValueError, RecursionError, MemoryError):
@@ -47,5 +63,14 @@ def _needed(file: Path, folder: Path) -> Iterator[Path]:
         if isinstance(node, ast.Assign) and any(isinstance(t, ast.Name) and t.id == DECLARED for t in node.targets):
             items = node.value.elts if isinstance(node.value, ast.List | ast.Tuple) else []
             values = [item.value for item in items if isinstance(item, ast.Constant) and isinstance(item.value, str)]
-            named = (folder / value for value in values)
-            yield from (path for path in named if path.is_file() and path.resolve().is_relative_to(folder.resolve()))
+            yield from (file.parent / value for value in values if _may_be_named(file.parent, value))
+
+
+def _may_be_named(folder: Path, name: str) -> bool:
+    path = folder / name
+    plain = Path(name).name == name and not name.startswith(".") and path.suffix not in _NEVER
+    return plain and not path.is_symlink() and path.is_file() and folder.resolve() not in _homes()
+
+
+def _homes() -> set[Path]:
+    return {Path(user.pw_dir).resolve() for user in pwd.getpwall()}

@@ -78,7 +78,7 @@ class ContainedPlayer(Node):
             self._player.begin(tick)
 
     def tick(self, tick: Tick) -> None:
-        """Let the player look, decide, drive and report; whoever is out does nothing any more.
+        """Let the player look, decide, drive and report; a player that is out does nothing any more.
 
         Raises:
             LaunchError: it has failed too often, and that ends the match.
@@ -96,6 +96,9 @@ class ContainedPlayer(Node):
             self._fail(failure_of(error.__context__ or error), tick, again=False)
         except DecisionTimeoutError as error:
             self._fail(failure_of(error), tick, again=self._strikes.hang(tick.time))
+        except (SystemExit, KeyboardInterrupt, GeneratorExit) as error:
+            # What it has made may run its code where it is looked at. Ctrl-C comes as a stop, and never here.
+            self._fail(failure_of(error), tick, again=False)
         if self._log is not None and tick.time >= self._trim_at:
             self._trim_at = tick.time + _TRIM
             self._log.grow(tick.time)

@@ -81,7 +81,7 @@ class ForkServer:
         self._pid = 0
         self._process: subprocess.Popen[bytes] | None = None
         self._statuses: dict[int, int] = {}
-        self._pids: list[int] = []
+        self._pids: list[int | None] = []
         self._loaded = False
 
     @property
@@ -117,6 +117,7 @@ class ForkServer:
         self._pid = os.fork()
         if self._pid == 0:
             try:
+                ours.close()
                 atexit._clear()  # what this process does at its end is not for others to do
                 forking.serve(theirs, patience=0.0)
             finally:
@@ -157,7 +158,7 @@ class ForkServer:
             return None
         try:
             socket.send_fds(self._channel, [json.dumps(request).encode()], [stream.fileno(), log.fileno()])
-            # The answer is waited for: a process that nobody knows could not be stopped.
+            # The answer is waited for: a process that is not known could not be stopped.
             while not self._pids and self._channel is not None and not self.frozen():
                 if not self._loaded and self.stop is not None and self.stop.is_set():
                     break

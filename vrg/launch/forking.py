@@ -3,7 +3,8 @@
 It opens nothing and has one thread, so that a fork is safe: a session with the bus is opened only after the fork. The
 launcher sends requests over a socket, which is the server's standard input. A request is a JSON list of a module and
 the arguments of its `main`, with two file descriptors: the standard input of the new process, which ends it when it is
-closed, and its log. The answers are `{"pid": n}` and, when that process has ended, `{"pid": n, "status": m}`.
+closed, and its log. The answers are `{"pid": n}`, with null for n if the system has no room for another process, and
+when that process has ended `{"pid": n, "status": m}`.
 
 What a process has started ends with it: its group is killed, and whatever has left the group becomes a child of the
 server, as that of a dead parent does.
@@ -39,6 +40,8 @@ ORPHANED = 12.0
 """The real time in s from the launcher's death after which processes are killed. Nodes end by themselves in 10 s."""
 LONGEST = 1 << 16
 """The length of the longest request, bytes."""
+_MARK = "VRG_PROCESS"
+"""The environment variable by which a process of the server marks what it starts."""
 _SUBREAPER = 36
 """PR_SET_CHILD_SUBREAPER."""
 
@@ -85,16 +88,19 @@ def _serve_one(channel: socket.socket, reader: int, children: set[int]) -> bool:
         os.read(reader, 4096)
         ended = dict(_reap(children))
         _end_strays(children)
-        for pid, status in ended.items():
-            channel.send(json.dumps({"pid": pid, "status": status}).encode())
+        for gone, status in ended.items():
+            channel.send(json.dumps({"pid": gone, "status": status}).encode())
     if channel.fileno() in ready:
         data, descriptors, _, _ = socket.recv_fds(channel, LONGEST, 2)
         if not data:
             return False
-        pid = os.fork()
+        pid: int | None = None
+        with contextlib.suppress(OSError):  # the system has no room for another process now
+            pid = os.fork()
         if pid == 0:
             _become(json.loads(data), *descriptors)
-        children.add(pid)
+        if pid is not None:
+            children.add(pid)
         for descriptor in descriptors:
             os.close(descriptor)
         channel.send(json.dumps({"pid": pid}).encode())
@@ -125,7 +131,10 @@ def end_group(pid: int) -> None:
 
 
 def _end_strays(children: set[int]) -> None:
-    """Kill what processes have started and left behind: it has become a child of this one, and its end is seen."""
+    """Kill what processes have started and left behind: it has become a child of this one, and its end is seen.
+
+    What bears the mark of a process that still runs is left to it: a driver's daemon, for example.
+    """
     own = f"/proc/self/task/{os.getpid()}/children"
     try:
         with open(own, encoding="ascii") as file:
@@ -135,9 +144,19 @@ def _end_strays(children: set[int]) -> None:
 
         pids = [child.pid for child in psutil.Process().children()]
     for pid in pids:
-        if pid not in children:
+        if pid not in children and _owner(pid) not in children:
             with contextlib.suppress(ProcessLookupError, PermissionError):
                 os.kill(pid, signal.SIGKILL)
+
+
+def _owner(pid: int) -> int | None:
+    """The process that has started another one, by its mark; None if that has none, or has ended."""
+    try:
+        with open(f"/proc/{pid}/environ", "rb") as file:
+            marks = [part for part in file.read().split(b"\0") if part.startswith(f"{_MARK}=".encode())]
+        return int(marks[0].partition(b"=")[2]) if marks else None
+    except (OSError, ValueError):
+        return None
 
 
 def _end(children: set[int], patience: float) -> None:
@@ -160,6 +179,7 @@ def _become(request: list[str], stream: int, log: int) -> NoReturn:
     status = 1
     try:
         os.setsid()
+        os.environ[_MARK] = str(os.getpid())
         signal.set_wakeup_fd(-1)
         for descriptor, standard in ((stream, 0), (log, 1), (log, 2)):
             os.dup2(descriptor, standard)

@@ -19,7 +19,6 @@ REFEREE, WORLD = "referee", "world"
 """The names of the links of the referee's states and of the world's clock."""
 STANDS = 0.1
 """The real time in s without a clock after which the poses of physical robots are logged: match time stands."""
-
 LATCHES = 1.0
 """The real time in s after an order of the emergency stop in which the world's latch tells its match time."""
 LONGEST = 10.0

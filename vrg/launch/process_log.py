@@ -69,18 +69,19 @@ class ProcessLog:
             now: the monotonic time, s.
         """
         size = self.size
-        self._written.append((now, max(0, size - self._size)))
-        while now - self._written[0][0] > FLOOD_WINDOW:
-            self._written.popleft()
+        written = self._written  # another thread may forget it meanwhile
+        written.append((now, max(0, size - self._size)))
+        while now - written[0][0] > FLOOD_WINDOW:
+            written.popleft()
         self._size = size
         if size > LONGEST:
             self._begin_anew()
-        return sum(count for _, count in self._written)
+        return sum(count for _, count in written)
 
     def forget(self) -> None:
         """Count what is written from now on."""
         self._size = self.size
-        self._written.clear()
+        self._written = deque()
 
     def _begin_anew(self) -> None:
         # The process has the file open, so its content is moved and not the file. A line in between may be lost.

@@ -149,7 +149,7 @@ class Supervisor:
         now = time.monotonic()
         look, self._looked = (True, now) if now - self._looked > _PROGRESS else (False, self._looked)
         ready = []
-        for process in list(self._starting):
+        for process in [p for p in self._starting if p.spec.name not in self._endings]:
             if process.ready:
                 self._starting.remove(process)
                 ready.append(process.spec.name)
@@ -317,7 +317,7 @@ class Supervisor:
 
     @property
     def trouble(self) -> None:
-        """None: the machine of whoever asks answers."""
+        """None: this machine answers."""
         return
 
     def take_failed(self) -> dict[str, str]:
@@ -430,5 +430,5 @@ class Supervisor:
 
 def _how_it_ended(status: int | None) -> str:
     if status == UNKNOWN:
-        return "has ended, nobody knows how, because the fork server has died"
+        return "has ended, it is not known how, because the fork server has died"
     return f"was killed by signal {-status}" if status is not None and status < 0 else f"ended with status {status}"

@@ -12,6 +12,7 @@ from tests.system.harness import short_match
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
 from vrg.errors import SandboxError
+from vrg.launch.code_files import imported
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.sandbox.player import policy_of
 from vrg.launch.sandbox.policy import Access, Policy, readable
@@ -45,7 +46,7 @@ def test_a_folder_without_secrets_is_one_entry() -> None:
 def match(tmp_path: Path) -> MatchSetup:
     """A match with a strategy for each team, a module that both import, and runs, keys and notes beside them."""
     for name in ("red", "blue"):
-        (tmp_path / f"{name}.py").write_text(f'import shared\nimport {name}_tricks\nFILES = ["{name}.bin", "../x"]\n')
+        (tmp_path / f"{name}.py").write_text(f'import shared\nimport {name}_tricks\nFILES = ["{name}.bin"]\n')
         (tmp_path / f"{name}_tricks.py").touch()
     for name in ("shared.py", "red.bin", "blue.bin", "diary.txt"):
         (tmp_path / name).touch()
@@ -149,6 +150,45 @@ def test_the_match_file_decides_about_sandboxes(match: MatchSetup, wanted: bool)
     for seats in (True, False):
         assert decided.sandboxed("ann", seats=seats) is wanted
         assert decided.substituted("ann", "sharks-and-minnows").sandboxed("ann", seats=seats) is wanted
+
+
+def test_a_stranger_does_not_name_what_it_may_read(
+    tmp_path: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What its text names is its own only if it is: no keys, no runs, and nothing of another team."""
+    outside = tmp_path_factory.mktemp("outside") / "secret"
+    files = [
+        "keys/referee/seat.key",
+        "runs/old/setup.json",
+        ".ssh/id",
+        ".hidden",
+        "bob/plan.bin",
+        "bob/bob.py",
+        "seat.key",
+    ]
+    for name in [*files, "match.toml", "mine.bin"]:
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).touch()
+    outside.touch()
+    (tmp_path / "linked").symlink_to(outside)
+    named = [*files, "match.toml", "mine.bin", "linked", str(outside), "../secret", "."]
+    (tmp_path / "ann.py").write_text(f"import bob\nFILES = {named}\n")
+    (tmp_path / "bob" / "bob.py").write_text('import tricks\nFILES = ["plan.bin"]\n')
+    text = short_match("m").replace('name = "shark"', 'name = "shark"\nstrategy = "bob/bob.py:S"')
+    (tmp_path / "match.toml").write_text(text.replace('name = "ann"', 'name = "ann"\nstrategy = "ann.py:S"'))
+    match = load_match(tmp_path / "match.toml")
+    policy_of_ann = policy_of(match, "ann", router="tcp/h:1", run=RunFolder(tmp_path / "runs/now"), seat=None)
+    paths = [*(tmp_path / name for name in [*files, "match.toml", "mine.bin", "linked"]), outside]
+    assert [path for path in paths if allowed(policy_of_ann, path, Access.READ)] == [tmp_path / "mine.bin"]
+    assert imported(tmp_path / "ann.py", [tmp_path / "bob" / "bob.py"]) == [tmp_path / "mine.bin"]
+    # On another machine the match lies in the run folder.
+    there = policy_of(match, "ann", router="tcp/h:1", run=RunFolder(tmp_path), seat=None)
+    (tmp_path / "ann.py").write_text('FILES = ["secret", "setup.json", "journal.jsonl"]\n')
+    for name in ("secret", "setup.json", "journal.jsonl"):
+        (tmp_path / name).touch()
+        assert not allowed(there, tmp_path / name, Access.READ)
+    monkeypatch.setattr("vrg.launch.code_files._homes", lambda: {tmp_path})
+    assert imported(tmp_path / "ann.py") == []
 
 
 def test_libraries_are_readable_also_where_runs_lie(match: MatchSetup, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -47,6 +47,8 @@ TRIPS = 8
 """The number of newest words there and back of which the quickest counts: it has waited least on its way."""
 _FETCH = 15.0
 """The time in s without a part of a file from an agent that sends files after which they are given up."""
+_FETCHED = 4_000_000_000
+"""The number of bytes of files that an agent may send: recordings are long, but a disk is not endless."""
 _WAIT = 0.02
 """The longest real time in s between two looks at what an agent has sent."""
 _BACKLOG = 16 * wire.PART
@@ -154,6 +156,7 @@ class RemoteHost:
         self._sent = self._done = 0
         self._stopping: dict[int, int] = {}
         self._fetching: int | None = None
+        self._fetched = 0
 
     def aim(self, step: Step) -> None:
         """Let it be brought up to a step, as far as it is not yet. Then call `is_at` again and again."""
@@ -325,9 +328,11 @@ class RemoteHost:
             case wire.LogText():
                 self._take_log(message)
             case wire.FilePart() if self._fetching is not None:
-                self._arrived = self._clock()
-                if message.path not in self._travelling:
-                    self._keep(message)
+                self._fetched += len(message.data)
+                if self._fetched > _FETCHED:
+                    raise MessageError(f"more than {_FETCHED // 1_000_000} MB of files")
+                if message.path not in self._travelling and self._keep(message):
+                    self._arrived = self._clock()
             case _:
                 raise MessageError(f"{type(message).__name__} was not asked for")
 

@@ -285,5 +285,5 @@ class Frames(Generic[M]):
         del self._data[:end]
         try:
             return self._decoder.decode(data)
-        except msgspec.DecodeError as error:
+        except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
             raise MessageError(f"expected a message of this release of VRG: {error}") from None

@@ -73,7 +73,7 @@ def _kept(folder: Path) -> tuple[int, int, str | None]:
         refused.append(error)
     for problem in refused:
         if isinstance(problem, PermissionError):
-            return size, count, f"it has made a folder that nobody can look into: {problem.filename}"
+            return size, count, f"it has made a folder that cannot be listed: {problem.filename}"
         if not isinstance(problem, FileNotFoundError | NotADirectoryError):
             return size, count, f"its folder cannot be looked through: {problem.strerror}"
     return size, count, None

@@ -9,7 +9,7 @@ import vrg
 from vrg.bus.hosts import port_of
 from vrg.config.setup import MatchSetup, PlayerSetup
 from vrg.errors import SandboxError
-from vrg.launch.code_files import imported
+from vrg.launch.code_files import imported, readable_parts
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.sandbox.policy import Access, Policy, files
 
@@ -30,7 +30,10 @@ def policy_of(setup: MatchSetup, name: str, *, router: str | None, run: RunFolde
     base = Path(setup.base).resolve()
     code = setup.strategy_file(name)
     theirs = _of_others(setup, player)
-    own = [path for path in ([code, *imported(code)] if code is not None else []) if path not in theirs]
+    # Where it runs on another machine, its code lies among the files of the run.
+    secret = theirs | {path for path in vars(run).values() if path != run.path}
+    needed = [code, *imported(code, theirs)] if code is not None else []
+    own = [part for path in needed for part in readable_parts(path) if part not in secret]
     folder = run.of_player(name).resolve()
     # Its statistics are written to a file that is there already, so that it can make no others beside it.
     statistics = run.logs.resolve() / f"{name}.json"
@@ -77,10 +80,17 @@ def _of_others(setup: MatchSetup, player: PlayerSetup) -> set[Path]:
     for other in setup.players:
         if (code := setup.strategy_file(other.name)) is not None:
             teams.setdefault(code, set()).add(other.team)
-    parts = {code: {code, *imported(code)} for code in teams}
     own = {code for code, players in teams.items() if player.team in players}
+    foreign = set(teams) - own
+
+    def parts_of(code: Path) -> set[Path]:
+        needed = imported(code, foreign if code in own else own - {code})
+        return {part for path in (code, *needed) for part in readable_parts(path)}
+
+    parts = {code: parts_of(code) for code in teams}
     ours = {part for code in own for part in parts[code]}
-    theirs = ({part for found in parts.values() for part in found} - ours) | (set(teams) - own)
+    others = {part for code in foreign for part in readable_parts(code)}
+    theirs = ({part for found in parts.values() for part in found} - ours) | others | foreign
     return theirs | {path.parent / "__pycache__" for path in theirs}
 
 

@@ -7,7 +7,7 @@ from typing import ClassVar, Final
 import pygame
 
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Body, Call, Poses, RefereeState
+from vrg.bus.messages import Body, Call, Poses, RefereeState, shortened
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys
 from vrg.games import game_of
@@ -77,7 +77,7 @@ class Commander(Node):
         self._builder.team = team
         self._referee = mailbox.subscribe(keys.referee_state)
         self._sight = mailbox.subscribe(keys.sight(team))
-        self.deck = Deck(mailbox, keys, team, by=f"commander of {team}")
+        self.deck = Deck(mailbox, keys, team, by=shortened(f"commander of {team}", 64))
         self.pads = Pads()
         self._score: Mapping[str, int] = {}
         self._scene = Scene()

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Estop, Manual
+from vrg.bus.messages import Estop, Manual, shortened
 from vrg.bus.topics import Keys
 from vrg.games.hud.helm import Goal, Helm, Situation, Wish, way
 from vrg.hal.models import RobotModel
@@ -138,7 +138,7 @@ class Desk:
 
     def stop_all(self) -> None:
         """Engage the emergency stop of the match. Only an official releases it."""
-        self.mailbox.publish(self.keys.estop, Estop(by=f"display of {self.player}"))
+        self.mailbox.publish(self.keys.estop, Estop(by=shortened(f"display of {self.player}", 64)))
 
     def send(self, seen: Telemetry, hands: Hands) -> None:
         """Publish the motion that the person wants. This is to be called at each tick while the clock runs."""
