@@ -2,7 +2,7 @@
 
 Each listener of zenoh's for TLS rests for 100 ms after a handshake that has failed, and lets nobody in meanwhile. So a
 few hundred strangers would keep every newcomer out for half a minute, the emergency stop too. The entrance opens a
-connection to the router only for who begins a handshake, to each listener in turn, so that a failed one holds up only
+connection to the router only for a program that begins a handshake, to each listener in turn, so that a failed one holds up only
 its own. It passes the bytes on as they are: seat and router encrypt and prove who they are, and it reads nothing.
 """
 
@@ -67,7 +67,7 @@ def doors() -> list[str]:
 
 @contextmanager
 def entrance(endpoint: str, behind: list[str]) -> Iterator[Callable[[], None]]:
-    """Let who begins a handshake at `endpoint` pass to the listeners behind it, until the context ends.
+    """Let programs that begin a handshake at `endpoint` pass to the listeners behind it, until the context ends.
 
     Returns:
         a function that opens the entrance, to be called when the listeners are there. Who comes before it waits.
@@ -162,7 +162,7 @@ class _Side(asyncio.Protocol):
 
 
 class _Outside(_Side):
-    """The end of who has come."""
+    """The end of the program that has come."""
 
     def __init__(self, hall: _Hall) -> None:
         self._hall = hall

@@ -143,7 +143,7 @@ def main(arguments: Sequence[str]) -> int:
     pipe = Connection(os.dup(0))
     with open(os.devnull, "rb") as nothing:
         os.dup2(nothing.fileno(), 0)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # whoever has started it decides what follows
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that has started it decides what follows
     logging.basicConfig(level=logging.WARNING)
     faulthandler.enable()
     apart = ForkServer()

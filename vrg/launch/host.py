@@ -25,7 +25,7 @@ class Host(Protocol):
         """The names of its processes, without those that have ended and are not started again."""
 
     def keep(self) -> None:
-        """Let whoever is there know that the launcher lives; called at least every few seconds."""
+        """Let the agent there know that the launcher lives; called at least every few seconds."""
 
     def start_router(self, stop: StopSignal, meanwhile: Callable[[], None]) -> bool:
         """Start the router, if it runs there, and wait until it answers. Return False if `stop` was set before.

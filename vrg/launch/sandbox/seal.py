@@ -147,7 +147,7 @@ def _drop_capabilities() -> None:
         return bool(library.prctl(ctypes.c_int(option), *map(unsigned, padded)) == 0)
 
     number = 0
-    # It ends at the first capability that this kernel does not have, or at once for who has none to drop.
+    # It ends at the first capability that this kernel does not have, or at once for a process that has none to drop.
     while prctl(_DROP_BOUND, number):
         number += 1
     prctl(_AMBIENT, _AMBIENT_CLEAR)

@@ -89,7 +89,7 @@ class Lobby:
 
     @property
     def full(self) -> str:
-        """What those read for whom there is no place."""
+        """What is read by those that get no place."""
         return f"{self.limit} pages are open already, and no more are served: close one."
 
     def _excess(self, kind: RoleKind) -> int | None:
@@ -102,7 +102,7 @@ class Lobby:
         return next(guest for guest in reversed(those) if self._addresses[guest] == largest)
 
     def holder(self, role: Role) -> int | None:
-        """The connection that has a seat; None if nobody has, or the role is no seat."""
+        """The connection that has a seat; None if none has, or the role is no seat."""
         if role.kind is not RoleKind.SEAT:
             return None
         return next((guest for guest, its in self.roles.items() if its == role), None)

@@ -244,7 +244,7 @@ class WebServer:
                     self._waiting.leave(request.transport)
                 await self._serve_guest(guest)
         except (ConnectionError, TimeoutError):
-            pass  # the browser is gone: whoever has left is forgotten already
+            pass  # the browser is gone, and forgotten already
         return talk
 
     async def _admit(self, talk: web.WebSocketResponse, address: str) -> _Guest | None:
