@@ -27,6 +27,8 @@ if kind == "parent":
     # What it starts needs the memory.
     code = "held = bytearray(200_000_000); import time; time.sleep(3600)"
     subprocess.Popen([sys.executable, "-c", code])
+if "exits" in kind:
+    os._exit(int(kind[-1]))
 print("started", flush=True)
 time.sleep(3600.0)
 """
@@ -99,6 +101,13 @@ def test_a_player_whose_end_is_not_seen_holds_up_nothing(make: Make, monkeypatch
     assert (died, other.status("here").restarts) == (-9, 1)
     assert stuck.pid is not None
     monkeypatch.undo()
+
+
+@pytest.mark.parametrize("kind", ["exits 0", "exits 1", "exits 7"])
+def test_a_player_that_ends_its_program_before_it_is_ready_is_out_and_the_others_play(make: Make, kind: str) -> None:
+    supervisor = make("modest", kind)
+    assert supervisor.take_failed() == {"p1": f"ended with status {kind[-1]}"}
+    assert supervisor.processes[0].pid is not None
 
 
 def test_a_player_that_cannot_be_started_again_is_out_and_the_others_go_on(

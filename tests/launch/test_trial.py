@@ -1,6 +1,7 @@
 """Strategies of strangers are checked without running them as oneself."""
 
 import sys
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -84,6 +85,32 @@ def test_a_file_that_begins_to_answer_and_never_ends_is_given_up(
     )
     with trial() as tried, pytest.raises(ConfigError, match="still being made after 1 s"):
         tried.find("half.py:Mine", tmp_path)
+
+
+DEEP = "os.chdir(own)\nfor _ in range(3000):\n    os.mkdir('d')\n    os.chdir('d')\n"
+DISK = "for i in range(9):\n    open(f'{own}/{i}', 'wb').write(bytes(40_000_000))\n"
+
+
+@pytest.mark.parametrize(
+    ("code", "said"),
+    [
+        (DEEP, "it nests more than 50 folders"),
+        (DISK, "it keeps [0-9]+ MB in [0-9] files"),
+        ("os._exit(0)\n", "the strategy ends its program when it is imported or made"),
+    ],
+    ids=["deep", "disk", "exit"],
+)
+def test_what_a_file_makes_while_it_is_checked_is_bounded_and_gone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, code: str, said: str
+) -> None:
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(temporary))
+    head = "import os, time\nown = os.environ['VRG_PLAYER_FOLDER']\n"
+    (tmp_path / "bad.py").write_text(f"{head}{code}time.sleep(3600)\n")
+    with trial() as tried, pytest.raises(ConfigError, match=rf"bad\.py:Mine: .*{said}"):
+        tried.find("bad.py:Mine", tmp_path)
+    assert list(temporary.iterdir()) == []
 
 
 def test_a_strategy_with_a_name_is_found_as_before(tmp_path: Path) -> None:

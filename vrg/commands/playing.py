@@ -1,7 +1,7 @@
 """What `vrg play` does: it plays a match in this process or as processes, shows it, records it, and concludes it."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -143,18 +143,21 @@ def play_match(
 
 
 def unsealed(setup: MatchSetup, *, seats: bool, in_process: bool) -> list[str]:
-    """Whose code can do all that the user of the command can, in a sentence if there is any.
+    """Whose code is sealed, and whose can do all that the user of the command can, in sentences.
 
     Args:
         seats: True if the match is played with seats. in_process: True if it is played in one process.
     """
     files = [player.name for player in setup.players if setup.strategy_file(player.name) is not None]
     names = [name for name in files if in_process or not is_sealed(setup, name, seats=seats)]
-    if not names:
-        return []
-    whose = ", ".join(names) if len(names) < 5 else f"{len(names)} players"
-    how = "it is sealed only in processes of their own" if in_process else "--sandbox seals it"
-    return [f"the code of {whose} can do all that you can: {how}"]
+    sealed = [name for name in files if name not in names]
+    how = "code is sealed only in processes of its own" if in_process else "--sandbox seals it"
+    found = [f"sealed: the code of {_listed(sealed)} can only play"] if sealed else []
+    return found + ([f"not sealed: the code of {_listed(names)} can do all that you can; {how}"] if names else [])
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names) if len(names) < 5 else f"{len(names)} players"
 
 
 def _for_developers(setup: MatchSetup) -> MatchSetup:

@@ -14,7 +14,7 @@ from vrg.errors import ConfigError
 from vrg.launch.apart import StrategyApart
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.nodes import strategy_of
-from vrg.launch.run_folder import RunFolder
+from vrg.launch.run_folder import RunFolder, delete
 
 
 class Contender(Struct, frozen=True, kw_only=True):
@@ -86,16 +86,19 @@ def check(setup: MatchSetup, found: Sequence[Contender], apart: ForkServer | Non
         ConfigError: one cannot be imported or made. The error lists all such problems, each of them once.
     """
     problems: dict[str, None] = {}
-    with tempfile.TemporaryDirectory(prefix="vrg-") as place:
+    place = Path(tempfile.mkdtemp(prefix="vrg-"))
+    try:
         for contender in found:
             playing = with_strategies(setup, dict.fromkeys(teams_of(setup), contender.target))
             for player in playing.players:
                 try:
                     if apart is not None and playing.sandboxed(player.name, seats=True):
-                        StrategyApart(apart, playing, player.name, RunFolder(Path(place))).close()
+                        StrategyApart(apart, playing, player.name, RunFolder(place)).close()
                     else:
                         strategy_of(playing, player.name)
                 except ConfigError as error:
                     problems.update(dict.fromkeys(map(str, error.problems)))
+    finally:
+        delete(place)
     if problems:
         raise ConfigError(list(problems))

@@ -3,7 +3,6 @@
 import fcntl
 import logging
 import os
-import shutil
 from collections.abc import Sequence
 from pathlib import Path
 from typing import IO, Self
@@ -16,7 +15,7 @@ from vrg.errors import ConfigError, LaunchError
 from vrg.evaluation.experiment import Definition, written
 from vrg.evaluation.games import Game, Pairing, Row
 from vrg.launch.keeping import keep
-from vrg.launch.run_folder import RunFolder, write_whole
+from vrg.launch.run_folder import RunFolder, delete, write_whole
 
 log = logging.getLogger(__name__)
 
@@ -55,7 +54,7 @@ class ExperimentFolder:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             write_whole(self._definition, msgspec.json.format(_json.encode(definition)) + b"\n")
             self.rows = self._load()
-            shutil.rmtree(self.playing, ignore_errors=True)
+            delete(self.playing)
         except BlockingIOError:
             self.close()
             raise LaunchError(

@@ -10,7 +10,6 @@ import importlib.util
 import io
 import logging
 import os
-import shutil
 import signal
 import socket
 import tarfile
@@ -32,7 +31,7 @@ from vrg.evaluation.folder import ExperimentFolder
 from vrg.evaluation.game_process import GameProcess, ended, server_for
 from vrg.evaluation.games import FAILED, Game, Played
 from vrg.evaluation.workers import Workers
-from vrg.launch.run_folder import RunFolder
+from vrg.launch.run_folder import RunFolder, delete
 
 log = logging.getLogger(__name__)
 
@@ -129,7 +128,7 @@ class RayWorkers(Workers):
             self._played.remove(running)
             if answer.logs:
                 target = self._folder.failures / running.task.name
-                shutil.rmtree(target, ignore_errors=True)
+                delete(target)
                 try:
                     unpack(answer.logs, target)
                 except LaunchError as error:

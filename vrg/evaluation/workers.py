@@ -8,6 +8,7 @@ from vrg.config.setup import MatchSetup
 from vrg.evaluation.folder import ExperimentFolder
 from vrg.evaluation.game_process import GameProcess, ended, server_for
 from vrg.evaluation.games import Game, Played
+from vrg.launch.run_folder import delete
 
 
 class Workers:
@@ -62,11 +63,11 @@ class Workers:
             game = self._running.pop(process)
             if result.failures or result.problem:
                 target = self._folder.failures / process.folder.name
-                shutil.rmtree(target, ignore_errors=True)
+                delete(target)
                 target.parent.mkdir(exist_ok=True)
                 if process.folder.exists():
                     shutil.move(process.folder, target)
-            shutil.rmtree(process.folder, ignore_errors=True)
+            delete(process.folder)
             yield game, result
 
     def cancel(self, game: Game) -> None:
@@ -74,11 +75,11 @@ class Workers:
         for process in [process for process, played in self._running.items() if played == game]:
             del self._running[process]
             process.kill()
-            shutil.rmtree(process.folder, ignore_errors=True)
+            delete(process.folder)
 
     def close(self) -> None:
         """End all games that are being played. Idempotent."""
         for game in self.games():
             self.cancel(game)
         self._server.close()
-        shutil.rmtree(self._folder.playing, ignore_errors=True)
+        delete(self._folder.playing)

@@ -30,15 +30,17 @@ from vrg.launch.bounds import BoundedOutput, printing_to
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.nodes import strategy_class, strategy_of
 from vrg.launch.run_folder import RunFolder
+from vrg.launch.sandbox.excess import excess
 from vrg.launch.sandbox.player import policy_of
-from vrg.launch.sandbox.seal import seal
+from vrg.launch.sandbox.seal import REFUSED, seal
 from vrg.types import Twist
 
 _LONGEST = 1_000_000
 """The number of bytes that an answer may have."""
+_LOOK = 0.2
+"""The real time in s between two looks at a strategy that is being made."""
 _END = 2.0
 """The real time in s within which a process that was killed has ended."""
-_REFUSED = "the sandbox refused it: `--no-sandbox` goes on without one"
 
 
 class _Job(Struct, frozen=True):
@@ -117,27 +119,37 @@ class StrategyApart(RemoteStrategy):
         job = _Job(setup.for_player(name), name, str(run.path.resolve()), sealed, make)
         with contextlib.suppress(OSError):
             self._pipe.send_bytes(msgspec.json.encode(job))
-        late = threading.Event()
+        made, why = threading.Event(), ""
 
-        def end() -> None:
-            late.set()
-            self._process.kill()
+        def watch() -> None:
+            """End a process that takes too long, even if it has begun to answer, or keeps too much."""
+            nonlocal why
+            looks = round((patience or 0.0) / _LOOK)
+            while not made.wait(_LOOK) and not why:
+                looks -= 1
+                greedy = excess(run.path, name, self._process.pid)
+                if looks <= 0:
+                    why = (
+                        f"the strategy is still being made after {patience:g} s: look for a loop outside of its methods"
+                    )
+                elif greedy is not None:
+                    why = f"while the strategy is made, {greedy}"
+            if why:
+                self._process.kill()
 
-        # It may also begin to answer, and never end.
-        alarm = threading.Timer(patience or 0.0, end)
         if patience is not None:
-            alarm.start()
+            threading.Thread(target=watch, daemon=True).start()
         try:
             ready = self._answer()
             if isinstance(ready, _Decided):
                 raise self._ended("it has decided before it was asked")
         except StrategyError as error:
-            if late.is_set():
-                loop = "look for a loop outside of its methods"
-                raise ConfigError(f"{name}: the strategy is still being made after {patience:g} s: {loop}") from None
-            raise ConfigError(f"a strategy ends the whole program while it is made: {error}") from None
+            target = setup.player(name).strategy
+            if why:
+                raise ConfigError(f"{target}: {why}") from None
+            raise ConfigError(f"{target}: the strategy ends its program when it is imported or made") from error
         finally:
-            alarm.cancel()
+            made.set()
         if isinstance(ready, _Failed):
             self.close()
             raise ConfigError(ready.words)
@@ -219,7 +231,7 @@ def main(_arguments: Sequence[str] = ()) -> int:
         job = msgspec.json.decode(pipe.recv_bytes(), type=_Job)
         if job.sealed:
             seal(policy_of(job.setup, job.name, router=None, run=RunFolder(Path(job.run)), seat=None))
-            tell_of_refusals(_REFUSED)
+            tell_of_refusals(REFUSED)
         sys.stdout.reconfigure(line_buffering=True, encoding="utf-8", errors="backslashreplace")  # type: ignore[union-attr]
         with printing_to(BoundedOutput(sys.stdout, lambda: time[0])):
             if not job.make:

@@ -5,7 +5,6 @@ up to that instant, where it is made sure that the referee has seen the same, an
 """
 
 import math
-import shutil
 from collections import deque
 from collections.abc import Callable, Sequence
 from datetime import datetime
@@ -24,7 +23,7 @@ from vrg.launch import in_process, nodes
 from vrg.launch.in_process import Change
 from vrg.launch.keeping import copy_into, files_of_strategy, keep, keep_layout
 from vrg.launch.result import ended_of, plot, write_result
-from vrg.launch.run_folder import RunFolder, write_whole
+from vrg.launch.run_folder import RunFolder, delete, write_whole
 
 _TINY = 1e-6
 """The match time in s below which two instants are the same."""
@@ -126,7 +125,7 @@ def play_branch(
         write_whole(folder.branch, msgspec.json.encode(Branch(str(of.path.resolve()), changes)))
         state = _play(setup, of, folder, changes, progress, stop)
     except (ConfigError, LaunchError, BrokenPipeError):  # `progress` may write for a reader that has gone
-        shutil.rmtree(folder.path, ignore_errors=True)
+        delete(folder.path)
         raise
     except OSError as error:
         raise LaunchError(f"{folder.path}: cannot be written: {error.strerror}") from error

@@ -8,7 +8,6 @@ import contextlib
 import fcntl
 import logging
 import os
-import shutil
 import signal
 import socket
 import time
@@ -18,6 +17,7 @@ from pathlib import Path
 from typing import TextIO
 
 from vrg.errors import LaunchError
+from vrg.launch.run_folder import delete
 
 log = logging.getLogger(__name__)
 
@@ -89,7 +89,7 @@ def delete_abandoned_keys(folders: Iterable[Path]) -> None:
         with contextlib.suppress(OSError), (folder / KEYS).open("r+") as lock:
             if not folder.is_symlink() and _locked(lock):
                 log.info("deleting %s, whose process is gone", folder)
-                shutil.rmtree(folder, ignore_errors=True)
+                delete(folder)
 
 
 def keys_folder(run: Path) -> Path:
@@ -113,7 +113,7 @@ def sweep(home: Path, older_than: float) -> None:
             with (folder / NAME).open("a+", encoding="utf-8") as lock:
                 if _locked(lock):
                     log.info("deleting %s, which was not fetched", folder)
-                    shutil.rmtree(folder, ignore_errors=True)
+                    delete(folder)
         except OSError as error:
             log.debug("%s: %s", folder, error)
 

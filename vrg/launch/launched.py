@@ -40,6 +40,8 @@ POLL_PERIOD = 0.05
 """The real time in s between two looks at the processes."""
 _AGAIN = 0.5
 """The real time in s after which the referee is asked once more to halt play."""
+_AWAITED = 10.0
+"""The real time in s without another process that is ready after which those that are awaited are told."""
 _LOOK = 0.02
 """The real time in s between two looks at whether starting processes are ready."""
 
@@ -197,10 +199,16 @@ class LaunchedMatch:
                 return False
             for host in self._hosts:
                 host.begin(group)
+            heard = time.monotonic()
             while any(host.starting for host in self._hosts):
                 for host in self._hosts:
                     for name in host.started():
                         progress(name)
+                        heard = time.monotonic()
+                if time.monotonic() - heard > _AWAITED:
+                    heard = time.monotonic()
+                    awaited = ", ".join(name for host in self._hosts for name in host.starting)
+                    self._announce(f"waiting for {awaited} to start (logs: {self.folder.logs})")
                 self._look(session)
                 if stop.wait(_LOOK):
                     return False

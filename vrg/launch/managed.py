@@ -47,6 +47,7 @@ class ProcessSpec:
         says: the text that a process without a pulse prints when it is ready; None for the router.
         command: True if it is run as a `vrg` command.
         seat: True if it is a player's process, which may be disqualified.
+        physical: True if it is one of a physical robot.
         secret: a line that it is given on its standard input, where no list of processes and no log shows it.
     """
 
@@ -59,6 +60,7 @@ class ProcessSpec:
     says: str | None = None
     command: bool = False
     seat: bool = False
+    physical: bool = False
     secret: str = field(default="", repr=False)
 
     @property

@@ -3,6 +3,8 @@
 import json
 import os
 import secrets
+import shutil
+import subprocess
 from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
@@ -123,6 +125,14 @@ class RunFolder:
     def of_player(self, name: str) -> Path:
         """The folder in which a sealed player may write."""
         return self.path / "players" / name
+
+
+def delete(folder: Path) -> None:
+    """Delete a folder and all that is in it, as far as that can be done. One that is missing is no error."""
+    try:
+        shutil.rmtree(folder, ignore_errors=True)
+    except RecursionError:  # a strategy may have made thousands of folders within one another
+        subprocess.run(["rm", "-rf", "--", str(folder)], check=False, stderr=subprocess.DEVNULL)
 
 
 def _unusable(path: Path, error: OSError) -> LaunchError:

@@ -168,7 +168,7 @@ def _seal(setup: MatchSetup, name: str, router: str, folder: RunFolder, credenti
         ConfigError: there is no such player. SandboxError: this machine cannot do it.
     """
     from vrg.launch.sandbox.player import policy_of  # noqa: PLC0415 - most matches have no sandboxes
-    from vrg.launch.sandbox.seal import seal  # noqa: PLC0415
+    from vrg.launch.sandbox.seal import REFUSED, seal  # noqa: PLC0415
 
     seat = None if credentials is None else credentials.folder
     try:
@@ -176,7 +176,7 @@ def _seal(setup: MatchSetup, name: str, router: str, folder: RunFolder, credenti
     except OSError as error:
         raise SandboxError(f"{folder.logs}: a sealed player's statistics need a file there: {error}") from error
     seal(policy_of(setup, name, router=router, run=folder, seat=seat))
-    tell_of_refusals("the sandbox refused it: `vrg play --no-sandbox` plays without one")
+    tell_of_refusals(REFUSED)
 
 
 @contextmanager

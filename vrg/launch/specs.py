@@ -118,6 +118,7 @@ def specs(
             stop_order={"player": 0, "world": 2}.get(kind, 1),
             essential=kind in ("world", "coordinator", "player"),
             seat=kind == "player",
+            physical=process in setup.physical,
             secret=page.encoded() if page is not None and process == WEB else "",
         )
 

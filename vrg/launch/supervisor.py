@@ -158,14 +158,14 @@ class Supervisor:
                     self._check_start(process)
                 except LaunchError:
                     # One student's bug does not keep the others from playing; a robot that is not there does.
-                    students = process.exit_status in (None, FAILED_FOR_GOOD)
-                    if not (process.spec.seat and self._disqualify and students):
+                    absent = process.spec.physical and process.exit_status == 1
+                    if absent or not (process.spec.seat and self._disqualify):
                         raise
                     self._starting.remove(process)
                     if process.exit_status is None:
                         self._end(process, self._given_up(process, "it does not start", patience=0.0))
                     else:
-                        self._vacate(process, process.log.last_words(1).removeprefix("vrg: "))
+                        self._vacate(process, self._what_it_said(process))
         return ready
 
     def keep(self) -> None:
@@ -354,9 +354,7 @@ class Supervisor:
             self._announce(f"{name} was closed")
             self._notes.note(What.CLOSED, name)
             return
-        words = process.log.last_words(1) if status is not None and 0 < status != UNKNOWN else ""
-        # What VRG itself has said last is better than the status that goes with it.
-        what = words.removeprefix("vrg: ") if words.startswith("vrg: ") else ": ".join(filter(None, (how, words)))
+        what = self._what_it_said(process)
         self._notes.note(What.DIED, name, what, status=status)
         if process.spec.seat and status == FAILED_FOR_GOOD:
             self._vacate(process, what)
@@ -373,6 +371,16 @@ class Supervisor:
         else:
             self.processes.remove(process)
             self._announce(f"{name} {how}, too often: the match goes on without it (log: {process.log.path})")
+
+    @staticmethod
+    def _what_it_said(process: ManagedProcess) -> str:
+        """How a process has ended, with its last words if it has failed."""
+        status = process.exit_status
+        words = process.log.last_words(1) if status is not None and 0 < status != UNKNOWN else ""
+        # What VRG itself has logged last is better than the status that goes with it.
+        if words.startswith("vrg: "):
+            return words.removeprefix("vrg: ")
+        return ": ".join(filter(None, (_how_it_ended(status), words)))
 
     def _find_hung(self, now: float) -> None:
         if self._session is None:

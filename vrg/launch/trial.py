@@ -16,7 +16,7 @@ from vrg.config.setup import MatchSetup
 from vrg.launch import apart
 from vrg.launch.fork_server import ForkServer, fork_server
 from vrg.launch.nodes import strategy_class, strategy_of
-from vrg.launch.run_folder import RunFolder
+from vrg.launch.run_folder import RunFolder, delete
 from vrg.launch.sandbox.seal import missing
 
 PATIENCE: Final = 20.0
@@ -84,6 +84,8 @@ def trial(server: ForkServer | None = None) -> Iterator[Trial]:
     Args:
         server: forks its processes; None starts one for it.
     """
-    with tempfile.TemporaryDirectory(prefix="vrg-") as place, ExitStack() as stack:
+    with ExitStack() as stack:
+        place = Path(tempfile.mkdtemp(prefix="vrg-"))
+        stack.callback(delete, place)
         server = server or stack.enter_context(fork_server(preload=[apart.__name__]))
-        yield Trial(server, RunFolder(Path(place)))
+        yield Trial(server, RunFolder(place))

@@ -141,7 +141,7 @@ def test_a_strategy_that_cannot_be_imported_is_told_and_harms_nobody(tmp_path: P
     (tmp_path / "wrong.py").write_text("class Other:\n    pass\n", encoding="utf-8")
     draft = Draft(draft_of().text, tmp_path)
     [deadly] = CHECK(draft.set("strategy", "deadly.py:A", 1)).problems
-    assert "ends the whole program" in deadly.text
+    assert "ends its program" in deadly.text
     [wrong] = CHECK(draft.set("strategy", "wrong.py:Mine", 1)).problems
     assert wrong.path == ("players", 1, "strategy")
     assert "expected the name of a class in wrong.py (Other), got 'Mine'" in wrong.text

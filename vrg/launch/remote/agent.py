@@ -7,7 +7,6 @@ connection is closed or its lease lapses. If it is killed, its processes notice 
 import contextlib
 import logging
 import os
-import shutil
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -31,7 +30,7 @@ from vrg.launch.remote import wire
 from vrg.launch.remote.channel import Channel
 from vrg.launch.remote.silence import LEASE, Silence
 from vrg.launch.remote.travel import LogReader, parts_of, take_in
-from vrg.launch.run_folder import RunFolder
+from vrg.launch.run_folder import RunFolder, delete
 from vrg.launch.seats import LAUNCHER
 from vrg.launch.specs import specs
 from vrg.launch.supervisor import Supervisor
@@ -153,7 +152,7 @@ class Agent:
             case wire.Fetch():
                 yield from self._fetch()
             case wire.Goodbye():
-                shutil.rmtree(self._folder.path, ignore_errors=True)
+                delete(self._folder.path)
                 self._done = True
             case wire.Beat():
                 self._beat = (order.sent, time.monotonic())
@@ -269,7 +268,7 @@ class Agent:
         return None if self._keys is None else find_credentials(self._keys, [seat])
 
     def _forget_keys(self) -> None:
-        shutil.rmtree(keys_folder(self._folder.path), ignore_errors=True)
+        delete(keys_folder(self._folder.path))
 
     def _look_after(self) -> None:
         """Look at all processes once, and tell what has happened to them."""

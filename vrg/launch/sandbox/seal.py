@@ -19,6 +19,8 @@ from vrg.launch.sandbox.policy import Policy
 from vrg.launch.sandbox.seccomp import program, rules
 from vrg.launch.sandbox.syscalls import ARCHITECTURES, Architecture
 
+REFUSED = "the sandbox refused it: see FILES and what a sandbox allows in docs/players.md"
+"""What is told of each failure of a sealed player's code by something that it may not do."""
 FILE_SIZE = 50_000_000
 """The longest file that a sealed process may write, bytes."""
 OPEN_FILES = 256
