@@ -11,6 +11,7 @@ import pytest
 
 from tests.system.harness import PLAYERS, Match, long_match, patient, short_match, wait_until
 from tests.system.observer import Observer
+from vrg.bus.messages import DISQUALIFIED
 
 pytestmark = pytest.mark.system
 
@@ -64,13 +65,15 @@ def test_files_of_the_working_folder_are_not_taken_for_the_package_or_the_librar
     assert "the wrong" not in match.said()
 
 
-def test_a_process_that_dies_while_it_starts_is_told_with_its_last_words(
-    launch: Callable[..., Match], tmp_path: Path
+def test_a_player_that_ends_its_program_while_it_starts_is_out_and_the_others_play(
+    start: Callable[..., Match], tmp_path: Path
 ) -> None:
     code = 'import os\nprint("no such gripper", flush=True)\nos._exit(7)\n'
-    match = launch(with_strategy(long_match("stillborn"), tmp_path, code))
-    assert match.wait_ended() == 1
-    assert "bob ended with status 7 before it was ready: no such gripper" in match.said()
+    match = start(with_strategy(long_match("stillborn"), tmp_path, code), movers=("ann", "cid"))
+    assert "bob: ended with status 7: no such gripper: disqualified" in match.said()
+    player = match.observer.state.player("bob")
+    assert player is not None
+    match.observer.wait_until(lambda: match.observer.state.player("bob").state == DISQUALIFIED, "bob to be out")  # type: ignore[union-attr]
 
 
 def test_ctrl_c_during_the_start_ends_it(launch: Callable[..., Match], tmp_path: Path) -> None:
