@@ -105,7 +105,7 @@ def play_match(
         print_plan(setup, console, window=show.window, record=show.record, web=wish.web is not None)
         return
     secured = not wish.in_process and (wish.keys is not None or (setup.has_seats if wish.seats is None else wish.seats))
-    show.announce(*unsealed(setup, seats=secured, in_process=wish.in_process))
+    show.announce(*sealing(setup, seats=secured, in_process=wish.in_process))
     if wish.in_process:
         # Emulated motor controllers can be hurried, and real ones are refused.
         setup = setup.at_rate(setup.wanted_rate)
@@ -142,7 +142,7 @@ def play_match(
         raise failure
 
 
-def unsealed(setup: MatchSetup, *, seats: bool, in_process: bool) -> list[str]:
+def sealing(setup: MatchSetup, *, seats: bool, in_process: bool) -> list[str]:
     """Whose code is sealed, and whose can do all that the user of the command can, in sentences.
 
     Args:

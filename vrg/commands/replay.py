@@ -69,7 +69,7 @@ def _take_up(folder: "RunFolder", since: float, play: str, runs: Path, *, as_jso
     from vrg.bus.stopping import stop_on_signals
     from vrg.commands.branching import compared, split
     from vrg.commands.options import whole_target
-    from vrg.commands.playing import unsealed
+    from vrg.commands.playing import sealing
     from vrg.config.loading import load_match
     from vrg.launch.branch import last_instant, play_branch
     from vrg.launch.in_process import Change
@@ -78,7 +78,7 @@ def _take_up(folder: "RunFolder", since: float, play: str, runs: Path, *, as_jso
     change = Change(since, player, whole_target(strategy))
     end = last_instant(folder)
     setup = load_match(folder.match_file).substituted(player, change.strategy)
-    for warning in () if as_json else unsealed(setup, seats=False, in_process=True):
+    for warning in () if as_json else sealing(setup, seats=False, in_process=True):
         typer.echo(warning, err=True)
     bar = Progress(
         TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[time]:.0f} s"), TimeElapsedColumn(),

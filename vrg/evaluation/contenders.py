@@ -1,7 +1,6 @@
 """The strategies that are compared."""
 
 import os
-import tempfile
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,7 +13,7 @@ from vrg.errors import ConfigError
 from vrg.launch.apart import StrategyApart
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.nodes import strategy_of
-from vrg.launch.run_folder import RunFolder, delete
+from vrg.launch.run_folder import RunFolder, scratch_folder
 
 
 class Contender(Struct, frozen=True, kw_only=True):
@@ -86,8 +85,7 @@ def check(setup: MatchSetup, found: Sequence[Contender], apart: ForkServer | Non
         ConfigError: one cannot be imported or made. The error lists all such problems, each of them once.
     """
     problems: dict[str, None] = {}
-    place = Path(tempfile.mkdtemp(prefix="vrg-"))
-    try:
+    with scratch_folder() as place:
         for contender in found:
             playing = with_strategies(setup, dict.fromkeys(teams_of(setup), contender.target))
             for player in playing.players:
@@ -98,7 +96,5 @@ def check(setup: MatchSetup, found: Sequence[Contender], apart: ForkServer | Non
                         strategy_of(playing, player.name)
                 except ConfigError as error:
                     problems.update(dict.fromkeys(map(str, error.problems)))
-    finally:
-        delete(place)
     if problems:
         raise ConfigError(list(problems))

@@ -13,7 +13,6 @@ import os
 import signal
 import socket
 import tarfile
-import tempfile
 import threading
 from collections.abc import Iterator
 from contextlib import ExitStack
@@ -31,7 +30,7 @@ from vrg.evaluation.folder import ExperimentFolder
 from vrg.evaluation.game_process import GameProcess, ended, server_for
 from vrg.evaluation.games import FAILED, Game, Played
 from vrg.evaluation.workers import Workers
-from vrg.launch.run_folder import RunFolder, delete
+from vrg.launch.run_folder import RunFolder, delete, scratch_folder
 
 log = logging.getLogger(__name__)
 
@@ -249,8 +248,8 @@ def play(task: Task, match: bytes) -> Answer:
     """
     if task.code != _own_code():
         raise LaunchError("a worker of the cluster has another release of VRG: install this one on every computer")
-    with tempfile.TemporaryDirectory(prefix="vrg-", ignore_cleanup_errors=True) as place:
-        base, folder = Path(place, "match"), Path(place, task.name)
+    with scratch_folder() as place:
+        base, folder = place / "match", place / task.name
         unpack(match, base)
         setup = load_match(RunFolder(base).match_file)
         game = GameProcess(_server(setup.game, setup.engine), setup, task.seed, folder, task.limit)

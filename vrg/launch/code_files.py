@@ -1,6 +1,7 @@
 """Which files the code of a strategy consists of, as its own text tells."""
 
 import ast
+import functools
 import pwd
 from collections.abc import Collection, Iterator
 from pathlib import Path
@@ -72,5 +73,6 @@ def _may_be_named(folder: Path, name: str) -> bool:
     return plain and not path.is_symlink() and path.is_file() and folder.resolve() not in _homes()
 
 
+@functools.cache
 def _homes() -> set[Path]:
     return {Path(user.pw_dir).resolve() for user in pwd.getpwall()}

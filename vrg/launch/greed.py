@@ -65,6 +65,8 @@ class Greed:
 def _memory(pids: Collection[int]) -> dict[int, int]:
     """The memory in bytes of processes together with those that they have started; 0 for those that have ended."""
     used = dict.fromkeys(pids, 0)
+    if not used:
+        return used
     parents: dict[int, int] = {}
     for process in psutil.process_iter():
         with contextlib.suppress(psutil.Error):

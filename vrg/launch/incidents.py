@@ -88,13 +88,12 @@ def _halts(of: Evidence) -> Iterator[Incident]:
     stopped_until = -math.inf
     for record in of.records:
         calls = [call for call in record.calls if call.rule == "halt"]
-        until = goes_on(of.records, record.time)
         estops = [call for call in calls if _is_estop(call.text)]
         if estops and record.time >= stopped_until:
-            stopped_until = until
-            yield _estop(of, record.time, until, estops[0].text)
+            stopped_until = goes_on(of.records, record.time)
+            yield _estop(of, record.time, stopped_until, estops[0].text)
         elif halted is None and record.standing.halted is not None and calls and not estops:
-            yield Incident(Kind.HALT, calls[0].text, record.time, until)
+            yield Incident(Kind.HALT, calls[0].text, record.time, goes_on(of.records, record.time))
         halted = record.standing.halted
 
 

@@ -5,7 +5,9 @@ import os
 import secrets
 import shutil
 import subprocess
-from contextlib import suppress
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -133,6 +135,16 @@ def delete(folder: Path) -> None:
         shutil.rmtree(folder, ignore_errors=True)
     except RecursionError:  # a strategy may have made thousands of folders within one another
         subprocess.run(["rm", "-rf", "--", str(folder)], check=False, stderr=subprocess.DEVNULL)
+
+
+@contextmanager
+def scratch_folder() -> Iterator[Path]:
+    """A private temporary folder in which strategies may write; it is deleted with all that is in it."""
+    folder = Path(tempfile.mkdtemp(prefix="vrg-"))
+    try:
+        yield folder
+    finally:
+        delete(folder)
 
 
 def _unusable(path: Path, error: OSError) -> LaunchError:

@@ -4,7 +4,6 @@ Their code may be anybody's, and may do anything when it is imported: to check i
 """
 
 import sys
-import tempfile
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -16,7 +15,7 @@ from vrg.config.setup import MatchSetup
 from vrg.launch import apart
 from vrg.launch.fork_server import ForkServer, fork_server
 from vrg.launch.nodes import strategy_class, strategy_of
-from vrg.launch.run_folder import RunFolder, delete
+from vrg.launch.run_folder import RunFolder, scratch_folder
 from vrg.launch.sandbox.seal import missing
 
 PATIENCE: Final = 20.0
@@ -85,7 +84,6 @@ def trial(server: ForkServer | None = None) -> Iterator[Trial]:
         server: forks its processes; None starts one for it.
     """
     with ExitStack() as stack:
-        place = Path(tempfile.mkdtemp(prefix="vrg-"))
-        stack.callback(delete, place)
+        place = stack.enter_context(scratch_folder())
         server = server or stack.enter_context(fork_server(preload=[apart.__name__]))
         yield Trial(server, RunFolder(place))

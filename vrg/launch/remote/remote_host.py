@@ -33,8 +33,8 @@ from vrg.launch.run_folder import RunFolder
 from vrg.launch.specs import seats_at, specs
 
 QUIET = 3.0
-"""The time in s without a word from an agent, which speaks twice a second, after which play is halted. An agent that
-ends a player that uses too much is silent for 2.5 s, and the referee takes players out after 5 s."""
+"""The time in s without a word from an agent, which speaks twice a second, after which play is halted. The referee
+takes players out after 5 s."""
 SILENT = LEASE + 2.0
 """The time in s without a word from an agent after which its machine is away. Its lease has lapsed by then."""
 STARTING = 120.0

@@ -84,7 +84,7 @@ def _of_others(setup: MatchSetup, player: PlayerSetup) -> set[Path]:
     foreign = set(teams) - own
 
     def parts_of(code: Path) -> set[Path]:
-        needed = imported(code, foreign if code in own else own - {code})
+        needed = imported(code, foreign if code in own else own)
         return {part for path in (code, *needed) for part in readable_parts(path)}
 
     parts = {code: parts_of(code) for code in teams}

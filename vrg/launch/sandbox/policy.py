@@ -98,8 +98,8 @@ def files(
     # Python looks for modules in a list of a folder's files.
     folders = [path.parent for path in own] if len(own) > 1 else []
     found += [(path, Access.LIST) for path in (*libraries, *folders)]
-    for root in (*libraries, *own):
-        found += [(path, Access.READ) for path in (readable(root, hidden, entries) if root in libraries else [root])]
+    found += [(path, Access.READ) for root in libraries for path in readable(root, hidden, entries)]
+    found += [(path, Access.READ) for path in own]
     found += [(folder, Access.READ | Access.WRITE | Access.MAKE)]
     found += [(path, Access.READ | Access.WRITE) for path in written]
     return tuple(dict.fromkeys(found))
