@@ -103,7 +103,7 @@ def test_it_is_drawn_in_the_developers_view_where_its_switch_is_on(window: Windo
         return bool((pygame.surfarray.array3d(surface.subsurface(around)) == palette.CAUTION).all(axis=-1).any())
 
     assert not drawn()
-    window.press(pygame.K_2)
+    window.press(pygame.K_2, pygame.KMOD_CTRL)
     assert drawn()
 
 

@@ -16,8 +16,8 @@ from vrg.games.roboflag import GAME
 from vrg.types import STILL, Pose, Twist
 from vrg.ui.commander.deck import Deck
 from vrg.ui.commander.node import Commander
-from vrg.ui.hands import LEASE, SLOW, Hands
-from vrg.ui.pads import DEAD_ZONE, Act, Pads, radial
+from vrg.ui.driving import DEAD_ZONE, LEASE, SLOW, Driving, radial
+from vrg.ui.pads import Pads
 
 REDS = ("red1", "red2", "red3", "red4")
 RIGHT, LEFT = pygame.CONTROLLER_BUTTON_RIGHTSHOULDER, pygame.CONTROLLER_BUTTON_LEFTSHOULDER
@@ -42,43 +42,33 @@ def sent(mailbox: Mailbox) -> list[tuple[str, m.Message]]:
 
 @pytest.fixture
 def deck(keys: Keys) -> Deck:
-    return Deck(Mailbox(), keys, "red", "me", GAME.priorities, REDS)
+    mailbox = Mailbox()
+    return Deck(mailbox, keys, "red", Driving(mailbox, keys), GAME.priorities, REDS)
 
 
 class TestDeck:
     def test_without_an_order_it_says_nothing(self, deck: Deck) -> None:
-        deck.send(Hands(1.0, 0.0, enabled=True))
+        deck.send()
         assert sent(deck.mailbox) == []
 
     @pytest.mark.parametrize("index", range(4))
     def test_each_face_button_sets_a_priority_and_ends_it(self, deck: Deck, index: int) -> None:
-        deck.face(index)
-        deck.send(Hands())
+        deck.order(index)
+        deck.send()
         [(key, order)] = sent(deck.mailbox)
         assert key.endswith("team/red/order")
         assert isinstance(order, m.TeamOrder)
         assert order.priority == PRIORITIES[index]
-        deck.face(index)
-        deck.send(Hands())
-        deck.send(Hands())
+        deck.order(index)
+        deck.send()
+        deck.send()
         [(_, order)] = sent(deck.mailbox)
         assert order == m.TeamOrder(priority=None, lease=1.0), "the end is told once"
 
     def test_another_face_button_replaces_the_priority(self, deck: Deck) -> None:
-        deck.face(0)
-        deck.face(3)
+        deck.order(0)
+        deck.order(3)
         assert deck.priority == PRIORITIES[3]
-
-    def test_a_driven_player_stands_until_the_deadman_button_is_held(self, deck: Deck) -> None:
-        deck.player(1)
-        deck.send(Hands(1.0, 0.5))
-        deck.send(Hands(1.0, 0.5, enabled=True))
-        deck.send(Hands(1.0, 0.5, enabled=True, turbo=True))
-        (key, idle), (_, slow), (_, fast) = sent(deck.mailbox)
-        assert key.endswith("player/red2/manual")
-        assert idle == m.Manual(forward=0.0, turn=0.0, lease=LEASE)
-        assert slow == m.Manual(forward=SLOW, turn=SLOW / 2, lease=LEASE)
-        assert fast == m.Manual(forward=1.0, turn=0.5, lease=LEASE)
 
     def test_the_players_button_gives_it_back_at_once(self, deck: Deck) -> None:
         deck.player(2)
@@ -94,37 +84,27 @@ class TestDeck:
 
     def test_face_buttons_set_nothing_while_a_player_is_driven(self, deck: Deck) -> None:
         deck.player(0)
-        deck.face(1)
+        deck.order(1)
         assert deck.priority is None
 
     def test_a_button_without_a_player_or_a_priority_does_nothing(self, deck: Deck) -> None:
         deck.players, deck.priorities = REDS[:2], ()
         deck.player(3)
-        deck.face(0)
+        deck.order(0)
         assert (deck.selected, deck.priority) == (None, None)
 
     def test_further_pages_have_the_players_beyond_the_fourth(self, deck: Deck) -> None:
         deck.players = [f"minnow{n}" for n in range(6)]
-        deck.turn_page()
-        deck.player(1)
-        assert deck.selected == "minnow5"
-        deck.turn_page()
         assert list(deck.shown) == ["minnow0", "minnow1", "minnow2", "minnow3"]
+        deck.driving.take("minnow5")
+        assert list(deck.shown) == ["minnow4", "minnow5"]
 
-    def test_a_player_that_leaves_the_match_is_driven_no_more(self, deck: Deck) -> None:
-        deck.player(0)
-        deck.players = REDS[1:]
-        deck.send(Hands(1.0, enabled=True))
-        assert deck.selected is None
-
-    def test_closing_gives_everything_back(self, deck: Deck) -> None:
-        deck.face(0)
-        deck.send(Hands())
-        deck.player(0)
+    def test_closing_ends_the_priority(self, deck: Deck) -> None:
+        deck.order(0)
+        deck.send()
         deck.mailbox.collect()
         deck.close()
-        manual, order = (body for _, body in sent(deck.mailbox))
-        assert manual == m.Manual(forward=0.0, turn=0.0, lease=0.0)
+        [(_, order)] = sent(deck.mailbox)
         assert order == m.TeamOrder(priority=None, lease=1.0)
 
 
@@ -350,10 +330,3 @@ class TestWindow:
 def _until_drawn(bench: Bench) -> None:
     for _ in range(3):
         bench.tick()
-
-
-def test_every_action_has_a_button() -> None:
-    from vrg.ui.pads import KEYS, PAD_BUTTONS  # noqa: PLC0415
-
-    assert set(KEYS.values()) == set(Act) - {Act.LOST}
-    assert set(PAD_BUTTONS.values()) == set(Act) - {Act.LOST, Act.CLOSE}

@@ -16,10 +16,11 @@ from vrg.regions import Circle, Polygon, Rectangle, Sector
 from vrg.types import Pose
 from vrg.ui import ground, palette, text
 from vrg.ui.banner import banners
-from vrg.ui.draw import BannerPainter, Painter, save_png
+from vrg.ui.draw import BannerPainter, Painter
 from vrg.ui.palette import ink_on
 from vrg.ui.scene import Flash, Scene
 from vrg.ui.text import Face, Fonts
+from vrg.ui.window import save_png
 
 
 def colours_near(surface, point, radius=14):
@@ -140,7 +141,7 @@ def test_the_list_of_24_players_leaves_room_for_the_referees_words(scene_at, siz
 def test_the_keys_are_listed_over_the_field_when_asked_for(scene_at):
     plain, listed = pygame.Surface((1280, 800)), pygame.Surface((1280, 800))
     Painter().draw(plain, scene_at(10.0))
-    Painter().draw(listed, scene_at(10.0), keys=True)
+    Painter().draw(listed, scene_at(10.0), keys=[("Q", "close window")])
     assert pygame.image.tobytes(plain, "RGB") != pygame.image.tobytes(listed, "RGB")
 
 

@@ -86,23 +86,23 @@ def test_a_click_on_a_call_in_the_window_asks_why_and_another_click_closes_the_c
     try:
         for tick in range(400):
             match.step(window, tick / 10, tick)
-        area, call = window._panel._shown[0]  # type: ignore[union-attr]
-        assert window._panel.call_at((area.left - 1, area.centery)) is None  # type: ignore[union-attr]
+        area, call = window._panel._shown[0]
+        assert window._panel.call_at((area.left - 1, area.centery)) is None
         before = pygame.image.tobytes(pygame.display.get_surface(), "RGB")
         click(area.center)
         match.step(window, 40.0, 400)
-        assert window._explainer.card is not None
-        assert window._explainer.card.heading.endswith(call.text)
+        assert window.explainer.card is not None
+        assert window.explainer.card.heading.endswith(call.text)
         assert pygame.image.tobytes(pygame.display.get_surface(), "RGB") != before
         click((5, 5))
         match.step(window, 40.1, 401)
-        assert window._explainer.card is None
+        assert window.explainer.card is None
         pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=pygame.K_w, mod=0))
         match.step(window, 40.2, 402)
-        assert window._explainer.card is not None
+        assert window.explainer.card is not None
         pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=pygame.K_ESCAPE, mod=0))
         match.step(window, 40.3, 403)
-        assert window._explainer.card is None
+        assert window.explainer.card is None
     finally:
         window.stop()
 

@@ -16,9 +16,10 @@ from vrg.recording.reader import Thought
 from vrg.recording.records import CallRecord
 from vrg.ui import plot, view
 from vrg.ui.builder import SceneBuilder
-from vrg.ui.draw import Painter, save_png
+from vrg.ui.draw import Painter
 from vrg.ui.scene import SceneStroke
 from vrg.ui.thoughts import Thoughts
+from vrg.ui.window import save_png
 
 
 def test_a_sketch_is_shown_in_the_colour_of_its_players_role_while_it_plays():

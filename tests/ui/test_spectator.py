@@ -11,12 +11,14 @@ from tests.ui import synthetic
 from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
-from vrg.ui.spectator import Spectator, display_available
+from vrg.ui.driving import LEASE, SLOW
+from vrg.ui.spectator import Spectator
+from vrg.ui.window import display_available
 
 
 @pytest.fixture
 def window(keys, tmp_path):
-    spectator = Spectator("spectator", Mailbox(), keys, size=(640, 480), pictures=tmp_path)
+    spectator = Spectator("spectator", Mailbox(), keys, size=(640, 480), run=tmp_path)
     yield spectator
     spectator.stop()
 
@@ -59,13 +61,13 @@ def test_driving_by_hand_publishes_each_tick_until_it_is_given_back(window, matc
     press(pygame.K_UP)
     for number in range(1, 4):
         match.step(window, 5.0 + number / 30, number)
-    assert said(window) == [m.Manual(forward=1.0, turn=0.0, lease=0.5)] * 3
+    assert said(window) == [m.Manual(forward=SLOW, turn=0.0, lease=LEASE)] * 3
     pygame.event.post(pygame.event.Event(pygame.KEYUP, key=pygame.K_UP, mod=0))
     match.step(window, 5.2, 4)
     press(pygame.K_ESCAPE)
     match.step(window, 5.3, 5)
     match.step(window, 5.4, 6)
-    assert said(window) == [m.Manual(forward=0.0, turn=0.0, lease=lease) for lease in (0.5, 0.0)]
+    assert said(window) == [m.Manual(forward=0.0, turn=0.0, lease=lease) for lease in (LEASE, 0.0)]
 
 
 def test_losing_the_keyboard_lets_go_of_the_arrows(window, match):
@@ -74,7 +76,7 @@ def test_losing_the_keyboard_lets_go_of_the_arrows(window, match):
     press(pygame.K_UP)
     pygame.event.post(pygame.event.Event(pygame.WINDOWFOCUSLOST))
     match.step(window, 5.1, 1)
-    assert said(window) == [m.Manual(forward=0.0, turn=0.0, lease=0.5)]
+    assert said(window) == [m.Manual(forward=0.0, turn=0.0, lease=LEASE)]
 
 
 def test_a_player_that_is_gone_is_not_driven(window, match):
@@ -128,13 +130,14 @@ def test_pictures_are_numbered(window, match, tmp_path):
     match.step(window, 5.0, 0)
     for number in range(1, 3):
         press(pygame.K_p)
+        pygame.event.post(pygame.event.Event(pygame.KEYUP, key=pygame.K_p, mod=0))
         match.step(window, 5.0 + number, number)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["picture-001.png", "picture-002.png"]
     assert pygame.image.load(str(tmp_path / "picture-001.png")).get_size() == (640, 480)
 
 
 def test_a_picture_that_cannot_be_written_ends_nothing(keys, match, tmp_path, caplog):
-    window = Spectator("spectator", Mailbox(), keys, pictures=tmp_path / "nowhere")
+    window = Spectator("spectator", Mailbox(), keys, run=tmp_path / "nowhere")
     match.step(window, 5.0, 0)
     press(pygame.K_p)
     match.step(window, 5.1, 1)
@@ -167,7 +170,7 @@ def test_the_mixer_is_never_started():
         "from tests.ui import synthetic\n"
         "from vrg.bus.mailbox import Mailbox\n"
         "from vrg.bus.topics import Keys\n"
-        "from vrg.ui.spectator import Spectator, display_available\n"
+        "from vrg.ui.spectator import Spectator\n"
         "window = Spectator('s', Mailbox(), Keys('m'))\n"
         "synthetic.Match(Keys('m')).step(window, 1.0, 0)\n"
         "assert pygame.mixer.get_init() is None\n"

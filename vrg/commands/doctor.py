@@ -73,7 +73,7 @@ def _display() -> Finding:
     table = "matches are shown as a table in the terminal"
     if not shown:
         return Finding("display", None, f"none: {table}")
-    from vrg.ui.spectator import display_available  # without a display the window library is not loaded
+    from vrg.ui.window import display_available  # without a display the window library is not loaded
 
     dead = "" if display_available() else f" is set, but no screen answers there: {table}"
     return Finding("display", None, f"{shown}{dead}")

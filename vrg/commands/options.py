@@ -122,7 +122,7 @@ def has_display() -> bool:
     """Whether a window can be opened."""
     if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         return False
-    from vrg.ui.spectator import display_available  # without a display the window library is not loaded
+    from vrg.ui.window import display_available  # without a display the window library is not loaded
 
     return display_available()
 
@@ -133,7 +133,7 @@ def need_display() -> None:
     Raises:
         LaunchError: no screen answers.
     """
-    from vrg.ui.spectator import display_available  # pygame takes half a second to load
+    from vrg.ui.window import display_available  # pygame takes half a second to load
 
     if not display_available():
         raise LaunchError("expected a display to open a window on, found none: set DISPLAY or WAYLAND_DISPLAY")

@@ -143,7 +143,6 @@ def spectator(
             Keys(found.name),
             sizes=found.sizes,
             obstacles=found.obstacles,
-            pictures=run or Path(),
             run=run or found.run,
             official=official,
         )

@@ -228,7 +228,6 @@ def spectator_node(setup: MatchSetup, name: str, run: Path | None, *, official: 
         setup.keys,
         sizes={p.name: p.robot.size for p in setup.players},
         obstacles=setup.obstacles,
-        pictures=run or Path(),
         run=run,
         official=official,
     )

@@ -1,14 +1,12 @@
-"""Draws a scene upon a surface of any size: field, panel and banners. It can also leave a picture in a file."""
+"""Draws a scene upon a surface of any size: field, panel and banners."""
 
-import logging
 import math
-import os
-from pathlib import Path
+from collections.abc import Sequence
 from typing import Final, Protocol
 
 import pygame
 
-from vrg.ui import palette, shapes
+from vrg.ui import kit, palette, shapes
 from vrg.ui.banner import Banner, banners
 from vrg.ui.card import CardPainter
 from vrg.ui.explaining import Card
@@ -19,8 +17,6 @@ from vrg.ui.panel import PanelPainter
 from vrg.ui.scene import Scene
 from vrg.ui.text import Face, Fonts
 from vrg.ui.view import View
-
-log = logging.getLogger(__name__)
 
 BANNER_LINES: Final = 5
 SMALLEST_UI: Final = 0.9
@@ -34,12 +30,6 @@ class Panel(Protocol):
 
     def draw(self, surface: pygame.Surface, area: pygame.Rect, scene: Scene, ui: float, driving: str | None) -> None:
         """Draw it into an area; `ui` scales letters, `driving` is the player that the user drives by hand."""
-
-    def help(self, surface: pygame.Surface, area: pygame.Rect, ui: float) -> None:
-        """List the keys in the middle of an area."""
-
-    def hand(self, driving: str) -> str:
-        """What is written on the field while the user drives a player by hand."""
 
 
 class Painter:
@@ -67,13 +57,15 @@ class Painter:
         scene: Scene,
         driving: str | None = None,
         *,
-        keys: bool = False,
+        hand: str = "",
+        keys: Sequence[tuple[str, str]] = (),
         card: Card | None = None,
     ) -> View:
         """Draw the scene on the whole surface.
 
         Args:
-            driving: the player that the user drives by hand, or None. keys: list the keys over the field.
+            driving: the player that the user drives by hand, or None. hand: what the user must read of that.
+            keys: those to list over the field, with their meanings.
             card: why a call was made, which is shown over the field; None shows nothing.
 
         Returns:
@@ -101,13 +93,12 @@ class Painter:
         # Nothing covers what must be seen.
         self._banners.draw(surface, area, scene, ui)
         if keys:
-            self._panel.help(surface, area, ui)
-        if driving is not None:
-            self._hand(surface, area, driving, ui)
+            kit.keys(surface, area, keys, ui, self._fonts)
+        if hand:
+            self._hand(surface, area, hand, ui)
         return view
 
-    def _hand(self, surface: pygame.Surface, area: pygame.Rect, driving: str, ui: float) -> None:
-        words = self._panel.hand(driving)
+    def _hand(self, surface: pygame.Surface, area: pygame.Rect, words: str, ui: float) -> None:
         size = round(14 * ui)
         words = self._fonts.shorten(words, area.width - round(40 * ui), size, Face.BOLD)
         text = self._fonts.render(words, size, palette.INK, Face.BOLD)
@@ -123,31 +114,6 @@ class Painter:
 def scale_of(width: int, height: int) -> float:
     """By how much letters are scaled in a window of so many pixels; 1 is their size at 1280 by 800 pixels."""
     return min(2.5, max(SMALLEST_UI, math.sqrt(width * height / (1280 * 800))))
-
-
-def save_png(surface: pygame.Surface, path: Path) -> None:
-    """Write a surface to a PNG file.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
-    try:
-        pygame.image.save(surface, os.fspath(path))
-    except pygame.error as error:
-        raise OSError(f"{path}: cannot write the picture: {error}") from None
-
-
-def save_numbered(surface: pygame.Surface, folder: Path) -> None:
-    """Write a surface into the first free of the files picture-001.png and so on, and log where, or why not."""
-    number = 1
-    while (path := folder / f"picture-{number:03d}.png").exists():
-        number += 1
-    try:
-        save_png(surface, path)
-    except OSError as error:
-        log.error("%s", error)
-    else:
-        log.info("picture saved: %s", path)
 
 
 class BannerPainter:

@@ -1,36 +1,17 @@
-"""Draws the panel beside the field: the state of the match, the players, the referee's words and the keys."""
+"""Draws the panel beside the field: the state of the match, the players and the referee's words."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import pygame
 
 from vrg.bus.messages import Call, Stage
-from vrg.colours import Rgb
 from vrg.games import UNKNOWN, game_of
 from vrg.games.game import title
-from vrg.ui import palette, shapes
-from vrg.ui.palette import ink_on
+from vrg.ui import kit, palette, shapes
 from vrg.ui.roster import RosterPainter
 from vrg.ui.scene import Scene, clock_text
 from vrg.ui.text import Face, Fonts
-
-KEYS: Final = (
-    ("SPACE", "emergency stop"),
-    ("U", "release the stop"),
-    ("H", "halt"),
-    ("C", "continue"),
-    ("R", "recover robots"),
-    ("TAB", "drive a player"),
-    ("ARROWS", "steer"),
-    ("ESC", "give it back"),
-    ("W", "why that call"),
-    ("P", "picture"),
-    ("F11", "whole screen"),
-    ("?", "these keys"),
-    ("Q", "close window"),
-)
 
 _PLAYERS_SHARE: Final = 0.45
 """The part of the panel's height that the list of players may have."""
@@ -53,15 +34,14 @@ class _Pen:
 
 
 class PanelPainter:
-    """Draws the panel into a rectangle from the top down. What has no room is left out, the keys first.
+    """Draws the panel into a rectangle from the top down. What has no room is left out.
 
     Args:
-        fonts: to write with. keys: the keys of the window, each with what it does.
+        fonts: to write with.
     """
 
-    def __init__(self, fonts: Fonts, keys: Sequence[tuple[str, str]] = KEYS) -> None:
+    def __init__(self, fonts: Fonts) -> None:
         self._fonts = fonts
-        self._listed = keys
         self._roster = RosterPainter(fonts)
         self._game = UNKNOWN
         self._shown: list[tuple[pygame.Rect, Call]] = []
@@ -78,36 +58,15 @@ class PanelPainter:
         self._heading(pen, scene, ui)
         self._scores(pen, scene, ui)
         self._players(pen, scene, ui, driving)
-        floor = area.bottom - round(10 * ui)
-        keys = self._keys_height(ui)
-        if pen.y + keys + round(70 * ui) < floor:
-            floor -= keys
-            self._keys(pen, floor, ui)
-        else:
-            hint = self._fonts.render("? shows the keys", round(11 * ui), palette.MUTED)
-            floor -= hint.get_height() + round(4 * ui)
-            surface.blit(hint, (pen.left, floor))
+        hint = self._fonts.render("? shows the keys", round(11 * ui), palette.MUTED)
+        floor = area.bottom - round(10 * ui) - hint.get_height()
+        surface.blit(hint, (pen.left, floor))
         self._calls(pen, scene, ui, floor - round(8 * ui))
         surface.set_clip(before)
 
     def call_at(self, place: tuple[int, int]) -> Call | None:
         """The call that is written at a pixel of the window; None if there is none."""
         return next((call for area, call in self._shown if area.collidepoint(place)), None)
-
-    def hand(self, driving: str) -> str:
-        """What is written on the field while the user drives a player by hand."""
-        return f"You drive {driving}: arrows steer, ESC gives it back"
-
-    def help(self, surface: pygame.Surface, area: pygame.Rect, ui: float) -> None:
-        """List the keys on a plate in the middle of an area."""
-        width, pad = min(area.width - round(20 * ui), round(330 * ui)), round(16 * ui)
-        height = self._keys_height(ui) + 2 * pad
-        plate = pygame.Rect(0, 0, width, height)
-        plate.center = area.center
-        shapes.pill(surface, plate, palette.PANEL, 245, 10)
-        pygame.draw.rect(surface, palette.LINE, plate, 1, border_radius=10)
-        pen = _Pen(surface, plate.left + pad, plate.right - pad, plate.top, plate.bottom, plate.top + pad)
-        self._keys(pen, plate.top + pad, ui)
 
     def _heading(self, pen: _Pen, scene: Scene, ui: float) -> None:
         size = round(21 * ui)
@@ -118,12 +77,15 @@ class PanelPainter:
         pen.y += round(size * 1.5)
         if scene.stage is None:
             return
-        x = self._chip(pen, pen.left, title(scene.stage.value), palette.STAGE_COLOURS[scene.stage], ui)
+        chips = [(title(scene.stage.value), palette.STAGE_COLOURS[scene.stage])]
         if scene.halted is not None and scene.stage is not Stage.GAME_OVER:
-            x = self._chip(pen, x + round(6 * ui), "Halt", palette.CAUTION, ui)
+            chips.append(("Halt", palette.CAUTION))
+        x = pen.left
+        for words, colour in chips:
+            x = kit.chip(pen.surface, (x, pen.y), words, colour, ui, self._fonts).right + round(6 * ui)
         counted = f"{self._game.round_word} {scene.round} of {scene.rounds}"
         text = self._fonts.render(counted, round(14 * ui), palette.TEXT)
-        pen.surface.blit(text, (x + round(10 * ui), pen.y + round(3 * ui)))
+        pen.surface.blit(text, (x + round(4 * ui), pen.y + round(3 * ui)))
         pen.y += round(32 * ui)
         big = self._fonts.render(clock_text(scene.clock), round(40 * ui), palette.TEXT, Face.MONO)
         pen.surface.blit(big, (pen.left, pen.y))
@@ -134,13 +96,6 @@ class PanelPainter:
             small = self._fonts.render(note, round(11 * ui), palette.MUTED)
             pen.surface.blit(small, small.get_rect(topright=(pen.right, pen.y + round((5 + 15 * index) * ui))))
         pen.y += round(54 * ui)
-
-    def _chip(self, pen: _Pen, left: int, words: str, colour: Rgb, ui: float) -> int:
-        text = self._fonts.render(words, round(13 * ui), ink_on(colour), Face.BOLD)
-        chip = pygame.Rect(left, pen.y, text.get_width() + round(18 * ui), round(24 * ui))
-        shapes.pill(pen.surface, chip, colour, radius=chip.height // 2)
-        pen.surface.blit(text, text.get_rect(center=chip.center))
-        return chip.right
 
     def _scores(self, pen: _Pen, scene: Scene, ui: float) -> None:
         if not scene.score:
@@ -175,12 +130,8 @@ class PanelPainter:
         pen.y += round(8 * ui)
 
     def _section(self, pen: _Pen, words: str, ui: float) -> None:
-        text = self._fonts.render(words, round(11 * ui), palette.MUTED, Face.BOLD)
-        pen.surface.blit(text, (pen.left, pen.y))
-        y = pen.y + text.get_height() // 2
-        start = pen.left + text.get_width() + round(8 * ui)
-        pygame.draw.line(pen.surface, palette.LINE, (start, y), (pen.right, y))
-        pen.y += round(20 * ui)
+        area = pygame.Rect(pen.left, pen.y, pen.width, 1)
+        pen.y += kit.heading(pen.surface, area, words, ui, self._fonts)
 
     def _players(self, pen: _Pen, scene: Scene, ui: float, driving: str | None) -> None:
         if not scene.players:
@@ -214,24 +165,3 @@ class PanelPainter:
                 pen.y += step
             self._shown.append((pygame.Rect(pen.left, top, pen.width, pen.y - top), call))
             pen.y += round(6 * ui)
-
-    def _keys_height(self, ui: float) -> int:
-        return round((20 + 22 * ((len(self._listed) + 1) // 2)) * ui)
-
-    def _keys(self, pen: _Pen, top: int, ui: float) -> None:
-        heading = _Pen(pen.surface, pen.left, pen.right, pen.top, pen.bottom, top)
-        self._section(heading, "KEYS", ui)
-        rows = (len(self._listed) + 1) // 2
-        size = round(11 * ui)
-        for index, (key, meaning) in enumerate(self._listed):
-            column, row = divmod(index, rows)
-            left = pen.left + column * (pen.width // 2 + round(6 * ui))
-            y = heading.y + round(22 * ui) * row
-            cap = self._fonts.render(key, round(10 * ui), palette.TEXT, Face.BOLD)
-            box = pygame.Rect(left, y, max(cap.get_width() + round(10 * ui), round(20 * ui)), round(18 * ui))
-            shapes.pill(pen.surface, box, palette.RAISED, radius=4)
-            pygame.draw.rect(pen.surface, palette.LINE, box, 1, border_radius=4)
-            pen.surface.blit(cap, cap.get_rect(center=box.center))
-            room = pen.width // 2 - box.width - round(8 * ui)
-            text = self._fonts.render(self._fonts.shorten(meaning, room, size), size, palette.MUTED)
-            pen.surface.blit(text, text.get_rect(midleft=(box.right + round(6 * ui), box.centery)))

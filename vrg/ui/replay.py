@@ -8,6 +8,7 @@ from typing import Final
 import pygame
 
 from vrg.bus.messages import Call
+from vrg.ui.acts import Act, Press, listed
 from vrg.ui.branching import Brancher, Taken
 from vrg.ui.draw import Painter, scale_of
 from vrg.ui.overlay import Overlay
@@ -18,75 +19,56 @@ from vrg.ui.text import Fonts
 from vrg.ui.timebar import TimeBar, TimeBarPainter
 from vrg.ui.timeline import Timeline
 from vrg.ui.view import View
-from vrg.ui.window import open_window, toggle_whole_screen
+from vrg.ui.window import Window
 
 FRAMES: Final = 40
 """Frames in a second of real time, at most."""
 LONGEST: Final = 0.25
 """s of real time that a frame counts for at most."""
 
-KEYS: Final = (
-    ("SPACE", "pause, go on"),
-    (".", "one step on"),
-    (",", "one step back"),
-    ("UP +", "faster"),
-    ("DOWN -", "slower"),
-    ("RIGHT", "5 s on"),
-    ("LEFT", "5 s back"),
-    ("W", "why the last call"),
-    ("F", "from here on"),
-    ("N", "next call"),
-    ("P", "previous call"),
-    ("HOME", "to the start"),
-    ("END", "to the end"),
-    ("F11", "whole screen"),
-    ("?", "these keys"),
-    ("Q", "close window"),
-)
-
-MOVES: Final[dict[int, Callable[[Playback], Playback]]] = {
-    pygame.K_SPACE: Playback.toggle,
+MOVES: Final[dict[Act, Callable[[Playback], Playback]]] = {
+    Act.PAUSE: Playback.toggle,
+    Act.STEP: Playback.step_on,
+    Act.STEP_BACK: Playback.step_back,
+    Act.FASTER: Playback.faster,
+    Act.SLOWER: Playback.slower,
+    Act.NEXT_CALL: Playback.next_call,
+    Act.PREVIOUS_CALL: Playback.previous_call,
+    Act.BEGIN: Playback.to_begin,
+    Act.END: Playback.to_end,
+}
+ARROWS: Final[dict[int, Callable[[Playback], Playback]]] = {
     pygame.K_UP: Playback.faster,
     pygame.K_DOWN: Playback.slower,
-    pygame.K_KP_PLUS: Playback.faster,
-    pygame.K_KP_MINUS: Playback.slower,
     pygame.K_RIGHT: Playback.skip_on,
     pygame.K_LEFT: Playback.skip_back,
-    pygame.K_n: Playback.next_call,
-    pygame.K_p: Playback.previous_call,
-    pygame.K_HOME: Playback.to_begin,
-    pygame.K_END: Playback.to_end,
 }
-"""What the keys do that are in the same place on every keyboard, or have a letter."""
-SIGNS: Final[dict[str, Callable[[Playback], Playback]]] = {
-    ".": Playback.step_on,
-    ",": Playback.step_back,
-    "+": Playback.faster,
-    "=": Playback.faster,
-    "-": Playback.slower,
-}
-"""What signs do, which are on other keys on other keyboards. On many, = is + without SHIFT."""
-HELD: Final = (pygame.K_RIGHT, pygame.K_LEFT, pygame.K_PERIOD, pygame.K_COMMA)
-"""The keys that go on while they are held down."""
-_REPEAT: Final = (400, 60)
-"""ms of real time until a key that is held counts again, and between the times after that."""
+"""What the arrows do, as there is no robot to steer."""
+KEYS: Final = (
+    *listed((*MOVES, Act.BRANCH, Act.WHY)),
+    ("ARROWS", "5 s on or back, speed"),
+    *listed((Act.LEAVE, Act.PICTURE, Act.SCREEN, Act.HELP, Act.CLOSE)),
+)
+NO_STOP: Final = "SPACE is the emergency stop of a match that runs: here K pauses"
 
 
-class ReplayWindow:
+class ReplayWindow(Window):
     """Shows a recorded match.
 
     Args:
         timeline: of the match. title: of the window.
         note: what the user must know of the recording, in a sentence; empty if there is nothing.
-        size: of the window in pixels. run: the run folder, from which calls are explained; None explains none.
+        size: of the window in pixels; None fits the screen.
+        run: the run folder, from which calls are explained; None explains none.
         brancher: what takes the match up from an instant; None if nothing can.
 
     Attributes:
         note: as given.
         playback: where the replay stands.
         scene: what the window showed last. view: where on the field its pixels were, or None before that.
-        closed: whether the user closed the window.
     """
+
+    repeated = frozenset({Act.STEP, Act.STEP_BACK, Act.STEER})
 
     def __init__(
         self,
@@ -94,42 +76,28 @@ class ReplayWindow:
         *,
         title: str,
         note: str = "",
-        size: tuple[int, int] = (1280, 720),
+        size: tuple[int, int] | None = None,
         run: Path | None = None,
         brancher: Brancher | None = None,
     ) -> None:
+        super().__init__(title, size, run)
         self.playback = _playback(timeline)
         self.scene = Scene()
         self.view: View | None = None
-        self.closed = False
         self._timeline = timeline
-        self._title = title
         self.note = note
-        self._size = size
-        self._help = False
-        self._mouse: tuple[int, int] | None = None
+        self._notice = ""
         self._drawn: tuple[object, ...] = ()
-        self._down: set[int] = set()
         fonts = Fonts()
-        self._panel = PanelPainter(fonts, KEYS)
+        self._panel = PanelPainter(fonts)
         self._painter = Painter(fonts, self._panel, hints=False)
         self._overlay = Overlay(run, brancher)
         self._bar_painter = TimeBarPainter(fonts)
 
-    def open(self) -> None:
-        """Open the window.
-
-        Raises:
-            LaunchError: there is no display.
-        """
-        open_window(self._title, self._size)
-        pygame.key.set_repeat(*_REPEAT)
-
     def close(self) -> None:
         """Close the window. Calling it again does nothing."""
-        self.closed = True
         self._overlay.close()
-        pygame.display.quit()
+        super().close()
 
     @property
     def bar(self) -> TimeBar:
@@ -139,68 +107,41 @@ class ReplayWindow:
 
     def frame(self, seconds: float) -> None:
         """Handle what the user did, go on by `seconds` of real time, and draw what has changed."""
-        for event in pygame.event.get():
-            self._handle(event)
-            if self.closed:
-                return
+        if self.handle_events():
+            self._drawn = ()
+        if self.closed:
+            return
         self.playback = self.playback.advance(seconds)
         window = pygame.display.get_surface()
         taken = self._overlay.look()
         if taken is not None:
             self._show(taken)
-        shown = (self.playback, self._help, self._mouse, window and window.get_size(), self._overlay.card, self.note)
+        shown = (self.playback, self._overlay.card, self.note)
         if window is not None and shown != self._drawn:
             self._drawn = shown
             self._draw(window)
+            self.show()
 
-    def _handle(self, event: pygame.event.Event) -> None:
-        match event.type:
-            case pygame.QUIT:
-                self.close()
-            case pygame.KEYDOWN:
-                again = event.key in self._down
-                self._down.add(event.key)
-                if not again or event.key in HELD:
-                    self._press(event.key, getattr(event, "unicode", ""))
-            case pygame.KEYUP:
-                self._down.discard(event.key)
-            case pygame.MOUSEBUTTONDOWN if event.button == pygame.BUTTON_LEFT:
-                self._click(event.pos)
-            case pygame.MOUSEBUTTONUP if event.button == pygame.BUTTON_LEFT:
-                self.playback = self.playback.release()
-            case pygame.MOUSEMOTION:
-                self._mouse = event.pos
-                self.playback = self.playback.drag(self.bar.time_at(event.pos[0]))
-            case pygame.WINDOWLEAVE:
-                self._mouse = None
-            case pygame.WINDOWFOCUSLOST:
-                # The release of keys and buttons will not be seen.
-                self._down.clear()
-                self.playback = self.playback.release()
-            case pygame.WINDOWEXPOSED:
-                self._drawn = ()
-
-    def _press(self, key: int, sign: str) -> None:
-        if self._overlay.press(key):
+    def press(self, press: Press) -> None:
+        """Answer to a key."""
+        self._notice = ""
+        if self._overlay.press(press.key) or (press.again and press.key in (pygame.K_UP, pygame.K_DOWN)):
             return
-        move = SIGNS.get(sign) or MOVES.get(key)
+        move = ARROWS.get(press.key) or (MOVES.get(press.act) if press.act is not None else None)
         if move is not None:
             self.playback = move(self.playback)
-        elif sign == "?" or key == pygame.K_F1:
-            self._help = not self._help
-        elif key == pygame.K_q:
-            self.close()
-        elif key == pygame.K_w:
+        elif press.act is Act.STOP:
+            self._notice = NO_STOP
+        elif press.act is Act.WHY:
             self._explain(self.scene.calls[-1] if self.scene.calls else None)
-        elif key == pygame.K_f:
+        elif press.act is Act.BRANCH:
             self._pause()
             self._overlay.choose(self.playback.time)
-        elif key == pygame.K_ESCAPE:
+        elif press.act is Act.LEAVE:
             self._explain(None)
-        elif key == pygame.K_F11:
-            toggle_whole_screen()
 
-    def _click(self, place: tuple[int, int]) -> None:
+    def click(self, place: tuple[int, int]) -> None:
+        """Pause, take the knob of the time bar, or explain the call at a pixel."""
         bar = self.bar
         if bar.button.collidepoint(place):
             self.playback = self.playback.toggle()
@@ -208,6 +149,15 @@ class ReplayWindow:
             self.playback = self.playback.grab(bar.time_at(place[0]))
         else:
             self._explain(self._panel.call_at(place))
+
+    def drag(self, place: tuple[int, int]) -> bool:
+        """Move the knob of the time bar, if it is held."""
+        self.playback = self.playback.drag(self.bar.time_at(place[0]))
+        return True
+
+    def let_go(self) -> None:
+        """Let go of the knob of the time bar."""
+        self.playback = self.playback.release()
 
     def _explain(self, call: Call | None) -> None:
         """Show why a call was made; None shows the field again."""
@@ -231,9 +181,9 @@ class ReplayWindow:
         self.scene = self._timeline.at(self.playback.time, self.playback.speed)
         bar = self.bar
         above = window.subsurface((0, 0, window.get_width(), max(1, bar.top)))
-        self.view = self._painter.draw(above, self.scene, keys=self._help, card=self._overlay.card)
-        self._bar_painter.draw(window, bar, self.playback, self._timeline.calls, self.note, self._mouse)
-        pygame.display.flip()
+        keys = KEYS if self.help else ()
+        self.view = self._painter.draw(above, self.scene, hand=self._notice, keys=keys, card=self._overlay.card)
+        self._bar_painter.draw(window, bar, self.playback, self._timeline.calls, self.note, self.mouse)
 
 
 def _playback(timeline: Timeline) -> Playback:

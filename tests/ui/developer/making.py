@@ -132,7 +132,9 @@ class Bench:
     def press(self, key: int, mod: int = 0) -> list[m.Message]:
         """Press a key; what the window published then."""
         pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=key, mod=mod, unicode=""))
-        return self.tick()
+        said = self.tick()
+        pygame.event.post(pygame.event.Event(pygame.KEYUP, key=key, mod=mod))
+        return said
 
     def click(self, place: tuple[int, int]) -> list[m.Message]:
         """Click on a pixel; what the window published then."""

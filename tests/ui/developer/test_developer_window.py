@@ -3,7 +3,7 @@
 import pygame
 import pytest
 
-from tests.ui.developer.making import KEYS, Bench
+from tests.ui.developer.making import KEYS, ROBOT, Bench
 from vrg.bus import messages as m
 from vrg.hal.sensors.laser import LaserSpec
 from vrg.types import Pose
@@ -11,7 +11,8 @@ from vrg.ui import palette
 from vrg.ui.developer import words
 from vrg.ui.developer.choices import Overlay, Tab
 from vrg.ui.developer.deciding import Button
-from vrg.ui.spectator import FRAME
+from vrg.ui.driving import SLOW
+from vrg.ui.window_node import FRAME
 
 
 @pytest.fixture
@@ -99,11 +100,11 @@ def test_scans_are_drawn_where_the_robot_was_when_they_were_made(bench):
         bench.tick()
     view, pose = bench.node.shown.view, bench.pose("robot1")
     # The laser's 92nd beam of 181, which meets something, points 1 degree to the left of straight ahead.
-    mount = bench.node._robots["robot1"].sensor(LaserSpec).x
+    mount = ROBOT.sensor(LaserSpec).x
     at = view.point(pose.x + mount + 2.0, pose.y + 0.035)
     colour = palette.ECHO
     assert any(pixel(at[0] + dx, at[1] + dy) == colour for dx in (-2, -1, 0, 1, 2) for dy in (-2, -1, 0, 1, 2))
-    bench.press(pygame.K_1)
+    bench.press(pygame.K_1, mod=pygame.KMOD_CTRL)
     assert Overlay.SCANS not in bench.node.choices.shown
     bench.tick()
     assert not any(pixel(at[0] + dx, at[1] + dy) == colour for dx in (-2, 0, 2) for dy in (-2, 0, 2))
@@ -147,14 +148,14 @@ def test_a_click_on_a_call_tells_why(bench):
     bench.ticks(10)
     place = next(found.area.center for found in bench.node.shown.page if found.call)
     bench.click(place)
-    assert "captured" in bench.node._explainer.card.heading
+    assert "captured" in bench.node.explainer.card.heading
     bench.press(pygame.K_ESCAPE)
-    assert bench.node._explainer.card is None
+    assert bench.node.explainer.card is None
 
 
 def test_a_driven_player_is_given_back_when_the_window_closes(bench):
     bench.press(pygame.K_TAB)
-    assert bench.press(pygame.K_UP)[-1].forward == 1.0
+    assert bench.press(pygame.K_UP)[-1].forward == SLOW
     bench.node.stop()
     assert [out.message.body.lease for out in bench.node.mailbox.collect()] == [0.0]
     assert bench.node.closed
@@ -186,7 +187,7 @@ def test_every_size_of_window_is_drawn(size, players):
         for name in bench.names:
             bench.scan(name)
             bench.ring(name)
-        bench.press(pygame.K_2)
+        bench.press(pygame.K_2, mod=pygame.KMOD_CTRL)
         bench.press(pygame.K_QUESTION)
         for key in (pygame.K_F2, pygame.K_F3, pygame.K_F4, pygame.K_F5):
             bench.press(key)

@@ -7,6 +7,7 @@ from vrg.bus import messages as m
 from vrg.bus.messages.process import ProcessState
 from vrg.bus.traffic import Stream
 from vrg.types import Pose, Twist
+from vrg.ui.acts import Act, Press
 from vrg.ui.developer import details, referee, streams, tables
 from vrg.ui.developer.choices import Choices
 from vrg.ui.developer.tables import Tone
@@ -162,8 +163,8 @@ def test_choices_turn_around():
     choices.scroll(None, -50, 7)
     assert choices.scrolled[None] == 0
     for _ in range(3):
-        assert choices.press(ord("n"), ["ann", "bob"])
+        assert choices.press(Press(Act.SELECT), ["ann", "bob"])
     assert choices.selected == "ann"
-    assert choices.press(ord("n"), ["ann", "bob"], shift=True)
+    assert choices.press(Press(Act.SELECT, back=True), ["ann", "bob"])
     assert choices.selected == "bob"
-    assert not choices.press(ord("h"), ["ann"])
+    assert not choices.press(Press(Act.HALT), ["ann"])

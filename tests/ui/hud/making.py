@@ -20,6 +20,7 @@ from vrg.hal.sensors.png import encode
 from vrg.hal.sensors.sonar import Sonar
 from vrg.regions import Rectangle
 from vrg.types import Pose, Twist
+from vrg.ui.driving import Driving
 from vrg.ui.hud.desk import Desk
 from vrg.ui.hud.goals import Ground
 from vrg.ui.hud.telemetry import Telemetry
@@ -95,7 +96,7 @@ def odometry(v: float) -> Odometry:
 
 
 def desk() -> Desk:
-    return Desk(Mailbox(), KEYS, "ann", ROBOT, GROUND, HOME)
+    return Desk(Driving(Mailbox(), KEYS), "ann", ROBOT, GROUND, HOME)
 
 
 def sent(mailbox: Mailbox) -> list[tuple[str, m.Message]]:

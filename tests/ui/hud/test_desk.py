@@ -7,10 +7,10 @@ import pytest
 from msgspec import structs
 
 from tests.ui.hud.making import GROUND, HOME, START, desk, received, report, seen, sent, state, status
-from vrg.bus.messages import Estop, Manual
+from vrg.bus.messages import Manual
 from vrg.games.hud.helm import Goal, Wish
 from vrg.types import Pose, Twist
-from vrg.ui.hands import LEASE, SLOW, Hands
+from vrg.ui.driving import LEASE, SLOW, Hands
 from vrg.ui.hud import words
 from vrg.ui.hud.desk import Desk
 from vrg.ui.hud.form import Form
@@ -110,15 +110,15 @@ class TestForm:
 
 class TestDriving:
     def test_nothing_is_said_while_the_person_only_watches(self, at: Desk) -> None:
-        at.send(seen(), Hands(1.0, enabled=True))
-        assert sent(at.mailbox) == []
+        at.send(seen(), Hands(1.0, enabled=True), 1.0)
+        assert sent(at.driving.mailbox) == []
         assert at.where == "Watch"
 
     def test_goto_drives_to_the_goal(self, at: Desk) -> None:
         at.aim(0.0, 0.0)
         at.want(Wish.GOTO, seen())
-        at.send(seen(), Hands())
-        [(key, ahead)] = sent(at.mailbox)
+        at.send(seen(), Hands(), 1.0)
+        [(key, ahead)] = sent(at.driving.mailbox)
         assert key == "player/ann/manual"
         assert isinstance(ahead, Manual)
         assert ahead.forward > 0.9
@@ -139,23 +139,23 @@ class TestDriving:
         at.want(Wish.GOTO, seen())
         assert at.wish is Wish.WATCH
         assert at.notice
-        at.send(seen(), Hands())
-        assert sent(at.mailbox) == []
+        at.send(seen(), Hands(), 1.0)
+        assert sent(at.driving.mailbox) == []
 
     def test_manual_asks_for_what_the_hands_hold(self, at: Desk) -> None:
         at.want(Wish.MANUAL, seen())
-        at.send(seen(), Hands(1.0, 0.5, enabled=True))
-        at.send(seen(), Hands(1.0, 0.5))
-        at.send(seen(), Hands(1.0, 0.0, enabled=True, turbo=True))
-        slow, still, fast = (body for _, body in sent(at.mailbox))
+        at.send(seen(), Hands(1.0, 0.5, enabled=True), 1.0)
+        at.send(seen(), Hands(1.0, 0.5), 1.0)
+        at.send(seen(), Hands(1.0, 0.0, enabled=True, turbo=True), 1.0)
+        slow, still, fast = (body for _, body in sent(at.driving.mailbox))
         assert slow == Manual(forward=SLOW, turn=SLOW / 2, lease=LEASE)
         assert still == Manual(forward=0.0, turn=0.0, lease=LEASE)
         assert fast == Manual(forward=1.0, turn=0.0, lease=LEASE)
 
     def test_reset_drives_home(self, at: Desk) -> None:
         at.want(Wish.RESET, seen())
-        at.send(seen(Pose(0.0, 0.0, math.pi)), Hands())
-        [(_, ahead)] = sent(at.mailbox)
+        at.send(seen(Pose(0.0, 0.0, math.pi)), Hands(), 1.0)
+        [(_, ahead)] = sent(at.driving.mailbox)
         assert isinstance(ahead, Manual)
         assert ahead.forward > 0.9
         assert at.way(seen(Pose(0.0, 0.0, 0.0))) == [(HOME.x, HOME.y)]
@@ -163,35 +163,22 @@ class TestDriving:
     def test_a_motion_that_is_too_fast_keeps_its_curve(self, at: Desk) -> None:
         at.aim(-3.0, 2.0)
         at.want(Wish.GOTO, seen())
-        at.send(seen(), Hands())
-        [(_, aside)] = sent(at.mailbox)
+        at.send(seen(), Hands(), 1.0)
+        [(_, aside)] = sent(at.driving.mailbox)
         assert isinstance(aside, Manual)
         assert aside.turn == 1.0
 
     @pytest.mark.parametrize("wish", [Wish.GOTO, Wish.MANUAL, Wish.RESET])
-    @pytest.mark.parametrize("how", ["again", "give back", "release", "lost pad"])
+    @pytest.mark.parametrize("how", ["again", "give back", "release"])
     def test_the_robot_is_given_back_at_once(self, at: Desk, wish: Wish, how: str) -> None:
         at.aim(0.0, 0.0)
         at.want(wish, seen())
-        if how == "lost pad":
-            at.lose_pad()
-            assert at.notice == "The gamepad is lost: ann is given back"
-        elif how == "release":
+        if how == "release":
             at.release()
         else:
             at.want(wish if how == "again" else Wish.WATCH, seen())
-        at.send(seen(), Hands(1.0, enabled=True))
-        assert sent(at.mailbox) == RELEASED
-
-    @pytest.mark.parametrize("wish", [Wish.MANUAL, Wish.RESET])
-    def test_an_emergency_stop_ends_what_was_wanted(self, at: Desk, wish: Wish) -> None:
-        at.want(wish, seen())
-        at.obey(seen())
-        assert at.wish is wish
-        at.obey(seen(state=state(estop=True)))
-        at.send(seen(), Hands(1.0, enabled=True))
-        assert sent(at.mailbox) == RELEASED
-        assert "emergency stop" in at.notice
+        at.send(seen(), Hands(1.0, enabled=True), 1.0)
+        assert sent(at.driving.mailbox) == RELEASED
 
     def test_a_robot_that_another_person_drives_is_not_taken(self, at: Desk) -> None:
         taken = seen(report=received(report(manual=True), 1.0))
@@ -201,7 +188,7 @@ class TestDriving:
         assert at.holder(taken) == words.ANOTHER
 
     def test_its_own_lease_is_not_taken_for_another_persons(self, at: Desk) -> None:
-        at.mailbox.handover(1.0)
+        at.driving.mailbox.handover(1.0)
         at.want(Wish.MANUAL, seen())
         at.release()
         echo = seen(now=1.1, report=received(report(manual=True), 1.1))
@@ -214,8 +201,8 @@ class TestDriving:
         at.aim(0.0, 0.0)
         at.want(Wish.GOTO, seen())
         blind = seen(**lost)
-        at.send(blind, Hands())
-        assert sent(at.mailbox) == [("player/ann/manual", Manual(forward=0.0, turn=0.0, lease=LEASE))]
+        at.send(blind, Hands(), 1.0)
+        assert sent(at.driving.mailbox) == [("player/ann/manual", Manual(forward=0.0, turn=0.0, lease=LEASE))]
         assert at.hindrance(blind) == words.NO_POSE
         assert at.way(blind) == []
 
@@ -224,16 +211,6 @@ class TestDriving:
         at.aim(0.0, 0.0)
         at.want(Wish.GOTO, seen())
         assert len(at.way(seen())) > 1
-
-    def test_the_pads_arrows_move_the_goal(self, at: Desk) -> None:
-        assert at.nudge(0.25, 0.0, seen())
-        assert at.nudge(0.0, 0.25, seen())
-        assert at.goal == Goal(START.x + 0.25, START.y + 0.25)
-        assert not desk().nudge(0.25, 0.0, seen(None))
-
-    def test_everybody_can_be_stopped(self, at: Desk) -> None:
-        at.stop_all()
-        assert sent(at.mailbox) == [("estop", Estop(by="display of ann"))]
 
 
 class TestWhatIsTold:

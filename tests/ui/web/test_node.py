@@ -10,7 +10,8 @@ from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
 from vrg.errors import LaunchError
-from vrg.ui.web.node import LEASE, WebNode
+from vrg.ui.driving import LEASE
+from vrg.ui.web.node import WebNode
 from vrg.ui.web.requests import Action, Command, Decision, Wishes
 
 

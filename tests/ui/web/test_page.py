@@ -14,6 +14,7 @@ from vrg.types import Pose
 from vrg.ui.scene import Scene, SceneBody, ScenePlayer
 from vrg.ui.web import parts
 from vrg.ui.web.admission import Admission, admission
+from vrg.ui.web.requests import Action
 from vrg.ui.web.server import WebServer
 
 FIELD = Rectangle(0.0, 0.0, 20.0, 12.0)
@@ -126,8 +127,9 @@ class TestPureParts:
         found = self.run(
             visit,
             "controls.js",
-            """return [m.deflection(0.05, 0.05), m.deflection(0, -1), m.deflection(1, 0), m.deflection(3, 4),
-                ...[["ArrowUp", "KeyW", "ArrowLeft"], ["ArrowUp", "ArrowDown"], ["KeyX"]].map(m.keysSum)];""",
+            """return [m.deflection(0.05, 0.05, 0.15), m.deflection(0, -1, 0.15), m.deflection(1, 0, 0.15),
+                m.deflection(3, 4, 0.15), ...[["ArrowUp", "ArrowUp", "ArrowLeft"],
+                ["ArrowUp", "ArrowDown"], ["KeyX"]].map(m.keysSum)];""",
         )
         assert found[:3] == [[0, 0], [1, 0], [0, -1]]
         assert math.hypot(*found[3]) == pytest.approx(1.0)
@@ -249,6 +251,14 @@ class TestDriving:
             driver.page.wait_for_timeout(20)
         raise AssertionError("no such command came")
 
+    def wait_decision(self, driver: Visitor, server: WebServer, action: Action) -> None:
+        """Wait until a button was pressed."""
+        for _ in range(1000):
+            if any(decision.what is action for decision in server.wishes().decisions):
+                return
+            driver.page.wait_for_timeout(20)
+        raise AssertionError(f"{action} did not come")
+
     def test_nobody_is_driven_before_a_hand_is_at_the_controls(self, driver, server):
         driver.page.wait_for_timeout(200)
         assert server.wishes().commands == ()
@@ -290,6 +300,8 @@ class TestDriving:
         assert server.wishes().commands == ()
         driver.page.evaluate("() => (window.testPad.buttons[5].pressed = true)")
         self.wait_command(driver, server, lambda forward, turn: (forward, turn) == (0.5, 0.0))
+        driver.page.evaluate("() => (window.testPad.buttons[8].pressed = true)")
+        self.wait_decision(driver, server, Action.ESTOP)
         driver.page.evaluate(
             """() => {
                 const gamepad = window.testPad;

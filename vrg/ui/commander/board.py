@@ -57,13 +57,6 @@ class BoardPainter:
         self._deck = deck
         self.lights = Lights()
         self.limited = False
-        self._led: frozenset[str] = frozenset()
-
-    def hand(self, driving: str) -> str:
-        """What is written on the field while a player is driven."""
-        if driving in self._led:
-            return f"The referee drives {driving} now; then it is yours"
-        return f"You drive {driving}: stick and right shoulder button, or arrows; its button gives it back"
 
     def draw(self, surface: pygame.Surface, area: pygame.Rect, scene: Scene, ui: float, driving: str | None) -> None:
         """Draw the whole panel into an area; `ui` scales letters."""
@@ -71,7 +64,6 @@ class BoardPainter:
         pygame.draw.line(surface, palette.LINE, area.topleft, area.bottomleft)
         before = surface.get_clip()
         surface.set_clip(area.clip(before))
-        self._led = frozenset(player.name for player in scene.players if player.leased)
         pad = round(16 * ui)
         inside = area.inflate(-2 * pad, -2 * pad)
         y = self._heading(surface, inside, scene, ui)
@@ -81,9 +73,6 @@ class BoardPainter:
         y = self._players(surface, inside, y, scene, ui)
         self._lights(surface, inside, y, ui)
         surface.set_clip(before)
-
-    def help(self, surface: pygame.Surface, area: pygame.Rect, ui: float) -> None:
-        """The buttons are shown all the time, so there is nothing more to list."""
 
     def _write(
         self, surface: pygame.Surface, words: str, at: tuple[int, int], size: int, colour: Rgb, *, room: int, bold: bool
@@ -166,7 +155,7 @@ class BoardPainter:
     def _players(self, surface: pygame.Surface, area: pygame.Rect, y: int, scene: Scene, ui: float) -> int:
         deck, row = self._deck, round(34 * ui)
         pages = -(-len(deck.players) // BUTTONS)
-        words = "PLAYERS" if pages < 2 else f"PLAYERS, page {deck.page + 1} of {pages} (START or TAB)"
+        words = "PLAYERS" if pages < 2 else f"PLAYERS, page {deck.page + 1} of {pages} (TAB, or press the right stick)"
         self._write(surface, words, (area.left, y), round(11 * ui), palette.MUTED, room=area.width, bold=True)
         y += round(18 * ui)
         for index, name in enumerate(deck.shown):
@@ -194,27 +183,16 @@ class BoardPainter:
             ("ROBOT", lights.robot or "ready", palette.ALARM if lights.robot else palette.GOOD),
             ("PAD", lights.pad, palette.GOOD if lights.pad_ready else palette.MUTED),
         )
-        keys = [
-            "Direction pad, or keys 1 to 4: drive a player; again: give it back",
-            "Stick with the right shoulder button held, or arrows: steer",
-            "Left shoulder button, or SHIFT: full speed",
-            "BACK, or SPACE: emergency stop of the match",
-            "Q: close this window",
-        ]
-        if self._deck.priorities:
-            keys.insert(0, "A, B, X, Y, also as keys: set the priority; again: none")
         for word, reason, colour in rows:
             shapes.disc(surface, (area.left + 6 * ui, y + size * 0.6), 5 * ui, colour)
             self._write(surface, word, (area.left + round(18 * ui), y), size, palette.TEXT, room=60, bold=True)
             at = (area.left + round(70 * ui), y)
             self._write(surface, reason, at, size, palette.MUTED, room=area.width - round(70 * ui), bold=False)
             y += row
-        y += round(6 * ui)
-        for line in keys:
-            if y + size > area.bottom:
-                return
-            self._write(surface, line, (area.left, y), round(11 * ui), palette.MUTED, room=area.width, bold=False)
-            y += round(16 * ui)
+        line = "? shows the keys; START drives by hand, BACK is the emergency stop"
+        self._write(
+            surface, line, (area.left, y + round(6 * ui)), round(11 * ui), palette.MUTED, room=area.width, bold=False
+        )
 
 
 def _does(player: ScenePlayer | None, chosen: bool) -> str:

@@ -1,11 +1,10 @@
-"""What the user of the developers' view has chosen to see. This needs no window, only the numbers of keys."""
+"""What the user of the developers' view has chosen to see. This needs no window."""
 
 import enum
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Final
 
-import pygame
+from vrg.ui.acts import Act, Press
 
 
 class Overlay(enum.Enum):
@@ -29,10 +28,6 @@ class Tab(enum.Enum):
     PROCESSES = "processes"
 
 
-_OVERLAYS: Final = dict(zip(range(pygame.K_1, pygame.K_8), Overlay, strict=True))
-_TABS: Final = dict(zip((pygame.K_F2, pygame.K_F3, pygame.K_F4, pygame.K_F5), Tab, strict=True))
-
-
 @dataclass
 class Choices:
     """What is shown.
@@ -50,18 +45,19 @@ class Choices:
     sort: tuple[str, bool] | None = None
     scrolled: dict[Tab | None, int] = field(default_factory=dict)
 
-    def press(self, key: int, players: Sequence[str], *, shift: bool = False) -> bool:
+    def press(self, press: Press, players: Sequence[str]) -> bool:
         """Take in that a key went down; whether it meant something here.
 
         Args:
-            players: those that can be selected, in the order in which N goes through them. shift: backwards.
+            players: those that can be selected, in the order in which N goes through them.
         """
-        if key in _OVERLAYS:
-            self.toggle(_OVERLAYS[key])
-        elif key in _TABS:
-            self.tab = _TABS[key]
-        elif key == pygame.K_n and players:
-            step = -1 if shift else 1
+        overlays, tabs = tuple(Overlay), tuple(Tab)
+        if press.act is Act.LAYER and press.number < len(overlays):
+            self.toggle(overlays[press.number])
+        elif press.act is Act.TAB:
+            self.tab = tabs[press.number]
+        elif press.act is Act.SELECT and players:
+            step = -1 if press.back else 1
             at = players.index(self.selected) + step if self.selected in players else (0 if step > 0 else -1)
             self.selected = players[at % len(players)]
         else:

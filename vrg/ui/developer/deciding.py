@@ -3,12 +3,11 @@
 import enum
 from typing import Final
 
-import pygame
-
 from vrg.bus.messages import DISQUALIFIED, OfficialAction, Stage
-from vrg.ui.controls import Controls
+from vrg.ui.acts import Act
 from vrg.ui.developer import words
 from vrg.ui.developer.insight import Insight
+from vrg.ui.window_node import REFUSED
 
 
 class Button(enum.Enum):
@@ -23,15 +22,15 @@ class Button(enum.Enum):
     REINSTATE = ("Reinstate", "")
 
 
-_KEYS: Final = {
-    Button.RESUME: pygame.K_c,
-    Button.HALT: pygame.K_h,
-    Button.RECOVER: pygame.K_r,
-    Button.STOP: pygame.K_SPACE,
-    Button.RELEASE: pygame.K_u,
+ACTS: Final = {
+    Button.RESUME: Act.CONTINUE,
+    Button.HALT: Act.HALT,
+    Button.RECOVER: Act.RECOVER,
+    Button.STOP: Act.STOP,
+    Button.RELEASE: Act.RELEASE,
 }
-"""The keys of the buttons: a button does what its key does."""
-_ON_PLAYER: Final = {
+"""What the buttons ask for: a button does what its key does."""
+ON_PLAYER: Final = {
     Button.DISQUALIFY: OfficialAction.DISQUALIFY,
     Button.REINSTATE: OfficialAction.REINSTATE,
 }
@@ -42,8 +41,8 @@ def hindrance(button: Button, insight: Insight, selected: str | None) -> str:
     if button is Button.STOP:
         return ""
     if not insight.official:
-        return words.REFUSED
-    return _about_player(button, insight, selected) if button in _ON_PLAYER else ""
+        return REFUSED
+    return _about_player(button, insight, selected) if button in ON_PLAYER else ""
 
 
 def _about_player(button: Button, insight: Insight, selected: str | None) -> str:
@@ -74,19 +73,3 @@ def useful(button: Button, insight: Insight, selected: str | None) -> bool:
             return scene.estop
         case _:
             return True
-
-
-def press(button: Button, controls: Controls, insight: Insight, selected: str | None) -> str:
-    """Do what a button is for, and return why not, in words; empty if it was done."""
-    why = hindrance(button, insight, selected)
-    if not why and button in _KEYS:
-        controls.press(_KEYS[button], [player.name for player in insight.scene.players])
-    elif not why and selected is not None:
-        controls.decide(_ON_PLAYER[button], selected)
-    return why
-
-
-def refused_key(key: int, insight: Insight) -> str:
-    """Why a key means nothing to this seat, in words; empty if it does."""
-    official = key == pygame.K_TAB or key in {_KEYS[b] for b in _KEYS if b is not Button.STOP}
-    return words.REFUSED if official and not insight.official else ""

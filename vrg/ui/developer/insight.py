@@ -8,14 +8,13 @@ from typing import Final, TypeVar
 from vrg.bus.access import lines
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Inlet, Mailbox
-from vrg.bus.messages import Links, Manual, MeasuredPose, Message, RefereeState, Report, RobotState, Sighting
+from vrg.bus.messages import Call, Links, Manual, MeasuredPose, Message, RefereeState, Report, RobotState, Sighting
 from vrg.bus.seats import SeatKind
 from vrg.bus.topics import Keys, name_in
 from vrg.bus.traffic import Stream, Traffic
 from vrg.hal.models import RobotModel
 from vrg.hal.sensors.depiction import Depiction
 from vrg.types import Pose
-from vrg.ui.builder import SceneBuilder, SceneInlets
 from vrg.ui.processes import Board, Row
 from vrg.ui.scene import Scene
 
@@ -100,19 +99,15 @@ class Hearing:
 
     Args:
         mailbox: the window's own. keys: of the match. traffic: counts all messages; sensors are decoded from it while
-            they are shown. builder: of the scenes. robots: the models of the players' robots, by name.
+            they are shown. robots: the models of the players' robots, by name.
         official: whether this window has an official's seat.
     """
 
-    def __init__(
-        self, mailbox: Mailbox, keys: Keys, traffic: Traffic, builder: SceneBuilder, robots: Robots, *, official: bool
-    ) -> None:
+    def __init__(self, mailbox: Mailbox, keys: Keys, traffic: Traffic, robots: Robots, *, official: bool) -> None:
         sensors = [(name, spec) for name, robot in robots.items() for spec in robot.sensors]
         self._sensors = [(name, spec, keys.sensor(spec.message, name, spec.name)) for name, spec in sensors]
         self._root = f"{keys.root}/"
         self._traffic = traffic
-        self._builder = builder
-        self._inlets = SceneInlets(mailbox, keys)
         self._poses = mailbox.subscribe(keys.poses)
         self._state = mailbox.subscribe(keys.referee_state)
         self._reports = mailbox.subscribe(keys.report())
@@ -128,10 +123,10 @@ class Hearing:
         self._places: deque[tuple[float, dict[str, Pose]]] = deque()
         self._refusal = ""
 
-    def take(self, now: float) -> None:
-        """Take in what has arrived by match time `now`, s."""
+    def take(self, now: float, calls: Sequence[Call]) -> None:
+        """Take in what has arrived by match time `now`, s; `calls` are the referee's new ones."""
         self._traffic.take()
-        for call in self._inlets.feed(self._builder):
+        for call in calls:
             if call.rule == "refused":
                 self._refusal = call.text
         for poses in self._poses.take():
@@ -146,18 +141,18 @@ class Hearing:
         self._seen = deque(s for s in self._seen if -SEEN <= now - s.sighting.time <= SEEN)
 
     def insight(
-        self, now: float, *, live: bool, drawn: Collection[type[Depiction]] = (), selected: str | None = None
+        self, now: float, scene: Scene, *, drawn: Collection[type[Depiction]] = (), selected: str | None = None
     ) -> Insight:
         """What is known now.
 
         Args:
-            live: as in `Tick`. drawn: the types of depictions that the field shows. selected: the player of whose
+            scene: what is seen now. drawn: the types of depictions that the field shows. selected: the player of whose
                 sensors the readings are wanted in words, or None.
         """
         state = self._state.latest
         return Insight(
             now=now,
-            scene=self._builder.build(live),
+            scene=scene,
             state=None if state is None else state.body,
             official=self._official,
             unheard=self._unheard,

@@ -9,9 +9,9 @@ import pygame
 from vrg.bus.messages import Call
 from vrg.colours import Rgb
 from vrg.games.game import Style
-from vrg.ui import palette, shapes
+from vrg.ui import kit, palette, shapes
 from vrg.ui.developer.tables import Column, Grid, Item, Tone
-from vrg.ui.text import Face, Fonts
+from vrg.ui.text import Fonts
 
 TONES: Final = {
     Tone.QUIET: palette.MUTED,
@@ -107,14 +107,7 @@ class ListPainter:
                 y += round(4 * ui) if y > area.top else 0
                 if y + step > area.bottom:
                     break
-                text = self._fonts.render(
-                    self._fonts.shorten(item.text, area.width, max(10, round(11 * ui)), Face.BOLD),
-                    max(10, round(11 * ui)), palette.MUTED, Face.BOLD,
-                )  # fmt: skip
-                surface.blit(text, (area.left, y))
-                line = y + text.get_height() // 2
-                start = area.left + text.get_width() + round(8 * ui)
-                pygame.draw.line(surface, palette.LINE, (start, line), (area.right, line))
+                kit.heading(surface, pygame.Rect(area.left, y, area.width, step), item.text, ui, self._fonts)
                 y += step
             else:
                 left = area.left + (indent if item.label else 0)

@@ -1,6 +1,6 @@
 """Draws the developers' view upon a surface of any size."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -11,7 +11,7 @@ from vrg.colours import Rgb
 from vrg.games import game_of
 from vrg.games.game import Game, title
 from vrg.hal.models import RobotModel
-from vrg.ui import palette, shapes
+from vrg.ui import kit, palette
 from vrg.ui.card import CardPainter
 from vrg.ui.developer import details, referee, streams, tables, words
 from vrg.ui.developer.choices import Choices, Overlay, Tab
@@ -23,8 +23,6 @@ from vrg.ui.developer.sensing import SensingPainter
 from vrg.ui.draw import BannerPainter
 from vrg.ui.explaining import Card
 from vrg.ui.field import FieldPainter
-from vrg.ui.palette import ink_on
-from vrg.ui.panel import PanelPainter
 from vrg.ui.scene import Scene, clock_text
 from vrg.ui.text import Face, Fonts
 from vrg.ui.view import View
@@ -86,7 +84,6 @@ class DeveloperPainter:
         self._sensing = SensingPainter(robots)
         self._banners = BannerPainter(self._fonts)
         self._card = CardPainter(self._fonts)
-        self._keys = PanelPainter(self._fonts, words.KEYS)
         self._lists = ListPainter(self._fonts)
         self._panel: tuple[Layout, pygame.Surface, Shown] | None = None
 
@@ -99,32 +96,29 @@ class DeveloperPainter:
         driving: str | None = None,
         notice: str = "",
         card: Card | None = None,
-        keys: bool = False,
+        keys: Sequence[tuple[str, str]] = (),
         panel: bool = True,
     ) -> Shown:
         """Draw everything.
 
         Args:
-            driving: the player that the user drives by hand. notice: what the user is told.
-            card: why a call was made. keys: list the keys. panel: draw the panel anew; else it is copied.
+            driving: the player that the user drives by hand. notice: what the user must read.
+            card: why a call was made. keys: those to list, with their meanings.
+            panel: draw the panel anew; else it is copied.
         """
         places = layout(*surface.get_size(), len(insight.scene.players))
         surface.fill(palette.BACKGROUND)
         view = self._draw_field(surface, places, insight, choices, driving)
         self._switches(surface, places, choices)
         self._buttons(surface, places, insight, choices)
-        said, urgent = notice or insight.refusal, bool(notice or insight.refusal)
-        if driving is not None:
-            said = words.HAND.format(driving)
-        line = places.notice
-        self._lists.line(
-            surface, line, said, max(11, round(13 * places.ui)), tables.Tone.ALARM if urgent else tables.Tone.CAUTION
-        )
+        tone = tables.Tone.ALARM if driving is None or insight.refusal else tables.Tone.CAUTION
+        size = max(11, round(13 * places.ui))
+        self._lists.line(surface, places.notice, insight.refusal or notice, size, tone)
         shown = self._draw_panel(surface, places, insight, choices, view, panel=panel)
         if card is not None:
             self._card.draw(surface, places.field, card, places.ui)
         if keys:
-            self._keys.help(surface, places.field, places.ui)
+            kit.keys(surface, places.field, keys, places.ui, self._fonts)
         return replace(shown, view=view, scene=insight.scene)
 
     def _draw_field(
@@ -165,30 +159,9 @@ class DeveloperPainter:
             self._button(surface, place, name, key, colour, places.ui, allowed)
 
     def _button(
-        self,
-        surface: pygame.Surface,
-        place: pygame.Rect,
-        name: str,
-        key: str,
-        colour: Rgb,
-        ui: float,
-        allowed: bool,
+        self, surface: pygame.Surface, place: pygame.Rect, name: str, key: str, colour: Rgb, ui: float, allowed: bool
     ) -> None:
-        shapes.pill(surface, place, colour, radius=round(6 * ui))
-        if not allowed:
-            pygame.draw.rect(surface, palette.LINE, place, 1, border_radius=round(6 * ui))
-        ink = ink_on(colour) if allowed else palette.MUTED
-        size, small = max(10, round(12.5 * ui)), max(9, round(10 * ui))
-        gap = round(7 * ui)
-        both = self._fonts.width(name, size, Face.BOLD) + self._fonts.width(key, small) + gap
-        if not key or both > place.width - gap:
-            text = self._fonts.render(self._fonts.shorten(name, place.width - 4, size, Face.BOLD), size, ink, Face.BOLD)
-            surface.blit(text, text.get_rect(center=place.center))
-            return
-        text, sign = self._fonts.render(name, size, ink, Face.BOLD), self._fonts.render(key, small, ink)
-        left = place.centerx - both // 2
-        surface.blit(text, text.get_rect(midleft=(left, place.centery)))
-        surface.blit(sign, sign.get_rect(midright=(left + both, place.centery)))
+        kit.button(surface, place, name, key, colour, ui, self._fonts, size=12.5, allowed=allowed)
 
     def _draw_panel(
         self, surface: pygame.Surface, places: Layout, insight: Insight, choices: Choices, view: View, *, panel: bool
@@ -237,9 +210,11 @@ class DeveloperPainter:
         y = area.top + round(32 * ui)
         x = area.left
         if scene.stage is not None:
-            x = self._chip(surface, (x, y), title(scene.stage.value), palette.STAGE_COLOURS[scene.stage], ui)
+            chips = [(title(scene.stage.value), palette.STAGE_COLOURS[scene.stage])]
             if scene.halted is not None and scene.stage is not Stage.GAME_OVER:
-                x = self._chip(surface, (x, y), "Halt", palette.CAUTION, ui)
+                chips.append(("Halt", palette.CAUTION))
+            for told, colour in chips:
+                x = kit.chip(surface, (x, y), told, colour, ui, self._fonts).right + round(6 * ui)
             score = "  ".join(f"{title(team)} {points}" for team, points in scene.score)
             told = f"{game.round_word} {scene.round} of {scene.rounds}   {score}"
             rest = pygame.Rect(x + round(4 * ui), y, max(1, area.right - x - round(130 * ui)), round(22 * ui))
@@ -250,13 +225,6 @@ class DeveloperPainter:
         seat = words.OFFICIAL_SEAT if insight.official else words.WINDOW_SEAT
         below = pygame.Rect(area.left, y + round(27 * ui), area.width, round(18 * ui))
         self._lists.line(surface, below, seat, max(10, round(11.5 * ui)))
-
-    def _chip(self, surface: pygame.Surface, at: tuple[int, int], text: str, colour: Rgb, ui: float) -> int:
-        shown = self._fonts.render(text, round(12.5 * ui), ink_on(colour), Face.BOLD)
-        chip = pygame.Rect(*at, shown.get_width() + round(16 * ui), round(22 * ui))
-        shapes.pill(surface, chip, colour, radius=chip.height // 2)
-        surface.blit(shown, shown.get_rect(center=chip.center))
-        return chip.right + round(6 * ui)
 
     def _page(
         self,

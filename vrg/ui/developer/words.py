@@ -5,13 +5,13 @@ from typing import Final
 from vrg.ui.developer.choices import Overlay, Tab
 
 OVERLAYS: Final = {
-    Overlay.SCANS: ("Scans", "1"),
-    Overlay.SENSORS: ("Sensors", "2"),
-    Overlay.SIGHTINGS: ("Sightings", "3"),
-    Overlay.SKETCHES: ("Sketches", "4"),
-    Overlay.MEASURED: ("Measured", "5"),
-    Overlay.TRAILS: ("Trails", "6"),
-    Overlay.NAMES: ("Names", "7"),
+    Overlay.SCANS: ("Scans", "^1"),
+    Overlay.SENSORS: ("Sensors", "^2"),
+    Overlay.SIGHTINGS: ("Sightings", "^3"),
+    Overlay.SKETCHES: ("Sketches", "^4"),
+    Overlay.MEASURED: ("Measured", "^5"),
+    Overlay.TRAILS: ("Trails", "^6"),
+    Overlay.NAMES: ("Names", "^7"),
 }
 """What is written on the switch of each overlay, and its key."""
 TABS: Final = {
@@ -21,24 +21,6 @@ TABS: Final = {
     Tab.PROCESSES: ("Processes", "F5"),
 }
 """What is written on each tab, and its key."""
-KEYS: Final = (
-    ("SPACE", "emergency stop"),
-    ("U", "release the stop"),
-    ("H", "halt"),
-    ("C", "start, continue"),
-    ("R", "recover robots"),
-    ("TAB", "drive a player"),
-    ("ARROWS", "steer"),
-    ("ESC", "give it back"),
-    ("1 to 7", "what the field shows"),
-    ("F2 to F5", "the tabs"),
-    ("N", "select the next player"),
-    ("W", "why that call"),
-    ("P", "picture"),
-    ("F11", "whole screen"),
-    ("?", "these keys"),
-    ("Q", "close window"),
-)
 
 WAITING: Final = "Waiting for the referee"
 OFFICIAL_SEAT: Final = "An official's seat: it hears everything"
@@ -68,6 +50,4 @@ NOBODY_SELECTED: Final = "Click a player in the list or on the field."
 NO_PROCESSES: Final = "No launcher tells of processes."
 NOTHING_HEARD: Final = "Nothing has been heard yet."
 UNKNOWN: Final = "–"
-HAND: Final = "You drive {}: arrows steer, ESC gives it back"
-REFUSED: Final = "Only an official's seat may do that."
 SELECT_FIRST: Final = "Select a player first."

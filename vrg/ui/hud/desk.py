@@ -1,8 +1,7 @@
 """What the buttons and fields of a display mean, and the messages that follow. This needs no window and no gamepad.
 
 The display drives as any person drives: it asks for motions under the human lease, which every player of every game
-grants, and works out the motions of Goto and Reset itself. A lease holds for a quarter of a second, so the robot is
-given back at once when the display closes, and as soon when its process dies.
+grants, and works out the motions of Goto and Reset itself.
 """
 
 import math
@@ -10,14 +9,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Estop, Manual, shortened
-from vrg.bus.topics import Keys
 from vrg.games.hud.helm import Goal, Helm, Situation, Wish, way
 from vrg.hal.models import RobotModel
 from vrg.navigation.pilot import Neighbour
 from vrg.types import STILL, Twist, Vector
-from vrg.ui.hands import LEASE, Hands
+from vrg.ui.driving import Driving, Hands
 from vrg.ui.hud import words
 from vrg.ui.hud.form import Form
 from vrg.ui.hud.goals import Ground, Other, refusal
@@ -27,18 +23,16 @@ POSE_TIMEOUT: Final = 0.3
 """The match time in s after which a pose is too old to drive by: the robot stands."""
 ECHO: Final = 0.5
 """The match time in s after giving the robot back for which its player may still report the lease."""
-NUDGE: Final = 0.25
-"""The distance in m by which the pad's arrows move the goal."""
 GAP: Final = 0.05
 """The distance in m that Goto keeps from walls, where there is room for it."""
 
 
 @dataclass
 class Desk:
-    """Takes buttons, clicks and text in, and publishes messages.
+    """Takes buttons, clicks and text in, and publishes driving commands.
 
     Args:
-        mailbox: where messages are published. keys: of the match.
+        driving: the hold on the player, which is taken while anything but WATCH is wanted.
         player: whose display it is. robot: the description of its robot.
         ground: where the robot can stand. home: where it began.
 
@@ -48,8 +42,7 @@ class Desk:
         notice: what the person must be told, in words, such as why a goal was refused; empty if there is nothing.
     """
 
-    mailbox: Mailbox
-    keys: Keys
+    driving: Driving
     player: str
     robot: RobotModel
     ground: Ground
@@ -76,12 +69,6 @@ class Desk:
         typed = self.form.read()
         heading = typed.heading if isinstance(typed, Goal) else None
         return self._set(Goal(x, y, heading))
-
-    def nudge(self, dx: float, dy: float, seen: Telemetry) -> bool:
-        """Move the goal by a vector in m; the first time from where the robot is."""
-        if self.goal is not None:
-            return self._set(Goal(self.goal.x + dx, self.goal.y + dy, self.goal.heading))
-        return seen.pose is not None and self._set(Goal(seen.pose.x + dx, seen.pose.y + dy))
 
     def confirm(self) -> bool:
         """Set the goal to what stands in the fields. Return whether it is good."""
@@ -115,39 +102,27 @@ class Desk:
                 return
         self.form.leave()
         self.wish = wish
+        self.driving.take(self.player)
 
     def release(self) -> None:
         """Give the robot back at once: its player plays on by itself."""
         if self.wish is not Wish.WATCH:
-            self.mailbox.publish(self.keys.manual(self.player), Manual(forward=0.0, turn=0.0, lease=0.0))
-            self._given_back = self.mailbox.now
+            self.driving.give_back()
+            self._given_back = self.driving.mailbox.now
         self.wish = Wish.WATCH
         self._helm.leave()
 
-    def obey(self, seen: Telemetry) -> None:
-        """Give the robot back in an emergency stop, so that it does not drive on by itself when that is released."""
-        if self.wish is not Wish.WATCH and self._estop(seen):
-            self.release()
-            self.notice = words.STOPPED.format(player=self.player)
+    def send(self, seen: Telemetry, hands: Hands, rate: float) -> None:
+        """Publish the motion that the person wants. This is to be called at each tick while the clock runs.
 
-    def lose_pad(self) -> None:
-        """Take in that the gamepad in use is lost."""
-        if self.wish is not Wish.WATCH:
-            self.release()
-            self.notice = words.LOST_PAD.format(player=self.player)
-
-    def stop_all(self) -> None:
-        """Engage the emergency stop of the match. Only an official releases it."""
-        self.mailbox.publish(self.keys.estop, Estop(by=shortened(f"display of {self.player}", 64)))
-
-    def send(self, seen: Telemetry, hands: Hands) -> None:
-        """Publish the motion that the person wants. This is to be called at each tick while the clock runs."""
+        Args:
+            rate: match seconds per real second.
+        """
         if self.wish is Wish.WATCH:
             return
         situation = self.situation(seen, hands)
         twist = STILL if situation is None else self._helm.step(situation)
-        forward, turn = self._shares(twist)
-        self.mailbox.publish(self.keys.manual(self.player), Manual(forward=forward, turn=turn, lease=LEASE))
+        self.driving.command(*self._shares(twist), rate)
 
     def way(self, seen: Telemetry) -> list[Vector]:
         """The points of the way that the robot will drive, the goal last; empty while it is sent nowhere."""
@@ -169,7 +144,7 @@ class Desk:
         checks = (
             (not seen.live, words.NO_CLOCK),
             (state is None, words.NO_REFEREE),
-            (self._estop(seen), words.ESTOP),
+            (self.stopped(seen), words.ESTOP),
             (state is not None and state.halted is not None, words.HALTED),
             (seen.me is None or not seen.me.may_move, words.MAY_NOT_MOVE),
             (self._stale(seen), words.NO_POSE),
@@ -226,7 +201,8 @@ class Desk:
         return report is not None and report.body.manual and report.stamp > self._given_back + ECHO
 
     @staticmethod
-    def _estop(seen: Telemetry) -> bool:
+    def stopped(seen: Telemetry) -> bool:
+        """Whether the emergency stop is engaged, for all or at the robot itself."""
         report = seen.report
         return (seen.state is not None and seen.state.estop) or (report is not None and report.body.estop)
 

@@ -8,7 +8,7 @@ from pygame import Rect
 from vrg.games.hud.helm import Wish
 from vrg.ui.draw import scale_of
 from vrg.ui.hud import words
-from vrg.ui.widgets import row, title_height
+from vrg.ui.kit import row, title_height
 
 WIDE: Final = 1.0
 """The proportion of width to height below which the quadrants are below each other."""

@@ -1,5 +1,6 @@
 """Draws the whole head-up display upon a surface of any size."""
 
+from collections.abc import Sequence
 from typing import Final
 
 import pygame
@@ -11,10 +12,10 @@ from vrg.ui.hud import words
 from vrg.ui.hud.dashboard import Dashboard, Level, Line, alert, heading, status
 from vrg.ui.hud.layout import SET, STOP, Layout, layout
 from vrg.ui.hud.quadrants import ConesPainter, LocationPainter, PicturePainter, Quadrant, RaysPainter
+from vrg.ui.kit import button, field, frame, keys, write
 from vrg.ui.palette import ink_on
 from vrg.ui.text import Face, Fonts
 from vrg.ui.view import View
-from vrg.ui.widgets import button, field, frame, write
 
 COLOURS: Final = {
     Level.CALM: palette.RAISED,
@@ -45,8 +46,10 @@ class HudPainter:
         }  # fmt: skip
         self._kept: dict[str, tuple[object, pygame.Surface]] = {}
 
-    def draw(self, surface: pygame.Surface, board: Dashboard) -> tuple[Layout, View]:
-        """Draw everything.
+    def draw(
+        self, surface: pygame.Surface, board: Dashboard, listed: Sequence[tuple[str, str]] = ()
+    ) -> tuple[Layout, View]:
+        """Draw everything, and above it the keys that are listed.
 
         Returns:
             where everything is, and how the field's coordinates became pixels.
@@ -60,6 +63,8 @@ class HudPainter:
             if area is not None:
                 self._keep(surface, name, area, board, ui)
         self._panel(surface, places, board)
+        if listed:
+            keys(surface, surface.get_rect(), listed, ui, self._fonts)
         return places, view
 
     def _keep(self, surface: pygame.Surface, name: str, area: pygame.Rect, board: Dashboard, ui: float) -> None:

@@ -16,9 +16,9 @@ from vrg.ui.field import FieldPainter
 from vrg.ui.hud import words
 from vrg.ui.hud.dashboard import Dashboard, place
 from vrg.ui.hud.polar import RINGS, Fan, echoes, fan, nearest, reach_for, told
+from vrg.ui.kit import blank, frame
 from vrg.ui.text import Fonts
 from vrg.ui.view import View
-from vrg.ui.widgets import blank, frame
 
 
 class Quadrant(ABC):

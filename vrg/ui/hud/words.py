@@ -16,8 +16,8 @@ SET: Final = "Set"
 BUTTONS: Final = {
     Wish.GOTO: ("Goto", "G"),
     Wish.MANUAL: ("Manual", "M"),
-    Wish.RESET: ("Reset", "R"),
-    Wish.WATCH: ("Give back", "B"),
+    Wish.RESET: ("Reset", "HOME"),
+    Wish.WATCH: ("Give back", "ESC"),
 }
 """What is written on the button of each wish, and its key."""
 STOP: Final = ("STOP", "SPACE")
@@ -59,8 +59,6 @@ BAD_PICTURE: Final = "the picture is damaged"
 NOT_FITTED: Final = "the robot has none"
 TAKEN: Final = "{player} is driven by another person: wait until it is given back"
 NO_GOAL: Final = "There is no goal yet: type x and y, or click the map"
-STOPPED: Final = "Because of the emergency stop, {player} is given back"
-LOST_PAD: Final = "The gamepad is lost: {player} is given back"
 NOT_A_SIGN: Final = "{field}: expected digits, a sign or a point, got {got!r}"
 NOT_A_NUMBER: Final = "{field}: expected a number of {unit}, got {got!r}"
 OUTSIDE: Final = (

@@ -7,12 +7,13 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar, Final, Protocol
 
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Call, Estop, EstopRelease, Manual, Official, OfficialAction
+from vrg.bus.messages import Call, Estop, EstopRelease, Official, OfficialAction
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys
 from vrg.regions import Region
 from vrg.ui.builder import SceneBuilder, SceneInlets
-from vrg.ui.pace import Pace, match_speed
+from vrg.ui.driving import Driving
+from vrg.ui.pace import Pace
 from vrg.ui.scene import Scene
 from vrg.ui.web import parts
 from vrg.ui.web.requests import Action, Decision, Wishes
@@ -21,8 +22,6 @@ log = logging.getLogger(__name__)
 
 FRAME: Final = 1 / 25
 """The real time in s between two frames. The page draws what lies between them. It is a whole number of world ticks."""
-LEASE: Final = 0.4
-"""The real time in s that a driving command holds: when the page falls silent, its player plays on by itself."""
 ANSWERS_AWAITED: Final = 200
 """How many decisions are remembered until the referee answers them."""
 _OFFICIAL: Final = {
@@ -93,7 +92,7 @@ class WebNode(Node):
         self._own = secrets.token_hex(4)
         self._numbers = itertools.count(1)
         self._asked: dict[str, int] = {}
-        self._driven: set[str] = set()
+        self._driven: dict[str, Driving] = {}
 
     def start(self) -> None:
         """Open the port.
@@ -147,15 +146,13 @@ class WebNode(Node):
         for player in wishes.given_back:
             self._give_back(player)
         for command in wishes.commands if live else ():
-            self._driven.add(command.player)
-            lease = min(1.0, LEASE * match_speed(self._scene.rate))
-            manual = Manual(forward=command.forward, turn=command.turn, lease=lease)
-            self.mailbox.publish(self._keys.manual(command.player), manual)
+            driving = self._driven.setdefault(command.player, Driving(self.mailbox, self._keys, command.player))
+            driving.command(command.forward, command.turn, self._scene.rate)
 
     def _give_back(self, player: str) -> None:
-        if player in self._driven:
-            self._driven.discard(player)
-            self.mailbox.publish(self._keys.manual(player), Manual(forward=0.0, turn=0.0, lease=0.0))
+        driving = self._driven.pop(player, None)
+        if driving is not None:
+            driving.give_back()
 
     def _decide(self, decision: Decision) -> None:
         log.info("%s asks for: %s", decision.by, decision.what)

@@ -20,6 +20,7 @@ from aiohttp.web import RequestPayloadError
 from vrg.bus.mailbox import is_power_of_ten
 from vrg.bus.waiting_room import WaitingRoom
 from vrg.errors import LaunchError
+from vrg.ui.driving import DEAD_ZONE, SLOW
 from vrg.ui.web.admission import Admission, Role, RoleKind
 from vrg.ui.web.gallery import Gallery, Seen
 from vrg.ui.web.headers import PAGE_HEADERS, foreign
@@ -59,6 +60,8 @@ WRONG_TOKEN_DELAY: Final = 0.5
 DECISIONS_LIMIT: Final = 50
 """How many decisions may wait for the match."""
 _TYPES: Final = {"html": "text/html", "css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
+DRIVING: Final = {"zone": DEAD_ZONE, "slow": SLOW, "deadman": 5, "turbo": 4}
+"""The rules of driving for the page; its buttons are those of the browsers' standard gamepad, as in `vrg.ui.acts`."""
 WAITING: Final = 512
 """How many connections may be open before it is known who is there. A browser opens some for the page itself."""
 VISIT: Final = 30.0
@@ -285,6 +288,7 @@ class WebServer:
                 "role": found.role.kind,
                 "player": found.role.player,
                 "colours": colours(),
+                "driving": DRIVING,
             }
         )
         return guest

@@ -7,6 +7,7 @@ import pygame
 from vrg.colours import Rgb
 from vrg.games import game_of
 from vrg.ui import palette, shapes
+from vrg.ui.kit import button, field, frame, write
 from vrg.ui.text import Face, Fonts
 from vrg.ui.view import View
 from vrg.ui.welcome import words
@@ -16,7 +17,6 @@ from vrg.ui.welcome.editor import Cell, Editor
 from vrg.ui.welcome.field_painter import DraftPainter
 from vrg.ui.welcome.layout import EditorLayout, dialog_places, editor_layout, offer_rows
 from vrg.ui.welcome.telling import said
-from vrg.ui.widgets import button, field, frame, write
 
 _BUTTONS = {
     Act.LEAVE: words.LEAVE,

@@ -7,13 +7,13 @@ import pygame
 from vrg.types import Pose
 from vrg.ui import palette, shapes
 from vrg.ui.field import FieldPainter
+from vrg.ui.kit import blank, frame
 from vrg.ui.text import Fonts
 from vrg.ui.view import View
 from vrg.ui.welcome import words
 from vrg.ui.welcome.checking import Verdict
 from vrg.ui.welcome.draft import Draft
 from vrg.ui.welcome.ground import ARM, RING, ring_of, scene_of
-from vrg.ui.widgets import blank, frame
 
 
 class DraftPainter:

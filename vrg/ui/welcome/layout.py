@@ -6,11 +6,11 @@ from typing import Final
 from pygame import Rect
 
 from vrg.ui.draw import scale_of
+from vrg.ui.kit import row, title_height
 from vrg.ui.welcome.acts import Act
 from vrg.ui.welcome.draft import COLUMNS
 from vrg.ui.welcome.editor import SETTINGS, Cell
 from vrg.ui.welcome.lobby import List, Wish
-from vrg.ui.widgets import row, title_height
 
 WIDE: Final = 1.15
 """The proportion of width to height below which the field is above the rest."""

@@ -5,12 +5,12 @@ import pygame
 from vrg.colours import Rgb
 from vrg.games import game_of
 from vrg.ui import palette, shapes
+from vrg.ui.kit import blank, button, frame, row, write
 from vrg.ui.text import Face, Fonts
 from vrg.ui.welcome import words
 from vrg.ui.welcome.field_painter import DraftPainter
 from vrg.ui.welcome.layout import LobbyLayout, lobby_layout
 from vrg.ui.welcome.lobby import BUTTONS, List, Lobby, Recent, Wish
-from vrg.ui.widgets import blank, button, frame, row, write
 
 _TITLES = {List.GAMES: words.GAMES, List.MAPS: words.MAPS, List.RECENT: words.RECENT}
 

@@ -1,19 +1,16 @@
 // What a driver's hands hold: a stick on the screen, the keyboard, or a gamepad. Each needs to be held: a stick that is
-// not touched, a key that is up, or a gamepad whose shoulder button is free commands nothing.
+// not touched, a key that is up, or a gamepad whose dead-man's switch is free commands nothing. The rules are those of the
+// windows: the server sends them.
 
-const DEAD_ZONE = 0.12;
-const SLOW = 0.5;
-const KEYS = {
-  ArrowUp: [1, 0], KeyW: [1, 0], ArrowDown: [-1, 0], KeyS: [-1, 0], ArrowLeft: [0, 1], KeyA: [0, 1], ArrowRight: [0, -1], KeyD: [0, -1],
-};
-/** The shoulder buttons and the triggers of the standard gamepad. */
-const DEADMAN = [4, 5], TURBO = [6, 7];
+const KEYS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, 1], ArrowRight: [0, -1] };
+/** Buttons of the standard gamepad: A and B, and BACK. */
+const AHEAD = 0, BACKWARD = 1, STOP = 8;
 
 /** A deflection [right, down] of a stick, -1 to 1 each, as [ahead, left], with a radial dead zone. */
-export function deflection(right, down) {
+export function deflection(right, down, zone) {
   const length = Math.hypot(right, down);
-  if (length < DEAD_ZONE) return [0, 0];
-  const share = (Math.min(1, length) - DEAD_ZONE) / (1 - DEAD_ZONE) / length;
+  if (length <= zone) return [0, 0];
+  const share = (Math.min(1, length) - zone) / (1 - zone) / length;
   return [-down * share || 0, -right * share || 0];
 }
 
@@ -28,9 +25,13 @@ export function keysSum(held) {
 }
 
 export class Controls {
-  constructor(stick, knob) {
+  /** `stop` engages the emergency stop. */
+  constructor(stick, knob, stop) {
     this.stick = stick;
     this.knob = knob;
+    this.stop = stop;
+    this.stopping = false;
+    this.rules = { zone: 0, slow: 0, deadman: -1, turbo: -1 };
     this.held = new Set();
     this.fast = false;
     this.shift = false;
@@ -82,7 +83,7 @@ export class Controls {
     let right = (event.clientX - box.left - box.width / 2) / reach, down = (event.clientY - box.top - box.height / 2) / reach;
     const length = Math.max(1, Math.hypot(right, down));
     [right, down] = [right / length, down / length];
-    this.touch = deflection(right, down);
+    this.touch = deflection(right, down, this.rules.zone);
     this.place(right * reach, down * reach);
   }
 
@@ -96,10 +97,13 @@ export class Controls {
     this.knob.style.transform = `translate(${x}px, ${y}px)`;
   }
 
-  /** The gamepad whose shoulder button is held, or that was used last; null without one. */
+  /** The gamepad whose dead-man's switch is held, or that was used last; null without one. BACK of any one stops all. */
   get pad() {
     const pads = [...(navigator.getGamepads?.() ?? [])].filter((pad) => pad?.connected);
-    const held = (pad) => DEADMAN.some((button) => pad.buttons[button]?.pressed);
+    const held = (pad) => pad.buttons[this.rules.deadman]?.pressed;
+    const stopping = pads.some((pad) => pad.buttons[STOP]?.pressed);
+    if (stopping && !this.stopping) this.stop();
+    this.stopping = stopping;
     const used = pads.find((pad) => pad.index === this.padIndex);
     const found = used && (held(used) || !pads.some(held)) ? used : (pads.find(held) ?? used ?? pads[0] ?? null);
     if (found && held(found)) {
@@ -117,11 +121,13 @@ export class Controls {
     else if (keys.length) {
       found = keysSum(keys);
       turbo ||= this.shift;
-    } else if (pad && DEADMAN.some((button) => pad.buttons[button]?.pressed)) {
-      found = deflection(pad.axes[0] ?? 0, pad.axes[1] ?? 0);
-      turbo ||= TURBO.some((button) => pad.buttons[button]?.value > 0.5);
+    } else if (pad?.buttons[this.rules.deadman]?.pressed) {
+      found = deflection(pad.axes[0] ?? 0, pad.axes[1] ?? 0, this.rules.zone);
+      found[0] += !!pad.buttons[AHEAD]?.pressed - !!pad.buttons[BACKWARD]?.pressed;
+      found[0] = Math.max(-1, Math.min(1, found[0]));
+      turbo ||= pad.buttons[this.rules.turbo]?.pressed;
     }
-    const share = turbo ? 1 : SLOW;
+    const share = turbo ? 1 : this.rules.slow;
     return found && { forward: found[0] * share, turn: found[1] * share };
   }
 }

@@ -18,7 +18,7 @@ const byId = (id) => document.getElementById(id);
 const match = new Match();
 const field = new Field(byId("field"), byId("stage"));
 const panel = new Panel();
-const controls = new Controls(byId("stick"), byId("knob"));
+const controls = new Controls(byId("stick"), byId("knob"), () => act("estop"));
 let token = takeToken();
 let takeover = false;
 let driving = false;
@@ -54,6 +54,7 @@ function hear(message) {
   switch (match.take(message, performance.now() / 1000)) {
     case "welcome":
       takeover = false;
+      controls.rules = message.driving;
       byId("door").hidden = true;
       setRole();
       break;

@@ -1,0 +1,191 @@
+"""What holds in every window of a match: the same keys, buttons, lease and dead-man's switch. Each window is tried."""
+
+import os
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pygame
+import pytest
+
+from tests.ui import synthetic
+from tests.ui.hud.making import GROUND, ROBOT
+from tests.ui.virtual_pad import VirtualPad
+from vrg.bus import messages as m
+from vrg.bus.codec import Received
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.node import Tick
+from vrg.bus.topics import Keys
+from vrg.bus.traffic import Traffic
+from vrg.hal.sensors.ins import Ins
+from vrg.ui import acts
+from vrg.ui.acts import Act
+from vrg.ui.commander.node import Commander
+from vrg.ui.developer.node import DeveloperWindow
+from vrg.ui.driving import LEASE, LONGEST, SLOW, lease
+from vrg.ui.hud.node import Hud
+from vrg.ui.replay import KEYS as REPLAY_KEYS
+from vrg.ui.spectator import Spectator
+from vrg.ui.window import SIZE, fitting
+from vrg.ui.window_node import WindowNode
+
+RIGHT, START, BACK = (
+    pygame.CONTROLLER_BUTTON_RIGHTSHOULDER, pygame.CONTROLLER_BUTTON_START, pygame.CONTROLLER_BUTTON_BACK
+)  # fmt: skip
+MAKERS: dict[str, Callable[[Keys], WindowNode]] = {
+    "spectator": lambda keys: Spectator("me", Mailbox(), keys, size=(900, 600)),
+    "developer": lambda keys: DeveloperWindow("me", Mailbox(), keys, Traffic(keys, lambda: 0.0), size=(900, 600)),
+    "commander": lambda keys: Commander("minnows", Mailbox(), keys, size=(900, 600)),
+    "hud": lambda keys: Hud(
+        "nemo", Mailbox(), keys, team="minnows", robot=ROBOT, start=synthetic.pose_at("nemo", 5.0), ground=GROUND,
+        size=(900, 600),
+    ),
+}  # fmt: skip
+
+
+class Bench:
+    """A window that the made-up match is told to, and a gamepad that is not in use yet."""
+
+    def __init__(self, node: WindowNode, keys: Keys) -> None:
+        self.node, self.keys, self.number = node, keys, 0
+        self.stopped = False
+        self.tick()
+        self.pad = VirtualPad()
+        self.tick()
+        self.tick()
+
+    def tick(self, rate: float = 1.0) -> list[Any]:
+        """One tick; what the window published, but for requests of pictures."""
+        self.number += 1
+        time = 5.0 + self.number / 30
+        clock = m.Clock(time=time, tick=self.number, epoch=0, rate=rate, estop=self.stopped)
+        nemo = m.Report(mode="Cross/Go", armed=True)
+        told = (
+            (self.keys.clock, clock),
+            (self.keys.referee_state, synthetic.state(time)),
+            (self.keys.report("nemo"), nemo),
+            (self.keys.sensor(Ins, "nemo", "ins"), Ins(pose=synthetic.pose_at("nemo", time))),
+        )
+        for inlet in self.node.mailbox.inlets:
+            for topic, body in told:
+                if inlet.topic.type is topic.type:
+                    inlet.offer(Received(topic.key, time, self.number, body))
+        self.node.mailbox.handover(time)
+        self.node.tick(Tick(time))
+        bodies = [out.message.body for out in self.node.mailbox.collect()]
+        return [body for body in bodies if not isinstance(body, m.CameraRequest)]
+
+    def down(self, key: int, times: int = 1) -> list[Any]:
+        for _ in range(times):
+            pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=key, mod=0))
+        return self.tick()
+
+    def up(self, key: int) -> list[Any]:
+        pygame.event.post(pygame.event.Event(pygame.KEYUP, key=key, mod=0))
+        return self.tick()
+
+    def button(self, number: int) -> list[Any]:
+        """Press and release a button of the gamepad."""
+        said = []
+        for down in (True, False):
+            self.pad.button(number, down)
+            said += self.tick()
+        return said
+
+
+@pytest.fixture(params=MAKERS)
+def bench(request: pytest.FixtureRequest, keys: Keys) -> Iterator[Bench]:
+    os.environ["SDL_JOYSTICK_ALLOW_BACKGROUND_EVENTS"] = "1"
+    made = Bench(MAKERS[request.param](keys), keys)
+    yield made
+    made.node.stop()
+
+
+def lent(said: list[Any]) -> list[m.Manual]:
+    return [body for body in said if isinstance(body, m.Manual)]
+
+
+def test_space_and_the_pads_back_are_the_emergency_stop_also_before_the_pad_is_in_use(bench: Bench) -> None:
+    assert [type(body) for body in bench.button(BACK)] == [m.Estop]
+    assert [type(body) for body in bench.down(pygame.K_SPACE, times=25)] == [m.Estop], "held, it is one order"
+
+
+def test_m_drives_by_hand_and_held_it_toggles_once(bench: Bench) -> None:
+    bench.down(pygame.K_m, times=25)
+    driven = bench.node.driving.player
+    assert driven is not None
+    assert lent(bench.down(pygame.K_UP))[-1] == m.Manual(forward=SLOW, turn=0.0, lease=LEASE)
+    assert lent(bench.down(pygame.K_LSHIFT))[-1].forward == 1.0
+    bench.up(pygame.K_LSHIFT)
+    assert lent(bench.up(pygame.K_UP))[-1].forward == 0.0
+    assert lent(bench.down(pygame.K_ESCAPE)) == [m.Manual(forward=0.0, turn=0.0, lease=0.0)]
+    assert bench.node.driving.player is None
+
+
+def test_start_drives_by_hand_and_nothing_moves_without_the_deadmans_switch(bench: Bench) -> None:
+    bench.button(START)
+    bench.button(START)
+    assert bench.node.driving.player is not None
+    bench.pad.axis(pygame.CONTROLLER_AXIS_LEFTY, -1.0)
+    bench.tick()
+    assert lent(bench.tick())[-1].forward == 0.0
+    bench.pad.button(RIGHT, True)
+    bench.tick()
+    assert lent(bench.tick())[-1].forward == pytest.approx(SLOW)
+    bench.pad.unplug()
+    assert lent(bench.tick()) == [m.Manual(forward=0.0, turn=0.0, lease=0.0)]
+    assert "gamepad is lost" in bench.node.notice
+    assert lent(bench.tick()) == []
+
+
+def test_an_emergency_stop_gives_the_robot_back_so_that_it_does_not_drive_on(bench: Bench) -> None:
+    bench.down(pygame.K_m)
+    bench.down(pygame.K_UP)
+    bench.stopped = True
+    said = [body for _ in range(4) for body in lent(bench.tick())]
+    assert said[-1].lease == 0.0
+    assert "emergency stop" in bench.node.notice
+    bench.stopped = False
+    assert lent([body for _ in range(4) for body in bench.tick()]) == []
+
+
+def test_closing_gives_the_robot_back(bench: Bench) -> None:
+    bench.down(pygame.K_m)
+    assert lent(bench.down(pygame.K_q))[-1].lease == 0.0
+    assert bench.node.closed
+    assert not pygame.display.get_init()
+
+
+def test_the_end_key_closes_nothing(bench: Bench) -> None:
+    bench.down(pygame.K_END)
+    assert not bench.node.closed
+
+
+def test_question_mark_lists_the_keys_that_the_window_answers_to(bench: Bench) -> None:
+    assert bench.node.listed == []
+    pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=pygame.K_SLASH, mod=0, unicode="?"))
+    bench.tick()
+    listed = dict(bench.node.listed)
+    assert listed["SPACE"] == "emergency stop"
+    assert ("H" in listed) == bench.node.official
+
+
+def test_a_lease_is_of_real_time_and_within_the_bound_of_the_message() -> None:
+    assert lease(1.0) == LEASE
+    assert lease(2.0) == pytest.approx(2 * LEASE)
+    assert lease(100.0) == lease(0.0) == LONGEST
+
+
+def test_no_key_is_listed_with_two_meanings() -> None:
+    keys = [act.value[0] for act in Act if act.value[0]]
+    assert len(keys) == len(set(keys))
+    assert set(REPLAY_KEYS) - {act.value for act in Act} == {("ARROWS", "5 s on or back, speed")}
+    assert {press.act for press in acts.PAD.values()} <= set(Act)
+
+
+@pytest.mark.parametrize(
+    ("screen", "size"),
+    [((1280, 720), (1280, 640)), ((1920, 1080), (1440, 810)), ((3840, 2160), (2880, 1620)), ((800, 600), (800, 520))],
+)
+def test_a_window_fits_its_screen_below_the_decorations(screen: tuple[int, int], size: tuple[int, int]) -> None:
+    assert fitting(screen) == size
+    assert SIZE == (1280, 720)

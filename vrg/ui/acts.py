@@ -1,0 +1,160 @@
+"""What the keys and the buttons of a gamepad mean: the same in every window, so there is one table of them.
+
+A window answers to some of these acts and lists those behind `?`. SPACE and the pad's BACK are the emergency stop
+wherever a robot can move. A gamepad moves a robot only while its right shoulder button, the dead-man's switch, is held.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import Enum
+from typing import Final
+
+import pygame
+
+
+class Act(Enum):
+    """What is asked for, with its key and its meaning as they are listed. Without a key it is listed elsewhere."""
+
+    STOP = ("SPACE", "emergency stop")
+    RELEASE = ("U", "release the stop")
+    HALT = ("H", "halt")
+    CONTINUE = ("C", "start, continue")
+    RECOVER = ("R", "recover robots")
+    NEXT = ("TAB", "drive a player")
+    PREVIOUS = ("SHIFT TAB", "drive the one before")
+    STEER = ("ARROWS", "steer, SHIFT: fast")
+    LEAVE = ("ESC", "give it back, close")
+    GOTO = ("G", "drive to the goal")
+    MANUAL = ("M", "drive by hand")
+    BEGIN = ("HOME", "to the start")
+    END = ("END", "to the end")
+    PAUSE = ("K", "pause, go on")
+    STEP = (".", "one step on")
+    STEP_BACK = (",", "one step back")
+    FASTER = ("+", "faster")
+    SLOWER = ("-", "slower")
+    NEXT_CALL = ("PG DN", "next call")
+    PREVIOUS_CALL = ("PG UP", "previous call")
+    BRANCH = ("F", "from here on")
+    SELECT = ("N", "select the next player")
+    LAYER = ("CTRL 1 to 7", "what the field shows")
+    TAB = ("F2 to F5", "the tabs")
+    PLANS = ("L", "lines of plans")
+    WHY = ("W", "why that call")
+    PICTURE = ("P", "picture")
+    SCREEN = ("F11", "whole screen")
+    HELP = ("?", "these keys")
+    CLOSE = ("Q", "close window")
+    ORDER = ("A B X Y", "set the team's priority")
+    PLAYER = ("1 to 4", "drive that player")
+    TAKE = ("ENTER", "set, take")
+    PAD_LOST = ("", "")
+
+
+@dataclass(frozen=True)
+class Press:
+    """A key or a button that went down.
+
+    Args:
+        act: what it asks for; None if it has no meaning but its sign.
+        number: which one, from 0, of the acts that have several keys: ORDER, PLAYER, LAYER, TAB.
+        key: pygame's number of the key; 0 for a button. sign: what it types, or empty.
+        back: SHIFT is held: the other way round. again: the key is held, and this is its repetition.
+    """
+
+    act: Act | None
+    number: int = 0
+    key: int = 0
+    sign: str = ""
+    back: bool = False
+    again: bool = False
+
+
+_KEYS: Final = {
+    pygame.K_SPACE: Act.STOP,
+    pygame.K_u: Act.RELEASE,
+    pygame.K_h: Act.HALT,
+    pygame.K_c: Act.CONTINUE,
+    pygame.K_r: Act.RECOVER,
+    pygame.K_TAB: Act.NEXT,
+    pygame.K_UP: Act.STEER,
+    pygame.K_DOWN: Act.STEER,
+    pygame.K_LEFT: Act.STEER,
+    pygame.K_RIGHT: Act.STEER,
+    pygame.K_ESCAPE: Act.LEAVE,
+    pygame.K_g: Act.GOTO,
+    pygame.K_m: Act.MANUAL,
+    pygame.K_HOME: Act.BEGIN,
+    pygame.K_END: Act.END,
+    pygame.K_k: Act.PAUSE,
+    pygame.K_PAGEDOWN: Act.NEXT_CALL,
+    pygame.K_PAGEUP: Act.PREVIOUS_CALL,
+    pygame.K_f: Act.BRANCH,
+    pygame.K_n: Act.SELECT,
+    pygame.K_l: Act.PLANS,
+    pygame.K_w: Act.WHY,
+    pygame.K_p: Act.PICTURE,
+    pygame.K_F11: Act.SCREEN,
+    pygame.K_F1: Act.HELP,
+    pygame.K_q: Act.CLOSE,
+    pygame.K_RETURN: Act.TAKE,
+    pygame.K_KP_ENTER: Act.TAKE,
+    pygame.K_KP_PLUS: Act.FASTER,
+    pygame.K_KP_MINUS: Act.SLOWER,
+}
+_SIGNS: Final = {
+    "?": Act.HELP,
+    ".": Act.STEP,
+    ",": Act.STEP_BACK,
+    "+": Act.FASTER,
+    "=": Act.FASTER,
+    "-": Act.SLOWER,
+}
+"""What signs mean, which are on other keys on other keyboards. On many, = is + without SHIFT."""
+ORDERS: Final = (pygame.K_a, pygame.K_b, pygame.K_x, pygame.K_y)
+DIGITS: Final = tuple(range(pygame.K_1, pygame.K_9 + 1))
+TABS: Final = (pygame.K_F2, pygame.K_F3, pygame.K_F4, pygame.K_F5)
+_ROWS: Final = ((ORDERS, Act.ORDER), (DIGITS, Act.PLAYER), (TABS, Act.TAB))
+
+AHEAD: Final = {pygame.K_UP: 1.0, pygame.K_DOWN: -1.0}
+ASIDE: Final = {pygame.K_LEFT: 1.0, pygame.K_RIGHT: -1.0}
+FAST: Final = frozenset({pygame.K_LSHIFT, pygame.K_RSHIFT})
+
+PAD: Final = {
+    pygame.CONTROLLER_BUTTON_A: Press(Act.ORDER, 0),
+    pygame.CONTROLLER_BUTTON_B: Press(Act.ORDER, 1),
+    pygame.CONTROLLER_BUTTON_X: Press(Act.ORDER, 2),
+    pygame.CONTROLLER_BUTTON_Y: Press(Act.ORDER, 3),
+    pygame.CONTROLLER_BUTTON_DPAD_UP: Press(Act.PLAYER, 0),
+    pygame.CONTROLLER_BUTTON_DPAD_RIGHT: Press(Act.PLAYER, 1),
+    pygame.CONTROLLER_BUTTON_DPAD_DOWN: Press(Act.PLAYER, 2),
+    pygame.CONTROLLER_BUTTON_DPAD_LEFT: Press(Act.PLAYER, 3),
+    pygame.CONTROLLER_BUTTON_START: Press(Act.MANUAL),
+    pygame.CONTROLLER_BUTTON_RIGHTSTICK: Press(Act.NEXT),
+    pygame.CONTROLLER_BUTTON_BACK: Press(Act.STOP),
+}
+"""What the buttons of a gamepad ask for once. While a player is driven, A and B also drive it ahead and back."""
+PAD_AHEAD, PAD_BACK = pygame.CONTROLLER_BUTTON_A, pygame.CONTROLLER_BUTTON_B
+DEADMAN: Final = pygame.CONTROLLER_BUTTON_RIGHTSHOULDER
+TURBO: Final = pygame.CONTROLLER_BUTTON_LEFTSHOULDER
+
+
+def press_of(event: pygame.event.Event, *, again: bool = False) -> Press:
+    """The meaning of a KEYDOWN event of pygame; `again` is as in Press."""
+    key, mod, sign = event.key, getattr(event, "mod", 0), getattr(event, "unicode", "")
+    back, control = bool(mod & pygame.KMOD_SHIFT), bool(mod & (pygame.KMOD_CTRL | pygame.KMOD_META))
+    if control:
+        layer = key in DIGITS
+        return Press(Act.LAYER if layer else None, DIGITS.index(key) if layer else 0, key, "", back, again)
+    act, number = _SIGNS.get(sign) or _KEYS.get(key), 0
+    for keys, of_row in _ROWS:
+        if act is None and key in keys:
+            act, number = of_row, keys.index(key)
+    if act is Act.NEXT and back:
+        act = Act.PREVIOUS
+    return Press(act, number, key, sign if sign.isprintable() else "", back, again)
+
+
+def listed(acts: Iterable[Act]) -> list[tuple[str, str]]:
+    """The keys of some acts, each with its meaning, as they are listed."""
+    return [act.value for act in acts]

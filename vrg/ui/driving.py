@@ -1,0 +1,98 @@
+"""The rules by which people drive robots by hand, in every window and on the page. This needs no window and no gamepad.
+
+A person holds a player by a lease that each command renews. It ends as soon as the person gives the player back, and
+LEASE later if commands stop coming, as when the process or the link dies: the player then plays on by itself.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import Manual
+from vrg.bus.topics import Keys
+from vrg.ui.pace import match_speed
+
+LEASE: Final = 0.3
+"""The real time in s that a command holds. Commands come at least ten times a second."""
+LONGEST: Final = 1.0
+"""The longest lease that a message can ask for, s of match time."""
+SLOW: Final = 0.5
+"""The part of a robot's speed that it is driven with while SHIFT or the turbo button is not held."""
+DEAD_ZONE: Final = 0.15
+"""How far from its centre a stick must be before it counts, 0 to 1."""
+
+
+@dataclass(frozen=True)
+class Hands:
+    """What a person's hands hold at one instant.
+
+    Args:
+        forward, turn: -1 to 1: ahead, and to the left.
+        enabled: the dead-man's switch is held. Without it the driven player stands.
+        turbo: full speed is asked for.
+    """
+
+    forward: float = 0.0
+    turn: float = 0.0
+    enabled: bool = False
+    turbo: bool = False
+
+    @property
+    def shares(self) -> tuple[float, float]:
+        """The parts of the robot's top speed and of its top turn rate that are asked for, each -1 to 1."""
+        share = 0.0 if not self.enabled else 1.0 if self.turbo else SLOW
+        return max(-1.0, min(1.0, self.forward)) * share, max(-1.0, min(1.0, self.turn)) * share
+
+
+def radial(x: float, y: float) -> tuple[float, float]:
+    """The position of a stick with a round dead zone, scaled so that it grows from 0 at the zone's border to 1."""
+    length = math.hypot(x, y)
+    if length <= DEAD_ZONE:
+        return 0.0, 0.0
+    scale = min(1.0, (length - DEAD_ZONE) / (1.0 - DEAD_ZONE)) / length
+    return x * scale, y * scale
+
+
+def lease(rate: float) -> float:
+    """The match time in s that a command holds, at `rate` match seconds per real second."""
+    return min(LONGEST, LEASE * match_speed(rate))
+
+
+@dataclass
+class Driving:
+    """Publishes the commands for the player that one person drives.
+
+    Args:
+        mailbox: where messages are published. keys: of the match.
+
+    Attributes:
+        player: that is driven by hand; None while there is none.
+    """
+
+    mailbox: Mailbox
+    keys: Keys
+    player: str | None = None
+
+    def take(self, player: str | None) -> None:
+        """Drive a player from now on, and give back the one that was driven before; None drives no player."""
+        if player != self.player:
+            self.give_back()
+        self.player = player
+
+    def command(self, forward: float, turn: float, rate: float) -> None:
+        """Renew the lease. This is to be called at each tick while the match clock runs.
+
+        Args:
+            forward, turn: the parts of the robot's top speed and of its top turn rate, -1 to 1.
+            rate: match seconds per real second; 0 means as fast as possible.
+        """
+        if self.player is not None:
+            manual = Manual(forward=forward, turn=turn, lease=lease(rate))
+            self.mailbox.publish(self.keys.manual(self.player), manual)
+
+    def give_back(self) -> None:
+        """Let the player play by itself again, at once."""
+        if self.player is not None:
+            self.mailbox.publish(self.keys.manual(self.player), Manual(forward=0.0, turn=0.0, lease=0.0))
+        self.player = None

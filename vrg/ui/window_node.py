@@ -1,0 +1,238 @@
+"""The base of the windows of a match: what every one of them takes in, answers to and publishes, in the same way."""
+
+import logging
+from collections.abc import Sequence
+from pathlib import Path
+from typing import ClassVar, Final
+
+import pygame
+
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import Call, Estop, EstopRelease, Official, OfficialAction, shortened
+from vrg.bus.node import Node, Tick
+from vrg.bus.topics import Keys
+from vrg.ui.acts import Act, Press, listed
+from vrg.ui.builder import SceneBuilder, SceneInlets
+from vrg.ui.driving import Driving
+from vrg.ui.explaining import Explainer
+from vrg.ui.pace import Pace
+from vrg.ui.pads import Pads
+from vrg.ui.scene import Scene
+from vrg.ui.window import Window
+
+log = logging.getLogger(__name__)
+
+FRAME: Final = 1 / 30
+"""The real time in s between two frames, and the match time in s between two driving commands."""
+REFUSED: Final = "Only an official's seat may do that."
+STOPPED: Final = "Because of the emergency stop, {} is given back"
+LOST_PAD: Final = "The gamepad is lost: {} is given back"
+HAND: Final = "You drive {}: arrows, or stick and right shoulder button; ESC gives it back"
+LED: Final = "The referee drives {} now; then it is yours"
+
+_DECISIONS: Final = {
+    Act.HALT: OfficialAction.HALT,
+    Act.CONTINUE: OfficialAction.RESUME,
+    Act.RECOVER: OfficialAction.RECOVER,
+}
+OFFICIALS: Final = frozenset({*_DECISIONS, Act.RELEASE})
+"""The acts that need an official's seat: a router refuses them to others."""
+
+
+class WindowNode(Window, Node):
+    """A window that shows a match that runs. It opens at the first tick; closing it ends no match.
+
+    Args:
+        title: of the window. builder, inlets: what makes scenes, and of which messages.
+        size: of the window, pixels; None fits the screen. run: the run folder, for pictures that the user takes and to
+            explain calls; None if it is not on this machine.
+        by: who uses it, for the log. official: whether it has an official's seat.
+
+    Attributes:
+        answers: the acts that this window answers to, as they are listed behind `?`.
+        scene: what the window showed last. driving: the hold on the player that the user drives.
+        pads: the gamepads and the keyboard. notice: what the user must read, until the next thing that the user does.
+
+    Raises:
+        LaunchError: at the first tick, there is no display.
+    """
+
+    kind: ClassVar[str] = "spectator"
+    answers: ClassVar[tuple[Act, ...]] = ()
+
+    def __init__(
+        self,
+        name: str,
+        mailbox: Mailbox,
+        keys: Keys,
+        title: str,
+        *,
+        builder: SceneBuilder,
+        inlets: SceneInlets,
+        size: tuple[int, int] | None = None,
+        run: Path | None = None,
+        period: float = FRAME,
+        by: str = "",
+        official: bool = True,
+    ) -> None:
+        Node.__init__(self, name, mailbox, period)
+        Window.__init__(self, f"VRG: {title}", size, run)
+        self.scene = Scene()
+        self.driving = Driving(mailbox, keys)
+        self.pads = Pads()
+        self.notice = ""
+        self.official = official
+        self.explainer = Explainer(run)
+        self._keys = keys
+        self._builder = builder
+        self._inlets = inlets
+        self._by = shortened(by or name, 64)
+        self._pace = Pace(FRAME)
+
+    @property
+    def drivable(self) -> Sequence[str]:
+        """The players that can be driven here, in the order in which TAB goes through them."""
+        return [player.name for player in self.scene.players] if self.official else []
+
+    @property
+    def stopped(self) -> bool:
+        """Whether the emergency stop is engaged."""
+        return self.scene.estop
+
+    @property
+    def hand(self) -> str:
+        """What stands in the window while its user drives a player, or what the user must read."""
+        player = self.driving.player
+        if self.notice or player is None:
+            return self.notice
+        status = self.scene.player(player)
+        return (LED if status is not None and status.leased else HAND).format(player)
+
+    @property
+    def listed(self) -> Sequence[tuple[str, str]]:
+        """The keys to list now; empty while they are not asked for."""
+        shown = (Act.STOP, *self.answers, Act.PICTURE, Act.SCREEN, Act.HELP, Act.CLOSE)
+        return listed(act for act in shown if self.official or act not in OFFICIALS) if self.help else []
+
+    # -- what a subclass does
+
+    def take_in(self, tick: Tick) -> None:
+        """Take in the messages that arrived."""
+        self._inlets.feed(self._builder)
+
+    def steer(self, tick: Tick) -> None:
+        """Publish what the user's hands ask for. This is called at each tick while the match clock runs."""
+        self.driving.command(*self.pads.hands.shares, self.scene.rate)
+
+    def draw(self, window: pygame.Surface, tick: Tick, *, asked: bool) -> None:
+        """Draw `scene` upon the window; `asked` is True where the user has just done something."""
+        raise NotImplementedError
+
+    # -- what all do
+
+    def tick(self, tick: Tick) -> None:
+        """Take in messages and events, publish what the user wants, and draw at most one frame."""
+        if self.closed:
+            return
+        if not self._opened:
+            self.open()
+            self.pads.start()
+        self.take_in(tick)
+        asked = self.handle_events() | self.explainer.look()
+        if self.closed:
+            return
+        player = self.driving.player
+        if player is not None and self.stopped:
+            # So that it does not drive on by itself when the stop is released.
+            self.give_back(STOPPED.format(player))
+        elif player is not None and player not in self.drivable:
+            self.give_back()
+        if tick.live:
+            self.steer(tick)
+        if self._pace.due(tick, self.scene.rate) or asked:
+            self.scene = self._builder.build(tick.live)
+            window = pygame.display.get_surface()
+            if window is not None:
+                self.draw(window, tick, asked=asked)
+                self.show()
+
+    def stop(self) -> None:
+        """Give the driven player back and close the window. Calling it again does nothing."""
+        self.close()
+
+    def close(self) -> None:
+        """Give the driven player back and close the window. Calling it again does nothing."""
+        self.give_back()
+        self.explainer.close()
+        if self._opened:
+            self.pads.stop()
+        super().close()
+
+    def handle(self, event: pygame.event.Event) -> bool:
+        """Answer to one event, also of a gamepad; return whether it should be seen at once."""
+        press = None if self.typing and event.type == pygame.KEYDOWN else self.pads.take(event)
+        if press is not None:
+            self.press(press)
+            return True
+        return super().handle(event)
+
+    def press(self, press: Press) -> None:
+        """Answer to a key or a button."""
+        self.notice = ""
+        act = press.act
+        if act is Act.STOP:
+            self.mailbox.publish(self._keys.estop, Estop(by=self._by))
+        elif act is Act.PAD_LOST:
+            self.lose_pad()
+        elif act in self.answers:
+            self.answer(press)
+
+    def answer(self, press: Press) -> None:
+        """Answer to one of the acts in `answers`."""
+        act = press.act
+        if act in OFFICIALS or (act in (Act.NEXT, Act.PREVIOUS, Act.MANUAL) and not self.drivable):
+            self._decide(act)
+        elif act in (Act.NEXT, Act.PREVIOUS):
+            self._next(1 if act is Act.NEXT else -1)
+        elif act is Act.MANUAL and self.driving.player is None:
+            self._next(1)
+        elif act is Act.LEAVE and self.explainer.card is not None:
+            self.explainer.close()
+        elif act in (Act.LEAVE, Act.MANUAL):
+            self.give_back()
+        elif act is Act.WHY:
+            self.explain(self.scene.calls[-1] if self.scene.calls else None)
+
+    def give_back(self, notice: str = "") -> None:
+        """Let the driven player play by itself again; `notice` is what the user must read."""
+        self.driving.give_back()
+        self.notice = notice or self.notice
+
+    def lose_pad(self) -> None:
+        """Give the driven player back, because the gamepad in use is lost."""
+        if self.driving.player is not None:
+            log.warning(LOST_PAD.format(self.driving.player))
+            self.give_back(LOST_PAD.format(self.driving.player))
+
+    def explain(self, call: Call | None) -> None:
+        """Show why a call was made; None shows the field again."""
+        self.explainer.ask(call, self.scene.game)
+
+    def decide(self, action: OfficialAction, subject: str | None = None) -> None:
+        """Publish an official's decision; `subject` is the player that it is about. A router refuses it to others."""
+        self.mailbox.publish(self._keys.official, Official(action=action, by=self._by, subject=subject))
+
+    def _decide(self, act: Act | None) -> None:
+        if not self.official:
+            self.notice = REFUSED
+        elif act is Act.RELEASE:
+            self.mailbox.publish(self._keys.estop_release, EstopRelease(by=self._by))
+        elif act in _DECISIONS:
+            self.decide(_DECISIONS[act])
+
+    def _next(self, step: int) -> None:
+        players, before = list(self.drivable), self.driving.player
+        if before in players:
+            self.driving.take(players[(players.index(before) + step) % len(players)])
+        else:
+            self.driving.take(players[0 if step > 0 else -1])
