@@ -72,7 +72,7 @@ def test_a_display_drives_by_its_seat_and_the_match_goes_on_without_its_screen(a
                 heard = pulses["hud/ann"]
                 observer.wait_until(lambda: pulses["hud/ann"] > heard + 2, "the window")
                 observer.time_passes(2.0, "ann to be away from where she began")
-                print("r", file=hud.stdin, flush=True)
+                print("home", file=hud.stdin, flush=True)
                 observer.wait_until(lambda: observer.mode("ann") == "Manual", "ann to be driven back")
                 observer.wait_moving("ann")
                 server.kill()
