@@ -200,7 +200,7 @@ def test_an_emergency_stop_halts_and_holds_until_released_and_resumed(table: Tab
     resume = m.Official(action=m.OfficialAction.RESUME, by="ann")
     table.hear(KEYS.official, resume)
     assert table.tick().halted
-    assert "release it" in table.calls[-1].text
+    assert "an official releases it" in table.calls[-1].text
     table.hear(KEYS.estop_release, m.EstopRelease(by="ann"), 1)
     state = table.tick(estop=True)  # the world has not heard it yet
     assert (state.estop, state.halted is None) == (False, False)
@@ -522,7 +522,7 @@ class TestLatchedFaults:
         for _ in range(3):
             self.report(table, fault=None)
             state = table.tick()
-        hint = "(`vrg official recover m1` or the key R clears it)"
+        hint = "(an official recovers the robot)"
         assert state.waiting == (f"m1: its robot has latched a fault {hint}",)
         assert state.halted is None
 

@@ -303,11 +303,11 @@ def test_a_halt_says_how_it_is_left_and_what_is_in_the_way() -> None:
     assert match.state(at(1), estop=False).way_out is None
     match.halt("rain")
     match.step(0.1, at(1), [])
-    assert match.state(at(1), estop=False).way_out == "The key C or `vrg official resume` continues play"
+    assert match.state(at(1), estop=False).way_out == "An official continues play"
     match.step(0.1, at(1), ["b does not report", "c does not report"])
     way_out = match.state(at(1), estop=False).way_out
     assert way_out is not None
-    assert way_out.startswith("The key C or `vrg official resume` continues play as soon as this is solved: b does")
+    assert way_out.startswith("An official continues play as soon as this is solved: b does")
     assert way_out.endswith("solved: b does not report; c does not report")
 
 
@@ -321,7 +321,7 @@ def test_how_a_halt_is_left_does_not_repeat_its_reason() -> None:
     match.step(0.1, at(1), ["b does not report"])
     way_out = match.state(at(1), estop=False).way_out
     assert way_out is not None
-    assert way_out.startswith("As soon as this is solved, the key C")
+    assert way_out.startswith("An official continues play as soon as this is solved")
 
 
 def test_an_official_has_a_virtual_robot_put_on_its_mark_or_anywhere() -> None:
@@ -423,4 +423,4 @@ def test_a_physical_robot_that_is_late_may_be_driven_or_carried_and_its_official
     match = Match(book)
     far = Field({"a": Pose(7, 0, 0)}, physical=frozenset({"a"}))
     texts = [call.text for _ in range(20) for call in match.step(0.1, far, []).calls]
-    assert "drive them there by hand, or carry each there and say so: `vrg official place a`" in texts[0]
+    assert "drive them there by hand, or carry each there, and an official confirms its place" in texts[0]

@@ -111,8 +111,8 @@ def test_the_window_draws_another_packages_game_in_its_colours(scene_at):
     surface, about = painted(scene)
     for name, colour in (("bruce", ORANGE), ("nemo", PURPLE), ("marlin", GREY)):
         assert pixels(surface, about(name), colour) > 60, name
-    for card, colour in ((958, PURPLE), (1114, ORANGE)):
-        assert pixels(surface, pygame.Rect(card, 150, 3, 20), colour) > 40, "a team has the colour of its first role"
+    for plate, colour in ((620, PURPLE), (860, ORANGE)):
+        assert pixels(surface, pygame.Rect(plate, 38, 60, 6), colour) > 100, "a team has the colour of its first role"
 
 
 @pytest.mark.usefixtures("installed")

@@ -72,9 +72,9 @@ def test_trails_begin_anew_when_the_world_restarts():
 
 def test_only_the_last_calls_are_kept():
     builder = SceneBuilder()
-    for number in range(1, 100):
+    for number in range(1, CALLS_KEPT + 10):
         builder.call(m.Call(number=number, rule="tag", text="", players=(), poses=(), clock=0.0), 0.0)
-    assert [call.number for call in builder.build(True).calls] == list(range(100 - CALLS_KEPT, 100))
+    assert [call.number for call in builder.build(True).calls] == list(range(10, CALLS_KEPT + 10))
 
 
 def test_what_an_official_was_refused_pushes_no_call_off_the_list():

@@ -28,7 +28,7 @@ def test_a_sketch_is_shown_in_the_colour_of_its_players_role_while_it_plays():
     builder.sketch("bruce", m.Sketch(strokes=(m.Stroke(points=((1.0, 2.0),), label="x"),)))
     builder.sketch("somebody else", m.Sketch(strokes=(m.Stroke(points=((3.0, 3.0),)),)))
     builder.referee(synthetic.state(1.0))
-    assert builder.build(True).strokes == (SceneStroke("shark", ((1.0, 2.0),), "x"),)
+    assert builder.build(True).strokes == (SceneStroke("bruce", "shark", ((1.0, 2.0),), "x"),)
     builder.sketch("bruce", m.Sketch(strokes=()))
     assert builder.build(True).strokes == ()
 
@@ -37,17 +37,17 @@ def test_where_bodies_began_is_in_sight_also_outside_the_zones(scene_at):
     scene = scene_at(1.0)
     assert set(scene.starts) == {(b.pose.x, b.pose.y) for b in scene_at(0.0).bodies}
     x_min, *_ = view.extent(replace(scene, starts=((-50.0, 0.0),)))
-    assert x_min == pytest.approx(-50.0 - view.MARGIN)
+    assert x_min == pytest.approx(-50.0 - view.BODY - view.MARGIN)
 
 
 def test_a_stroke_is_drawn_where_it_is(scene_at, tmp_path):
     scene = scene_at(1.0)
     x_min, y_min, x_max, y_max = view.extent(scene)
     at = ((x_min + x_max) / 2 + 1.3, (y_min + y_max) / 2)
-    stroke = SceneStroke("shark", (at,))
+    stroke = SceneStroke("", "shark", (at,))
     for name, strokes in (("plain", ()), ("dot", (stroke,))):
         surface = pygame.Surface((1280, 800))
-        where = Painter().draw(surface, replace(scene, strokes=strokes))
+        where = Painter(plans=True).draw(surface, replace(scene, strokes=strokes))
         save_png(surface, tmp_path / f"{name}.png")
     plain, dot = (matplotlib.image.imread(tmp_path / f"{name}.png")[..., :3] for name in ("plain", "dot"))
     rows, columns = np.nonzero(np.abs(plain - dot).max(axis=2) > 0.05)

@@ -66,7 +66,7 @@ def test_reasons_that_change_all_the_time_do_not_fill_a_log(keys):
 
 def test_a_log_tells_once_that_the_game_is_over_and_then_no_more(keys):
     text = shown(keys, Console(file=io.StringIO()), 16.0, stage=Stage.GAME_OVER, winner="sharks")
-    assert text.count("GAME OVER") == 1
+    assert text.count("SHARKS WIN") == 1
     assert text.count("players in play") == 1
 
 

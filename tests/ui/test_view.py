@@ -20,15 +20,6 @@ def test_a_tall_field_is_turned_in_a_wide_window():
     assert view.scale == pytest.approx(940 / 19)
 
 
-def test_a_field_does_not_turn_when_a_banner_takes_room():
-    whole = (0, 0, 500, 600)
-    assert not fit(TALL, whole).turned
-    assert fit(TALL, (0, 400, 500, 200)).turned
-    small = fit(TALL, (0, 400, 500, 200), whole)
-    assert not small.turned
-    assert small.scale == pytest.approx(200 / 19)
-
-
 def test_a_tall_field_stands_in_a_tall_window():
     view = fit(TALL, (0, 0, 400, 900))
     assert not view.turned

@@ -84,7 +84,7 @@ class Attendance:
                 passing.append(f"{name} does not report")
             elif fault := _fault(name, report.body):
                 if report.body.latched and not report.body.pressed:
-                    reasons.append(f"{fault} (`vrg official recover {name}` or the key R clears it)")
+                    reasons.append(f"{fault} (an official recovers the robot)")
                 else:
                     passing.append(fault)
         if starting:

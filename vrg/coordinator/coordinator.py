@@ -254,7 +254,7 @@ class Coordinator(Node):
         if tick.live and (stale := self._stale(tick)):
             reasons.append(stale)
         if self._estop:
-            reasons.append("the emergency stop is engaged: release it with the key U or `vrg estop --release`")
+            reasons.append("the emergency stop is engaged: an official releases it")
         needed, passing = self._attendance.absent(tick, self.match.disqualified)
         # What somebody must do something about comes first, because short messages name the first reason only.
         return [*reasons, *needed, *passing]

@@ -15,7 +15,7 @@ from typing import Any
 import msgspec
 from msgspec import Struct, structs
 
-from vrg.bus.messages import OfficialAction, PlayerStatus, RefereeState, Stage, shortened
+from vrg.bus.messages import TIME_LIMIT, OfficialAction, PlayerStatus, RefereeState, Stage, shortened
 from vrg.coordinator import disqualifying, pushing
 from vrg.coordinator.auctions import auctioned
 from vrg.coordinator.disqualifying import kept_out, readmitted
@@ -155,6 +155,7 @@ class Match:
         players = kept_out(self.game, self._book.statuses(self.game, self.stage, now))
         if estop or self._reasons:
             players = standing_still(players)
+        limit = self._book.time_limit(self.game)
         return RefereeState(
             game=self._book.name,
             stage=self.stage,
@@ -171,7 +172,7 @@ class Match:
             zones=tuple(self._book.zones(self.game)),
             auctions=tuple(self.game.auctions[lot] for lot in sorted(self.game.auctions)),
             objects=tuple(self.game.objects),
-            numbers=self.game.numbers,
+            numbers={**self.game.numbers, **({} if limit is None else {TIME_LIMIT: limit})},
             winner=self.winner,
             ended=self._ended,
             estop=estop,
@@ -270,15 +271,15 @@ class Match:
         """How play can go on again, in words; None while it is not halted."""
         if not self._reasons or self.over:
             return None
-        how = "key C or `vrg official resume` continues play"
+        how = "An official continues play"
         if not self.waiting:
-            return f"The {how}"
+            return how
         others = [why for why in self.waiting if why not in self._reasons]  # those are told as the halt's reasons
         if not others:
-            return f"As soon as this is solved, the {how}"
+            return f"{how} as soon as this is solved"
         # What to do comes first: a window may cut the end.
         solved = "this is solved" if len(others) == len(self.waiting) else "this is solved, and this"
-        return shortened(f"The {how} as soon as {solved}: {'; '.join(others)}", LONGEST)
+        return shortened(f"{how} as soon as {solved}: {'; '.join(others)}", LONGEST)
 
     def _enter(self, stage: Stage) -> Stage:
         self.stage = stage
@@ -317,7 +318,7 @@ class Match:
         if physical:
             said.append(
                 f"not on their marks after {self.in_stage:.0f} s: {', '.join(physical)}; drive them there by hand, or "
-                f"carry each there and say so: `vrg official place {physical[0]}`"
+                f"carry each there, and an official confirms its place"
             )
         return Outcome(announce("placed" if virtual else "late", "; ".join(said)).calls, place=virtual)
 

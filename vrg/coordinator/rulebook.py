@@ -240,6 +240,10 @@ class RuleBook(Generic[S]):
         best = [team for team, count in score.items() if count == max(score.values())]
         return Verdict(state, winner=best[0] if len(best) == 1 else DRAW)
 
+    def time_limit(self, state: S) -> float | None:
+        """The time of play in s at which this round ends at the latest; None if it is not limited."""
+        return None
+
     def team_of(self, name: str) -> str:
         """The team of a player: by default its role at the start of the match."""
         return self.contestants[name].role

@@ -66,12 +66,14 @@ class Moment:
         sign: matplotlib's marker in a plot. word: the word in its legend, and in a window.
         others: what the other players of the call have to do with the first one, in a word such as `by`.
         thought: a plot also shows what the first player of the call sketched at that moment.
+        counts: it is by these calls that a team comes nearer to winning.
     """
 
     sign: str
     word: str
     others: str = "with"
     thought: bool = False
+    counts: bool = False
 
 
 @dataclass(frozen=True)
@@ -132,6 +134,7 @@ class Game:
         round_word: the game's word for a round.
         score_words: what the points of a team count, by team.
         won_words: why a team has won, by team, where the score does not decide.
+        decisive: the role of which players must be left, where the score does not decide; empty where it does.
         out_of_play: the states in which a player is only an obstacle.
         moments: how calls are marked in plots and windows, by rule.
         label: the game's name as people write it; made from `name` if it is empty.
@@ -153,6 +156,7 @@ class Game:
     round_word: str = "round"
     score_words: Mapping[str, str] = field(default_factory=dict)
     won_words: Mapping[str, str] = field(default_factory=dict)
+    decisive: str = ""
     out_of_play: frozenset[str] = frozenset()
     moments: Mapping[str, Moment] = field(default_factory=dict)
     label: str = ""

@@ -165,8 +165,8 @@ class _Reading:
                 )
                 for p in record.players
             ),
-            zones=self._zones, auctions=record.auctions, objects=record.objects, winner=record.winner or None,
-            estop=record.estop,
+            zones=self._zones, auctions=record.auctions, objects=record.objects, numbers=record.numbers,
+            winner=record.winner or None, ended=record.ended or None, estop=record.estop,
         )  # fmt: skip
 
 

@@ -243,7 +243,7 @@ class Recorder(Node):
                 PlayerRecord(p.name, p.team, p.role, p.state, p.may_move, () if p.mark is None else (p.mark,))
                 for p in state.players
             ),
-            state.zones, state.auctions, state.objects,
+            state.zones, state.auctions, state.objects, state.numbers, state.ended or "",
         )  # fmt: skip
         self._write("/referee/state", record, received)
 

@@ -25,7 +25,7 @@ class PlayerRecord(Struct, frozen=True, gc=False):
 
 
 class StateRecord(Struct, frozen=True, gc=False):
-    """vrg.RefereeState: the state of the match. `halted`, `way_out` and `winner` are empty where there is none."""
+    """vrg.RefereeState: the state of the match. Texts are empty where there is none."""
 
     timestamp: Time
     game: str
@@ -44,6 +44,8 @@ class StateRecord(Struct, frozen=True, gc=False):
     zones: tuple[Zone, ...]
     auctions: tuple[Auction, ...] = ()
     objects: tuple[FieldObject, ...] = ()
+    numbers: Mapping[str, float] = {}
+    ended: str = ""
 
 
 class ReportRecord(Struct, frozen=True, gc=False):

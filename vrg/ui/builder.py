@@ -20,7 +20,8 @@ TRAIL_SECONDS: Final = 6.0
 """s of a body's way that are shown."""
 TRAIL_STEP: Final = 0.2
 """s between the points of a trail."""
-CALLS_KEPT: Final = 20
+CALLS_KEPT: Final = 200
+FLASHES_KEPT: Final = 20
 FLASH_SECONDS: Final = 1.5
 """s of real time for which a call is shown where it happened."""
 
@@ -58,7 +59,8 @@ class SceneBuilder:
         self._reports: dict[str, m.Report] = {}
         self._sketches: dict[str, m.Sketch] = {}
         self._calls: deque[m.Call] = deque(maxlen=CALLS_KEPT)
-        self._moments: deque[tuple[float, m.Call]] = deque(maxlen=CALLS_KEPT)
+        self._moments: deque[tuple[float, m.Call]] = deque(maxlen=FLASHES_KEPT)
+        self._reason: m.Call | None = None
 
     def clock(self, clock: m.Clock) -> None:
         """Take match time in. After a restart of the world the trails begin anew."""
@@ -94,6 +96,9 @@ class SceneBuilder:
         """Take in what the referee called at `stamp`, s. What an official was refused is told to the official alone."""
         if call.rule != "refused":
             self._calls.append(call)
+            moment = self._game.moments.get(call.rule)
+            if moment is not None and moment.counts:
+                self._reason = call
             self._moments.append((stamp, call))
 
     def report(self, player: str, report: m.Report) -> None:
@@ -120,6 +125,7 @@ class SceneBuilder:
             estop_reason=reason,
             bodies=tuple(self._body(body) for body in self._bodies),
             calls=tuple(self._calls),
+            reason=self._reason,
             flashes=self._flashes(),
             obstacles=self._walls,
             starts=tuple(self._starts.values()),
@@ -152,7 +158,7 @@ class SceneBuilder:
     def _strokes(self, state: m.RefereeState) -> tuple[SceneStroke, ...]:
         """The sketches of the players that play."""
         return tuple(
-            SceneStroke(player.role, tuple(stroke.points), stroke.label)
+            SceneStroke(player.name, player.role, tuple(stroke.points), stroke.label)
             for player in state.players
             if player.name in self._sketches and not self._game.is_out(player.state)
             if self.team in (None, player.team)
@@ -226,6 +232,7 @@ def _with_referee(scene: Scene, state: m.RefereeState, players: tuple[ScenePlaye
         score=tuple(state.score.items()),
         winner=state.winner,
         ended=state.ended,
+        time_limit=state.numbers.get(m.TIME_LIMIT),
         players=players,
         zones=tuple(state.zones),
     )

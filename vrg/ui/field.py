@@ -39,28 +39,27 @@ class FieldPainter:
     def draw(
         self,
         surface: pygame.Surface,
-        area: Area,
+        area: pygame.Rect | Area,
         scene: Scene,
         ui: float,
         driving: str | None,
-        whole: Area,
+        *,
         below: Callable[[View], None] = lambda _view: None,
         around: float = 0.0,
-        *,
         names: bool = True,
     ) -> View:
         """Draw the scene and return where things are.
 
         Args:
-            ui: scales letters. driving: the player with a ring. whole: the area while there is no banner.
+            ui: scales letters. driving: the player with a ring.
             below: draws what more there is below the robots and their names.
             around: the distance in pixels from the player with a ring that its name stays away, at least.
             names: whether names are written.
         """
         self._game = game_of(scene.game)
         strip = strip_height(ui)
-        view = fit(extent(scene), _above(area, strip), _above(whole, strip))
         rect = pygame.Rect(area)
+        view = fit(extent(scene), (rect.left, rect.top, rect.width, max(1, rect.height - strip)))
         surface.blit(self._ground_for(rect, scene, view, ui), rect)
         rect.height = max(1, rect.height - strip)
         before = surface.get_clip()
@@ -90,7 +89,7 @@ class FieldPainter:
 
     def _ground_for(self, rect: pygame.Rect, scene: Scene, view: View, ui: float) -> pygame.Surface:
         physical = frozenset(body.physical for body in scene.bodies)
-        key = (rect.size, rect.topleft, view, ui, physical, scene.zones, scene.obstacles)
+        key = (rect.size, rect.topleft, view, ui, physical, scene.game, scene.zones, scene.obstacles)
         if self._ground is None or key != self._ground_of:
             self._ground_of = key
             self._ground = pygame.Surface(rect.size)
@@ -137,8 +136,9 @@ class FieldPainter:
         for start, end in pairwise(points):
             shapes.stroke(surface, start, end, colour, 1.5 * ui)
         shapes.disc(surface, points[-1], (2.0 if len(points) == 1 else 3.5) * ui, colour)
-        if stroke.label:
-            text = self._fonts.render(stroke.label, max(10, round(12 * ui)), palette.TEXT)
+        label = " ".join(word for word in (stroke.player, stroke.label) if word)
+        if label:
+            text = self._fonts.render(label, max(10, round(12 * ui)), palette.TEXT)
             x, y = points[-1]
             surface.blit(text, text.get_rect(midleft=(round(x + 7 * ui), round(y))))
 
@@ -162,11 +162,6 @@ class FieldPainter:
         text = text.copy()
         text.set_alpha(opacity)
         surface.blit(text, text.get_rect(center=plate.center))
-
-
-def _above(area: Area, strip: int) -> Area:
-    left, top, width, height = area
-    return left, top, width, max(1, height - strip)
 
 
 def _trail(surface: pygame.Surface, body: SceneBody, view: View, style: Style) -> None:

@@ -1,4 +1,4 @@
-"""Draws what stands still on the field: zones, grid, walls and a scale. It is drawn once and kept."""
+"""Draws what stands still on the field: zones, grid, walls, a scale and a legend. It is drawn once and kept."""
 
 import math
 
@@ -7,6 +7,7 @@ import pygame
 from vrg.bus.messages import Zone
 from vrg.colours import Rgb
 from vrg.games import game_of
+from vrg.games.game import Game, Style
 from vrg.regions import Region
 from vrg.types import Vector
 from vrg.ui import palette, shapes
@@ -17,8 +18,8 @@ from vrg.ui.zones import ZoneLook, room, zone_look
 
 
 def draw_ground(surface: pygame.Surface, scene: Scene, view: View, ui: float, fonts: Fonts) -> None:
-    """Draw field, zones, walls and legend over the whole surface; `ui` scales letters."""
-    surface.fill(palette.BACKGROUND)
+    """Draw field, zones, walls, scale and legend over the whole surface; `ui` scales letters."""
+    surface.fill(palette.APRON)
     fields = [zone.region for zone in scene.zones if zone.kind == "field"]
     for region in fields:
         shapes.polygon(surface, _outline(region, view), palette.FIELD)
@@ -36,14 +37,13 @@ def draw_ground(surface: pygame.Surface, scene: Scene, view: View, ui: float, fo
         shapes.outline(surface, corners, palette.WALL_EDGE, max(1.0, 1.5 * ui))
     strip = pygame.Rect(0, surface.get_height() - strip_height(ui), surface.get_width(), strip_height(ui))
     surface.fill(palette.BACKGROUND, strip)
-    _legend(surface, view, ui, fonts)
-    if {body.physical for body in scene.bodies} == {True, False}:
-        _explain_rim(surface, ui, fonts)
+    _scale(surface, view, ui, fonts)
+    _signs(surface, scene, game, ui, fonts)
 
 
 def strip_height(ui: float) -> int:
     """The height in pixels of the strip below the field, in which the scale is."""
-    return round(50 * ui)
+    return round(42 * ui)
 
 
 def _outline(region: Region, view: View) -> list[Pixel]:
@@ -106,6 +106,14 @@ def _name(surface: pygame.Surface, region: Region, look: ZoneLook, view: View, u
         return
     if text.get_width() > 0.85 * width and height > width:
         text = pygame.transform.rotate(text, 90)
+    elif text.get_width() > width - 4 and look.team:
+        # A corner has more room along its border than about its middle.
+        lines = [fonts.render(word, smallest, look.ink, Face.BOLD) for word in look.words.split()]
+        top = y - sum(line.get_height() for line in lines) / 2
+        for line in lines:
+            surface.blit(line, line.get_rect(midtop=(round(x), round(top))))
+            top += line.get_height()
+        return
     if text.get_width() <= width - 4 and text.get_height() <= height - 4:
         text = text.copy()
         text.set_alpha(210 if look.safe else 150)
@@ -116,11 +124,11 @@ def _between(start: Pixel, end: Pixel, share: float) -> Pixel:
     return start[0] + (end[0] - start[0]) * share, start[1] + (end[1] - start[1]) * share
 
 
-def _legend(surface: pygame.Surface, view: View, ui: float, fonts: Fonts) -> None:
+def _scale(surface: pygame.Surface, view: View, ui: float, fonts: Fonts) -> None:
     """Draw a scale in metres and where x and y point."""
     metres = next((m for m in (1, 2, 5, 10, 20, 50, 100) if m * view.scale >= 60 * ui), 100)
     length = metres * view.scale
-    left, bottom = 18 * ui, surface.get_height() - 16 * ui
+    left, bottom = 18 * ui, surface.get_height() - 13 * ui
     if surface.get_width() < length + 140 * ui or surface.get_height() < 160 * ui:
         return
     size = max(10, round(12 * ui))
@@ -143,8 +151,30 @@ def _legend(surface: pygame.Surface, view: View, ui: float, fonts: Fonts) -> Non
         surface.blit(letter, letter.get_rect(center=shapes.oriented(origin, angle, 26 * ui, 0.0)))
 
 
-def _explain_rim(surface: pygame.Surface, ui: float, fonts: Fonts) -> None:
-    text = fonts.render("white rim: physical robot", max(10, round(12 * ui)), palette.MUTED)
-    if surface.get_width() >= text.get_width() + 300 * ui:
-        corner = (surface.get_width() - 18 * ui, surface.get_height() - 12 * ui)
-        surface.blit(text, text.get_rect(bottomright=corner))
+def _signs(surface: pygame.Surface, scene: Scene, game: Game, ui: float, fonts: Fonts) -> None:
+    """Draw a legend at the right of the strip: the signs of the roles, and what is grey, as far as there is room."""
+    size, side, gap = max(11, round(13 * ui)), round(16 * ui), round(18 * ui)
+    y, right = surface.get_height() - strip_height(ui) // 2, surface.get_width() - round(14 * ui)
+    styles = [(role.name, game.style(role.name)) for role in game.roles]
+    if game.out_of_play:
+        styles.append(("out of play", game.style("", next(iter(game.out_of_play)))))
+    signs: list[tuple[str, Style | None]] = [*styles, *([("wall", None)] if scene.obstacles else [])]
+    if {body.physical for body in scene.bodies} == {True, False}:
+        signs.append(("white rim: physical robot", None))
+    for words, style in reversed(signs):
+        text = fonts.render(words, size, palette.TEXT)
+        left = right - text.get_width() - (side + round(6 * ui))
+        if left < 250 * ui:
+            return
+        surface.blit(text, text.get_rect(midright=(right, y)))
+        sign = pygame.Rect(0, 0, side, side)
+        sign.midleft = (left, y)
+        if style is not None:
+            shapes.pill(surface, sign, style.colour, radius=4)
+            shapes.marker(surface, sign.center, math.pi / 2, side * 0.32, palette.INK, style.marker)
+        elif words == "wall":
+            shapes.pill(surface, sign, palette.WALL, radius=2)
+            pygame.draw.rect(surface, palette.WALL_EDGE, sign, 1, border_radius=2)
+        else:
+            pygame.draw.rect(surface, palette.TEXT, sign, 2, border_radius=4)
+        right = left - gap

@@ -6,6 +6,8 @@ from vrg.bus.messages import Stage
 from vrg.colours import Rgb
 
 BACKGROUND: Final[Rgb] = (12, 16, 22)
+APRON: Final[Rgb] = (17, 22, 29)
+"""The ground around a field."""
 PANEL: Final[Rgb] = (20, 26, 34)
 RAISED: Final[Rgb] = (31, 39, 50)
 LINE: Final[Rgb] = (52, 62, 76)
@@ -22,7 +24,7 @@ INK: Final[Rgb] = (14, 18, 24)
 SAFE: Final[Rgb] = (0, 158, 115)
 ALARM: Final[Rgb] = (196, 32, 38)
 CAUTION: Final[Rgb] = (240, 190, 40)
-GOOD: Final[Rgb] = (0, 130, 96)
+GOOD: Final[Rgb] = (0, 118, 87)
 CALM: Final[Rgb] = (38, 84, 124)
 LOST: Final[Rgb] = (96, 74, 128)
 WARNING: Final[Rgb] = (255, 128, 112)
@@ -50,7 +52,17 @@ def mix(colour: Rgb, other: Rgb, share: float) -> Rgb:
 
 
 def ink_on(colour: Rgb) -> Rgb:
-    """The colour of dark or of light text, whichever reads better upon `colour` (relative luminance as in WCAG 2)."""
+    """The colour of dark or of light text, whichever reads better upon `colour`."""
+    return INK if luminance(colour) > 0.18 else TEXT
+
+
+def luminance(colour: Rgb) -> float:
+    """The relative luminance of a colour, 0 to 1 (WCAG 2)."""
     linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in (v / 255 for v in colour)]
-    luminance = 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
-    return INK if luminance > 0.18 else TEXT
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def contrast(one: Rgb, other: Rgb) -> float:
+    """The contrast of two colours, 1 to 21 (WCAG 2, which asks for 4.5 between text and its ground)."""
+    dark, light = sorted((luminance(one), luminance(other)))
+    return (light + 0.05) / (dark + 0.05)

@@ -1,36 +1,19 @@
-"""Draws the panel beside the field: the state of the match, the players and the referee's words."""
+"""Draws the panel beside the field: the things of the game, the players and the referee's calls, which scroll."""
 
-from dataclasses import dataclass
 from typing import Final
 
 import pygame
+from pygame import Rect
 
-from vrg.bus.messages import Call, Stage
+from vrg.bus.messages import Call
 from vrg.games import UNKNOWN, game_of
-from vrg.games.game import title
 from vrg.ui import kit, palette, shapes
 from vrg.ui.roster import RosterPainter
 from vrg.ui.scene import Scene, clock_text
 from vrg.ui.text import Face, Fonts
 
-_PLAYERS_SHARE: Final = 0.45
+_PLAYERS_SHARE: Final = 0.55
 """The part of the panel's height that the list of players may have."""
-
-
-@dataclass
-class _Pen:
-    """Where the next line is written, pixels."""
-
-    surface: pygame.Surface
-    left: int
-    right: int
-    top: int
-    bottom: int
-    y: int
-
-    @property
-    def width(self) -> int:
-        return self.right - self.left
 
 
 class PanelPainter:
@@ -38,130 +21,97 @@ class PanelPainter:
 
     Args:
         fonts: to write with.
+
+    Attributes:
+        first: the number of the call that stands on top, from the newest, which is 0.
     """
 
     def __init__(self, fonts: Fonts) -> None:
+        self.first = 0
         self._fonts = fonts
         self._roster = RosterPainter(fonts)
         self._game = UNKNOWN
-        self._shown: list[tuple[pygame.Rect, Call]] = []
+        self._area = Rect(0, 0, 0, 0)
+        self._shown: list[tuple[Rect, Call]] = []
+        self._count = 0
 
-    def draw(self, surface: pygame.Surface, area: pygame.Rect, scene: Scene, ui: float, driving: str | None) -> None:
+    def draw(self, surface: pygame.Surface, area: Rect, scene: Scene, ui: float, driving: str | None) -> None:
         """Draw the scene's words; `ui` scales letters, `driving` is the player that the user drives by hand."""
         pygame.draw.rect(surface, palette.PANEL, area)
         pygame.draw.line(surface, palette.LINE, area.topleft, area.bottomleft)
         before = surface.get_clip()
         surface.set_clip(area.clip(before))
         self._game = game_of(scene.game)
-        pad = round(18 * ui)
-        pen = _Pen(surface, area.left + pad, area.right - pad, area.top, area.bottom, area.top + pad)
-        self._heading(pen, scene, ui)
-        self._scores(pen, scene, ui)
-        self._players(pen, scene, ui, driving)
-        hint = self._fonts.render("? shows the keys", round(11 * ui), palette.MUTED)
-        floor = area.bottom - round(10 * ui) - hint.get_height()
-        surface.blit(hint, (pen.left, floor))
-        self._calls(pen, scene, ui, floor - round(8 * ui))
+        self._area = area
+        pad = round(14 * ui)
+        inside = area.inflate(-2 * pad, -2 * pad)
+        hint = self._fonts.render("? shows the keys", round(12 * ui), palette.MUTED)
+        inside.height -= hint.get_height() + pad // 2
+        surface.blit(hint, (inside.left, inside.bottom + pad // 2))
+        self._objects(surface, inside, scene, ui)
+        self._players(surface, inside, scene, ui, driving)
+        self._calls(surface, inside, scene, ui)
         surface.set_clip(before)
 
     def call_at(self, place: tuple[int, int]) -> Call | None:
         """The call that is written at a pixel of the window; None if there is none."""
         return next((call for area, call in self._shown if area.collidepoint(place)), None)
 
-    def _heading(self, pen: _Pen, scene: Scene, ui: float) -> None:
-        size = round(21 * ui)
-        name = self._fonts.shorten(
-            self._game.title or title(scene.game) or "Waiting for the referee", pen.width, size, Face.BOLD
-        )
-        pen.surface.blit(self._fonts.render(name, size, palette.TEXT, Face.BOLD), (pen.left, pen.y))
-        pen.y += round(size * 1.5)
-        if scene.stage is None:
-            return
-        chips = [(title(scene.stage.value), palette.STAGE_COLOURS[scene.stage])]
-        if scene.halted is not None and scene.stage is not Stage.GAME_OVER:
-            chips.append(("Halt", palette.CAUTION))
-        x = pen.left
-        for words, colour in chips:
-            x = kit.chip(pen.surface, (x, pen.y), words, colour, ui, self._fonts).right + round(6 * ui)
-        counted = f"{self._game.round_word} {scene.round} of {scene.rounds}"
-        text = self._fonts.render(counted, round(14 * ui), palette.TEXT)
-        pen.surface.blit(text, (x + round(4 * ui), pen.y + round(3 * ui)))
-        pen.y += round(32 * ui)
-        big = self._fonts.render(clock_text(scene.clock), round(40 * ui), palette.TEXT, Face.MONO)
-        pen.surface.blit(big, (pen.left, pen.y))
-        notes = ["play clock", f"match {clock_text(scene.time)}"]
-        if scene.rate != 1.0:
-            notes.append(f"speed ×{scene.rate:g}" if scene.rate else "full speed")
-        for index, note in enumerate(notes):
-            small = self._fonts.render(note, round(11 * ui), palette.MUTED)
-            pen.surface.blit(small, small.get_rect(topright=(pen.right, pen.y + round((5 + 15 * index) * ui))))
-        pen.y += round(54 * ui)
+    def scroll(self, place: tuple[int, int], steps: int) -> None:
+        """Scroll the calls by so many, to older ones if they are positive, if a pixel is on the panel."""
+        if self._area.collidepoint(place):
+            self.first = min(max(0, self.first + steps), max(0, self._count - 1))
 
-    def _scores(self, pen: _Pen, scene: Scene, ui: float) -> None:
-        if not scene.score:
-            return
-        gap, height = round(8 * ui), round(52 * ui)
-        width = (pen.width - gap * (len(scene.score) - 1)) // len(scene.score)
-        for index, (team, points) in enumerate(scene.score):
-            card = pygame.Rect(pen.left + index * (width + gap), pen.y, width, height)
-            shapes.pill(pen.surface, card, palette.RAISED)
-            colour = self._game.team_style(team).colour
-            pygame.draw.rect(
-                pen.surface, colour, (card.left, card.top, round(4 * ui), height),
-                border_top_left_radius=8, border_bottom_left_radius=8,
-            )  # fmt: skip
-            number = self._fonts.render(str(points), round(26 * ui), palette.TEXT, Face.BOLD)
-            right = pen.surface.blit(number, number.get_rect(midright=(card.right - round(12 * ui), card.centery)))
-            room = right.left - card.left - round(20 * ui)
-            size = round(14 * ui)
-            words = self._fonts.shorten(title(team), room, size)
-            label = self._fonts.render(words, size, palette.MUTED)
-            pen.surface.blit(label, label.get_rect(midleft=(card.left + round(14 * ui), card.centery)))
-        pen.y += height + round(8 * ui)
+    def _objects(self, surface: pygame.Surface, inside: Rect, scene: Scene, ui: float) -> None:
+        size, step = round(14 * ui), round(21 * ui)
         for thing in scene.objects:
-            size = round(13 * ui)
-            shapes.flag(
-                pen.surface, (pen.left + round(4 * ui), pen.y + size), size, self._game.team_style(thing.team).colour
-            )
-            words = self._fonts.shorten(thing.words, pen.width - round(24 * ui), size)
-            text = self._fonts.render(words, size, palette.TEXT if thing.carrier else palette.MUTED)
-            pen.surface.blit(text, (pen.left + round(22 * ui), pen.y))
-            pen.y += round(19 * ui)
-        pen.y += round(8 * ui)
+            foot = (inside.left + round(4 * ui), inside.top + size)
+            shapes.flag(surface, foot, size, self._game.team_style(thing.team).colour)
+            place = Rect(inside.left + round(24 * ui), inside.top, inside.width - round(24 * ui), size + 2)
+            kit.write(surface, thing.words, place, size, palette.TEXT if thing.carrier else palette.MUTED, self._fonts)
+            _cut(inside, step)
+        _cut(inside, round(6 * ui) if scene.objects else 0)
 
-    def _section(self, pen: _Pen, words: str, ui: float) -> None:
-        area = pygame.Rect(pen.left, pen.y, pen.width, 1)
-        pen.y += kit.heading(pen.surface, area, words, ui, self._fonts)
+    def _players(self, surface: pygame.Surface, inside: Rect, scene: Scene, ui: float, driving: str | None) -> None:
+        if scene.players:
+            _cut(inside, kit.heading(surface, inside, "PLAYERS", ui, self._fonts))
+            room = Rect(inside.left, inside.top, inside.width, round(inside.height * _PLAYERS_SHARE))
+            bottom = self._roster.draw(surface, room, scene, self._game, ui, driving) + round(10 * ui)
+            _cut(inside, bottom - inside.top)
 
-    def _players(self, pen: _Pen, scene: Scene, ui: float, driving: str | None) -> None:
-        if not scene.players:
+    def _calls(self, surface: pygame.Surface, inside: Rect, scene: Scene, ui: float) -> None:
+        """Write the calls from `first` on, the newest on top, as many as there is room for."""
+        self._shown, self._count = [], len(scene.calls)
+        self.first = min(self.first, max(0, self._count - 1))
+        if not scene.calls or inside.height < round(40 * ui):
             return
-        self._section(pen, "PLAYERS", ui)
-        room = pygame.Rect(pen.left, pen.y, pen.width, round((pen.bottom - pen.top) * _PLAYERS_SHARE))
-        pen.y = self._roster.draw(pen.surface, room, scene, self._game, ui, driving) + round(10 * ui)
-
-    def _calls(self, pen: _Pen, scene: Scene, ui: float, floor: int) -> None:
-        """Write the last calls, the newest on top, as many as there is room for."""
-        self._shown = []
-        if not scene.calls or pen.y + round(50 * ui) > floor:
-            return
-        self._section(pen, "REFEREE: CLICK A CALL TO SEE WHY", ui)
-        size, step = round(13 * ui), round(17 * ui)
-        indent = round(54 * ui)
-        for index, call in enumerate(reversed(scene.calls)):
-            lines = self._fonts.wrap(call.text, pen.width - indent, size)
-            room = (floor - pen.y) // step
+        words = "REFEREE: CLICK A CALL TO SEE WHY" if not self.first else f"REFEREE: {self.first} NEWER CALLS ABOVE"
+        _cut(inside, kit.heading(surface, inside, words, ui, self._fonts))
+        size, step, indent = round(13 * ui), round(17 * ui), round(54 * ui)
+        for index, call in enumerate(reversed(scene.calls[: self._count - self.first])):
+            if call.rule == "begin":
+                # Each round has a line of its own.
+                pygame.draw.line(surface, palette.LINE, inside.topleft, inside.topright)
+                _cut(inside, round(4 * ui))
+            lines = self._fonts.wrap(call.text, inside.width - indent, size)
+            room = inside.height // step
             if room < len(lines):
-                # A half-told call misleads, but the newest is better shortened than absent.
+                # A call that is told in half misleads, but the newest is better shortened than absent.
                 if index or room < 1:
                     return
-                lines = self._fonts.wrap(call.text, pen.width - indent, size, lines=room)
+                lines = self._fonts.wrap(call.text, inside.width - indent, size, lines=room)
             at = self._fonts.render(clock_text(call.clock), round(12 * ui), palette.MUTED, Face.MONO)
-            pen.surface.blit(at, (pen.left, pen.y + 1))
-            colour = palette.TEXT if index == 0 else palette.MUTED
-            top = pen.y
+            surface.blit(at, (inside.left, inside.top + 1))
+            colour = palette.TEXT if index == 0 or call.rule == "begin" else palette.MUTED
+            top = inside.top
             for line in lines:
-                pen.surface.blit(self._fonts.render(line, size, colour), (pen.left + indent, pen.y))
-                pen.y += step
-            self._shown.append((pygame.Rect(pen.left, top, pen.width, pen.y - top), call))
-            pen.y += round(6 * ui)
+                surface.blit(self._fonts.render(line, size, colour), (inside.left + indent, inside.top))
+                _cut(inside, step)
+            self._shown.append((Rect(inside.left, top, inside.width, inside.top - top), call))
+            _cut(inside, round(6 * ui))
+
+
+def _cut(area: Rect, height: int) -> None:
+    """Take so much from the top of an area."""
+    area.top += height
+    area.height -= height

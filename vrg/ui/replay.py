@@ -45,10 +45,11 @@ ARROWS: Final[dict[int, Callable[[Playback], Playback]]] = {
 }
 """What the arrows do, as there is no robot to steer."""
 KEYS: Final = (
-    *listed((*MOVES, Act.BRANCH, Act.WHY)),
+    *listed((*MOVES, Act.BRANCH, Act.WHY, Act.PLANS)),
     ("ARROWS", "5 s on or back, speed"),
     *listed((Act.LEAVE, Act.PICTURE, Act.SCREEN, Act.HELP, Act.CLOSE)),
 )
+OVER: Final = "HOME watches it again, any key hides this"
 NO_STOP: Final = "SPACE is the emergency stop of a match that runs: here K pauses"
 
 
@@ -87,10 +88,11 @@ class ReplayWindow(Window):
         self._timeline = timeline
         self.note = note
         self._notice = ""
+        self._over = OVER
         self._drawn: tuple[object, ...] = ()
         fonts = Fonts()
         self._panel = PanelPainter(fonts)
-        self._painter = Painter(fonts, self._panel, hints=False)
+        self._painter = Painter(fonts, self._panel)
         self._overlay = Overlay(run, brancher)
         self._bar_painter = TimeBarPainter(fonts)
 
@@ -124,7 +126,7 @@ class ReplayWindow(Window):
 
     def press(self, press: Press) -> None:
         """Answer to a key."""
-        self._notice = ""
+        self._notice, self._over = "", ""
         if self._overlay.press(press.key) or (press.again and press.key in (pygame.K_UP, pygame.K_DOWN)):
             return
         move = ARROWS.get(press.key) or (MOVES.get(press.act) if press.act is not None else None)
@@ -134,6 +136,8 @@ class ReplayWindow(Window):
             self._notice = NO_STOP
         elif press.act is Act.WHY:
             self._explain(self.scene.calls[-1] if self.scene.calls else None)
+        elif press.act is Act.PLANS:
+            self._painter.plans = not self._painter.plans
         elif press.act is Act.BRANCH:
             self._pause()
             self._overlay.choose(self.playback.time)
@@ -154,6 +158,10 @@ class ReplayWindow(Window):
         """Move the knob of the time bar, if it is held."""
         self.playback = self.playback.drag(self.bar.time_at(place[0]))
         return True
+
+    def scroll(self, place: tuple[int, int], steps: int) -> None:
+        """Scroll the calls."""
+        self._panel.scroll(place, steps)
 
     def let_go(self) -> None:
         """Let go of the knob of the time bar."""
@@ -182,7 +190,9 @@ class ReplayWindow(Window):
         bar = self.bar
         above = window.subsurface((0, 0, window.get_width(), max(1, bar.top)))
         keys = KEYS if self.help else ()
-        self.view = self._painter.draw(above, self.scene, hand=self._notice, keys=keys, card=self._overlay.card)
+        self.view = self._painter.draw(
+            above, self.scene, hand=self._notice, keys=keys, card=self._overlay.card, over=self._over
+        )
         self._bar_painter.draw(window, bar, self.playback, self._timeline.calls, self.note, self.mouse)
 
 

@@ -1,4 +1,4 @@
-"""Draws the list of players: who each is, what it does, how fast, with how much charge, and what is wrong with it."""
+"""Draws the list of players: who each is, what it does, how fast it is, and what is wrong with it."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -8,7 +8,7 @@ import pygame
 from vrg.colours import Rgb
 from vrg.games.game import Game
 from vrg.ui import palette, shapes
-from vrg.ui.deeds import LOW_BATTERY, deed
+from vrg.ui.deeds import deed
 from vrg.ui.scene import Scene, ScenePlayer, speed_text
 from vrg.ui.text import Face, Fonts
 
@@ -17,14 +17,14 @@ PHYSICAL_RIM: Final = 2
 _ROW: Final = 24
 """The height of a row where there is room, in pixels at the usual size of a window."""
 _LEAST: Final = 18
-"""The height below which rows are not made any lower; the list then has two columns, and tells no roles."""
-_WIDE: Final = (0.10, 0.36, 0.56)
+"""The height below which rows are not made any lower; the list then has two columns, and tells no speeds."""
+_WIDE: Final = (0.10, 0.42)
 _HALF: Final = (0.16, 0.60)
-"""Where the cells of a row begin, as parts of its width: name, role, deed; or name and deed."""
+"""Where the name and the deed begin in a row of one column and of two, as parts of its width."""
 _SMALLEST: Final = 0.75
 """By how much the letters of a long name are made smaller at most."""
-_SPEED: Final = 0.90
-"""Where the speed ends in a row of one column, as a part of its width. The battery stands behind it."""
+_SPEED: Final = 0.22
+"""The part of the width that the speed has in a row of one column."""
 
 
 @dataclass(frozen=True)
@@ -94,19 +94,19 @@ class RosterPainter:
         shapes.marker(surface, badge.center, 1.5708, badge.width * 0.32, palette.INK, style.marker)
         quiet = player.out_of_play
         name = (player.name, Face.BOLD, palette.CAUTION if player.fault else palette.MUTED if quiet else palette.TEXT)
-        role = (player.role, Face.REGULAR, style.colour if not quiet else palette.MUTED)
         words, colour = deed(player, driven=row.driven, brief=row.brief)
         doing = (words, Face.REGULAR, colour)
-        gauges = not row.brief and not quiet
-        cells, begins = ((name, doing), _HALF) if row.brief else ((name, role, doing), _WIDE)
-        last = _SPEED - 0.12 if gauges else 1.0
+        speed = not row.brief and not quiet and player.speed is not None
+        cells, begins = (name, doing), _HALF if row.brief else _WIDE
+        last = 1.0 - _SPEED if speed else 1.0
         size = round((12 if row.brief else 13) * ui)
         for (words, face, colour), begin, end in zip(cells, begins, (*begins[1:], last), strict=True):
             room = round(place.width * (end - begin)) - round((2 if row.brief else 6) * ui)
             text = self._cell(words, room, size, colour, face, name=begin == begins[0])
             surface.blit(text, text.get_rect(midleft=(place.left + round(place.width * begin), place.centery)))
-        if gauges:
-            self._gauges(surface, place, player, ui)
+        if speed and player.speed is not None:
+            told = self._fonts.render(f"{speed_text(player.speed)} m/s", round(12 * ui), palette.MUTED)
+            surface.blit(told, told.get_rect(midright=(place.right, place.centery)))
 
     def _cell(self, words: str, room: int, size: int, colour: Rgb, face: Face, *, name: bool) -> pygame.Surface:
         """Write a cell. A name is written smaller before it is shortened, and keeps its end: there its number is."""
@@ -119,22 +119,6 @@ class RosterPainter:
             smaller = round(_SMALLEST * size)
             words = self._fonts.shorten_middle(words, room, smaller, face)
         return self._fonts.render(words, smaller, colour, face)
-
-    def _gauges(self, surface: pygame.Surface, place: pygame.Rect, player: ScenePlayer, ui: float) -> None:
-        """Show the speed as a number and the battery as a bar at the right end of a row."""
-        if player.speed is not None:
-            text = self._fonts.render(speed_text(player.speed), round(12 * ui), palette.MUTED)
-            right = place.left + round(place.width * _SPEED)
-            surface.blit(text, text.get_rect(midright=(right, place.centery)))
-        if player.battery is not None:
-            shell = pygame.Rect(0, 0, round(16 * ui), round(9 * ui))
-            shell.midright = (place.right - 2, place.centery)
-            colour = palette.CAUTION if player.battery < LOW_BATTERY else palette.MUTED
-            pygame.draw.rect(surface, colour, shell, 1, border_radius=2)
-            pygame.draw.rect(surface, colour, (shell.right, shell.centery - 2, 2, 4))
-            inside = shell.inflate(-4, -4)
-            inside.width = max(1, round(inside.width * player.battery))
-            pygame.draw.rect(surface, colour, inside)
 
     def _fault(
         self, surface: pygame.Surface, place: pygame.Rect, fault: str | None, ui: float, *, lines: int = 3

@@ -68,9 +68,11 @@ class SceneStroke:
     """A dot (one point) or a line that a player wants to be shown.
 
     Args:
-        role: of the player, which decides the colour. points: m. label: a text beside the last point, or empty.
+        player, role: whose it is; the role decides the colour. points: m.
+        label: a text beside the last point, or empty.
     """
 
+    player: str
     role: str
     points: tuple[Vector, ...]
     label: str = ""
@@ -118,6 +120,8 @@ class Scene:
         game: its name, empty before the referee spoke; `vrg.games.game_of` says how it is shown.
         stage: None before the referee spoke.
         halted, way_out, waiting, clock, round, rounds, score, winner, ended: as in `RefereeState`.
+        time_limit: the time of play in s at which the round ends at the latest; None if it is not limited.
+        reason: the last call by which a team came nearer to winning, or by which the game is over; None before one.
         estop: the emergency stop is latched anywhere. estop_reason: who pressed it and why, if that is known.
         calls: the last ones, oldest first. flashes: what was called a moment ago, oldest first.
         obstacles: the ground that walls and obstacles cover, m.
@@ -140,6 +144,8 @@ class Scene:
     score: tuple[tuple[str, int], ...] = ()
     winner: str | None = None
     ended: str | None = None
+    time_limit: float | None = None
+    reason: Call | None = None
     estop: bool = False
     estop_reason: str = ""
     players: tuple[ScenePlayer, ...] = ()

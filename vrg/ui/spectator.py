@@ -2,19 +2,24 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Final
 
 import pygame
 
 from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import Stage
 from vrg.bus.node import Tick
 from vrg.bus.topics import Keys
 from vrg.regions import Region
-from vrg.ui.acts import Act
+from vrg.ui.acts import Act, Press
+from vrg.ui.banner import Help
 from vrg.ui.builder import SceneBuilder, SceneInlets
 from vrg.ui.draw import Painter
 from vrg.ui.panel import PanelPainter
 from vrg.ui.text import Fonts
 from vrg.ui.window_node import FRAME, WindowNode
+
+OVER: Final = "Q closes the window, ESC shows the field"
 
 
 class Spectator(WindowNode):
@@ -28,7 +33,7 @@ class Spectator(WindowNode):
 
     answers = (
         Act.RELEASE, Act.HALT, Act.CONTINUE, Act.RECOVER, Act.NEXT, Act.PREVIOUS, Act.MANUAL, Act.STEER, Act.LEAVE,
-        Act.WHY,
+        Act.WHY, Act.PLANS, Act.TAKE,
     )  # fmt: skip
 
     def __init__(
@@ -49,16 +54,31 @@ class Spectator(WindowNode):
             name, mailbox, keys, keys.match, builder=builder, inlets=SceneInlets(mailbox, keys), size=size, run=run,
             period=period, official=official,
         )  # fmt: skip
+        self._over = OVER
         fonts = Fonts()
         self._panel = PanelPainter(fonts)
-        self._painter = Painter(fonts, self._panel)
+        self._painter = Painter(fonts, self._panel, help_=Help.KEYS if official else Help.NONE)
 
     def click(self, place: tuple[int, int]) -> None:
         """Explain the call at a pixel; elsewhere show the field again."""
         self.explain(self._panel.call_at(place))
 
+    def scroll(self, place: tuple[int, int], steps: int) -> None:
+        """Scroll the calls."""
+        self._panel.scroll(place, steps)
+
+    def answer(self, press: Press) -> None:
+        """Answer to one of the acts in `answers`."""
+        if press.act is Act.PLANS:
+            self._painter.plans = not self._painter.plans
+        elif press.act is Act.LEAVE and self.scene.stage is Stage.GAME_OVER and self._over:
+            self._over = ""
+        elif press.act is not Act.TAKE:
+            super().answer(press)
+
     def draw(self, window: pygame.Surface, tick: Tick, *, asked: bool) -> None:
         """Draw the match."""
         self._painter.draw(
-            window, self.scene, self.driving.player, hand=self.hand, keys=self.listed, card=self.explainer.card
-        )
+            window, self.scene, self.driving.player, hand=self.hand, keys=self.listed, card=self.explainer.card,
+            over=self._over,
+        )  # fmt: skip

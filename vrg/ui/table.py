@@ -18,7 +18,7 @@ from vrg.colours import Rgb
 from vrg.games import game_of
 from vrg.games.game import Game, Marker, title
 from vrg.ui import palette
-from vrg.ui.banner import banners
+from vrg.ui.banner import Help, banners
 from vrg.ui.builder import SceneBuilder, SceneInlets
 from vrg.ui.pace import Pace
 from vrg.ui.processes import Board, process_table
@@ -116,7 +116,7 @@ class TerminalTable(Node):
             self._line(f"{clock_text(call.clock)}  {call.rule}: {call.text}")
         if scene.stage is None:
             return
-        found = banners(scene)
+        found = banners(scene, Help.COMMANDS)
         told = {banner.heading for banner in found}
         if scene.stage is Stage.GAME_OVER and told <= self._alarms:
             return  # all is told
@@ -154,7 +154,7 @@ def table(scene: Scene, width: int = 120, height: int = 50) -> RenderableType:
     not, less is told of each player. Words have the terminal's own colours, so that they can be read on any ground.
     """
     parts: list[RenderableType] = [_heading(scene)]
-    for banner in banners(scene):
+    for banner in banners(scene, Help.COMMANDS):
         text = Text(f" {banner.heading} ", style=f"bold {_hex(palette.ink_on(banner.colour))} on {_hex(banner.colour)}")
         text.append("  " + banner.text, style="not bold")
         parts.append(text)

@@ -12,8 +12,10 @@ Area = tuple[int, int, int, int]
 """left, top, width, height in pixels."""
 Pixel = tuple[float, float]
 
-MARGIN: Final = 0.9
+MARGIN: Final = 0.5
 """m shown around the field, so that a player out of bounds is seen."""
+BODY: Final = 0.4
+"""m about the place where a body began that are shown too."""
 
 
 @dataclass(frozen=True)
@@ -54,17 +56,12 @@ class View:
         return min(ax, bx), min(ay, by), abs(bx - ax), abs(by - ay)
 
 
-def fit(box: Bounds, area: Area, whole: Area | None = None) -> View:
-    """Show `box` as large as `area` allows, turned by 90 degrees where that shows it larger.
-
-    Args:
-        whole: the area that decides whether it is turned; so it does not turn when a part of it is taken for a while.
-    """
+def fit(box: Bounds, area: Area) -> View:
+    """Show `box` as large as `area` allows, turned by 90 degrees where that shows it larger."""
     wide, tall = max(box[2] - box[0], 0.1), max(box[3] - box[1], 0.1)
-    _, _, width, height = whole or area
+    left, top, width, height = area
     # The small factor keeps a nearly square field as its map shows it.
     turned = min(width / tall, height / wide) > min(width / wide, height / tall) * 1.02
-    left, top, width, height = area
     scale = min(width / tall, height / wide) if turned else min(width / wide, height / tall)
     return View(
         x=(box[0] + box[2]) / 2,
@@ -83,7 +80,7 @@ def extent(scene: Scene) -> Bounds:
     """
     boxes = [region.bounds for region in [zone.region for zone in scene.zones] or scene.obstacles]
     if scene.zones:
-        boxes += [(x, y, x, y) for x, y in scene.starts]
+        boxes += [(x - BODY, y - BODY, x + BODY, y + BODY) for x, y in scene.starts]
     if not boxes:
         points = [(b.pose.x, b.pose.y) for b in scene.bodies] or [(0.0, 0.0)]
         boxes = [(x - 3.0, y - 3.0, x + 3.0, y + 3.0) for x, y in points]

@@ -18,6 +18,7 @@ class ZoneLook:
         words: what is written on it; empty for a large zone, whose name would lie below those of the zones in it.
         ink: of the words.
         below: the words stand below it, because there may be an object in its middle.
+        team: it belongs to a team.
     """
 
     safe: bool
@@ -27,6 +28,7 @@ class ZoneLook:
     words: str
     ink: Rgb
     below: bool
+    team: bool
 
 
 def zone_look(zone: Zone, game: Game) -> ZoneLook:
@@ -45,6 +47,7 @@ def zone_look(zone: Zone, game: Game) -> ZoneLook:
         words=words,
         ink=palette.mix(palette.SAFE, palette.TEXT, 0.45) if safe else palette.MUTED,
         below=bool(zone.team) and isinstance(zone.region, Circle),
+        team=bool(zone.team),
     )
 
 

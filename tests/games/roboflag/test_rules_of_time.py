@@ -277,7 +277,7 @@ def test_everybody_is_told_states_flags_scores_and_the_tag_distance() -> None:
     assert told.score == {"red": 1, "blue": 0}
     assert {p.name: p.state for p in told.players if p.state != NORMAL} == {"red1": FLAGGED, "red2": TAGGED}
     assert {thing.name: thing.carrier for thing in told.objects} == {"red flag": None, "blue flag": "red1"}
-    assert told.numbers == {"tag distance": 0.6}
+    assert told.numbers == {"tag distance": 0.6, "time limit": 600.0}
     assert (told.round, told.rounds) == (1, 2)
 
 

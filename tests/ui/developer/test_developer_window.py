@@ -83,7 +83,9 @@ def test_what_the_referee_refuses_is_told_until_the_next_decision(bench):
     line = places(bench).notice
 
     def written():
-        return any(pixel(x, y) != palette.BACKGROUND for x in range(line.left, line.right) for y in (line.centery,))
+        return any(
+            pixel(x, y) == palette.WARNING for x in range(line.left, line.right) for y in range(line.top, line.bottom)
+        )
 
     assert not written()
     bench.call(4, "refused", "resume, asked for by test, is refused: play is not halted")

@@ -89,7 +89,7 @@ def test_who_the_player_is() -> None:
         ),
         ({"estop": True}, "EMERGENCY STOP", Level.ALARM),
         ({"live": False}, "NO CLOCK: No clock from the world: what you see is old, robots stop.", Level.ALARM),
-        ({"stage": m.Stage.GAME_OVER}, "GAME OVER: No winner. Team 0", Level.GOOD),
+        ({"stage": m.Stage.GAME_OVER}, "GAME OVER", Level.GOOD),
         ({"stage": m.Stage.INITIALIZE, "waiting": ["ann is late"]}, "Waiting for: ann is late", Level.CALM),
     ],
 )

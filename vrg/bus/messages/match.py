@@ -124,6 +124,10 @@ class Auction(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
         freeze(self, "bids")
 
 
+TIME_LIMIT = "time limit"
+"""Among the numbers of a match: the time of play in s at which the round ends at the latest."""
+
+
 class RefereeState(Message, frozen=True, kw_only=True):
     """The whole state of a match that everybody may know.
 

@@ -22,7 +22,7 @@ GAME = Game(
     settings=f"{_FOLDER}.settings:Settings",
     rules=f"{_FOLDER}.rules:PursuitEvasion",
     strategy=f"{_FOLDER}.pursuer:Pursuer",
-    about="Pursuers guard an area, and see intruders only with lasers.",
+    about="Intruders cross the area; pursuers, who see them only with lasers, must capture them before they get out.",
     match=f"{_FOLDER}/match.toml",
     roles=(
         Role(PURSUER, PURSUERS, SKY_BLUE, Marker.CIRCLE),
@@ -31,10 +31,10 @@ GAME = Game(
     score_words={PURSUERS: "intruders captured", INTRUDERS: "intruders escaped"},
     out_of_play=frozenset({CAPTURED, ESCAPED, OUT}),
     moments={
-        "capture": Moment("X", "captured", others="by"),
-        "escape": Moment("s", "escaped"),
-        "off_course": Moment("P", "off its course"),
-        "slow": Moment("v", "too slow"),
+        "capture": Moment("X", "captured", others="by", counts=True),
+        "escape": Moment("s", "escaped", counts=True),
+        "off_course": Moment("P", "off its course", counts=True),
+        "slow": Moment("v", "too slow", counts=True),
         "collision": Moment("D", "out", others="touches"),
         "dispatch": Moment("*", "dispatched", others="to", thought=True),
     },

@@ -276,6 +276,10 @@ class PursuitEvasion(RuleBook[State]):
         """The area that the pursuers guard."""
         return [Zone(name="surveillance area", kind=AREA, region=self.area)]
 
+    def time_limit(self, state: State) -> float:
+        """The time of play in s at which the game ends at the latest."""
+        return self.settings.time
+
     def speed_limits(self) -> dict[str, float]:
         """The same top speed for everybody, that of the slowest robot, unless the match file says another."""
         slowest = min(c.v_max for c in self.contestants.values())

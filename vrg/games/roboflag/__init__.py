@@ -41,7 +41,7 @@ GAME = Game(
     settings=f"{_FOLDER}.settings:Settings",
     rules=f"{_FOLDER}.rules:RoboFlag",
     strategy=f"{_FOLDER}.strategies:Balanced",
-    about="Two teams try to carry each other's flag home without being tagged.",
+    about="Take the other team's flag and bring it to your own home without being tagged. Three flags win.",
     match=f"{_FOLDER}/match.toml",
     roles=(
         Role(RED, RED, VERMILLION, Marker.TRIANGLE),
@@ -52,7 +52,7 @@ GAME = Game(
     moments={
         "tag": Moment("X", "tag", others="by"),
         "flag": Moment("^", "takes the flag"),
-        "capture": Moment("*", "flag captured"),
+        "capture": Moment("*", "flag captured", counts=True),
     },
     priorities=(
         Priority(TEAM_FLAG, "Team Flag", "guard the team's own flag, and tag whoever carries it"),

@@ -172,15 +172,18 @@ class RoboFlag(RuleBook[State]):
             return f"{state.points[winner]} flags are captured"
         return "the first capture in sudden death" if state.round >= SUDDEN_DEATH else "the time is up"
 
+    def time_limit(self, state: State) -> float:
+        """The time of play in s at which this round ends at the latest."""
+        return self.settings.sudden_death if state.round == SUDDEN_DEATH else self.settings.round_time
+
     def _decided(self, state: State) -> bool:
         """Whether a team has captured enough flags to end the game."""
         return any(captured >= self.settings.captures for captured in state.points.values())
 
     def _end_of_round(self, state: State, clock: float, calls: list[Call]) -> Verdict[State]:
         sudden = state.round == SUDDEN_DEATH
-        limit = self.settings.sudden_death if sudden else self.settings.round_time
         decided = any(call.rule == "capture" for call in calls) if sudden else self._decided(state)
-        if not decided and clock < limit - 1e-9:
+        if not decided and clock < self.time_limit(state) - 1e-9:
             return Verdict(state, calls)
         if not decided:
             calls.append(Call(rule="time", text=f"the time of round {state.round} is up"))

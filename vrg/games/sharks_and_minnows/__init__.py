@@ -13,7 +13,7 @@ GAME = Game(
     settings="vrg.games.sharks_and_minnows.settings:Settings",
     rules="vrg.games.sharks_and_minnows.rules:SharksAndMinnows",
     strategy="vrg.games.sharks_and_minnows.player:SharksAndMinnowsPlayer",
-    about="Minnows cross the field, and sharks tag them on the way.",
+    about="Minnows cross to the safe zone, sharks tag them on the way. Minnows win if one is left in the end.",
     match="vrg.games.sharks_and_minnows/match.toml",
     roles=(
         Role(SHARK, SHARKS, VERMILLION, Marker.TRIANGLE),
@@ -22,14 +22,15 @@ GAME = Game(
     round_word="pass",
     score_words={SHARKS: "minnows caught", MINNOWS: "safe crossings"},
     won_words={
-        SHARKS: "no minnow is left; the score does not decide",
-        MINNOWS: "a minnow is left after the last pass; the score does not decide",
+        SHARKS: "no minnow is left",
+        MINNOWS: "a minnow is left after the last pass",
     },
+    decisive=MINNOW,
     out_of_play=frozenset({INACTIVE}),
     moments={
-        "tag": Moment("X", "tag", others="by"),
-        "out_of_bounds": Moment("s", "out of bounds"),
-        "pass_limit": Moment("D", "time is up"),
+        "tag": Moment("X", "tag", others="by", counts=True),
+        "out_of_bounds": Moment("s", "out of bounds", counts=True),
+        "pass_limit": Moment("D", "time is up", counts=True),
     },
     rule_texts={
         "tag": RuleText(

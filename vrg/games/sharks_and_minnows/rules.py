@@ -215,6 +215,10 @@ class SharksAndMinnows(RuleBook[State]):
         named: dict[str, Region] = {"field": self._field, "safe": self._ends[state.goal], "start": start}
         return [Zone(name=name, kind=name, region=region) for name, region in named.items()]
 
+    def time_limit(self, state: State) -> float | None:
+        """The time of play in s at which minnows outside the end zone become inactive; None without a limit."""
+        return self.pass_limit or None
+
     def speed_limits(self) -> dict[str, float]:
         """The top speeds, drawn by the seed and the player's name. The order of the players does not matter."""
         limits = {}

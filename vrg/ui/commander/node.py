@@ -71,7 +71,7 @@ class Commander(WindowNode):
         self._score: Mapping[str, int] = {}
         fonts = Fonts()
         self._board = BoardPainter(fonts, self.deck)
-        self._painter = Painter(fonts, self._board, panel_width=400)
+        self._painter = Painter(fonts, self._board, panel_width=380, plans=True)
 
     @property
     def drivable(self) -> Sequence[str]:

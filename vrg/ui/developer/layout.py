@@ -9,6 +9,7 @@ from pygame import Rect
 from vrg.ui.developer.choices import Overlay, Tab
 from vrg.ui.developer.deciding import Button
 from vrg.ui.draw import scale_of
+from vrg.ui.header import HEIGHT
 
 WIDE: Final = 1.1
 """The proportion of width to height below which the panel is below the field."""
@@ -27,7 +28,7 @@ class Layout:
         ui: by how much letters are scaled.
         overlays: the switches of what the field shows. field: the field with its banners.
         notice: where something is told. buttons: those of an official.
-        panel: everything beside the field. head: the match. players: their list.
+        head: the match, over the whole width. panel: everything beside the field. players: their list.
         tabs: the tabs. page: what the tab shows. row: the height of a row of a list.
     """
 
@@ -65,12 +66,14 @@ def layout(width: int, height: int, players: int) -> Layout:
     wide = width >= WIDE * height
     ui = scale_of(width, height)
     gap = round(8 * ui)
+    head = Rect(0, 0, width, min(round(HEIGHT * ui), height // 3))
+    top, rest = head.bottom, height - head.height
     if wide:
         beside = round(min(520 * ui, 0.44 * width))
-        panel, left = Rect(width - beside, 0, beside, height), Rect(0, 0, width - beside, height)
+        panel, left = Rect(width - beside, top, beside, rest), Rect(0, top, width - beside, rest)
     else:
-        above = round(0.48 * height)
-        panel, left = Rect(0, above, width, height - above), Rect(0, 0, width, above)
+        above = round(0.48 * rest)
+        panel, left = Rect(0, top + above, width, rest - above), Rect(0, top, width, above)
     chips = Rect(left.left + gap, left.top + gap, max(1, left.width - 2 * gap), round(24 * ui))
     buttons = Rect(left.left + gap, 0, max(1, left.width - 2 * gap), round(34 * ui))
     buttons.bottom = left.bottom - gap
@@ -78,11 +81,9 @@ def layout(width: int, height: int, players: int) -> Layout:
     notice.bottom = buttons.top - round(4 * ui)
     field = Rect(left.left, chips.bottom, left.width, max(1, notice.top - chips.bottom))
     inside = Rect(panel.left + 2 * gap, panel.top + gap, max(1, panel.width - 4 * gap), max(1, panel.height - 2 * gap))
-    head = Rect(inside.left, inside.top, inside.width, round(84 * ui))
     room = round(PLAYERS * panel.height)
     row = round(min(ROW * ui, max(LEAST_ROW * ui, room / (players + 1))))
-    top = head.bottom + gap // 2
-    listed = Rect(inside.left, top, inside.width, min(row * (players + 1), max(row * 2, room)))
+    listed = Rect(inside.left, inside.top, inside.width, min(row * (players + 1), max(row * 2, room)))
     tabs = Rect(inside.left, listed.bottom + gap, inside.width, round(26 * ui))
     page = Rect(inside.left, tabs.bottom + gap, inside.width, max(1, inside.bottom - tabs.bottom - gap))
     return Layout(

@@ -6,12 +6,12 @@ from typing import Final
 
 import pygame
 
-from vrg.bus.messages import Call, Stage
+from vrg.bus.messages import Call
 from vrg.colours import Rgb
 from vrg.games import game_of
-from vrg.games.game import Game, title
 from vrg.hal.models import RobotModel
 from vrg.ui import kit, palette
+from vrg.ui.banner import Help
 from vrg.ui.card import CardPainter
 from vrg.ui.developer import details, referee, streams, tables, words
 from vrg.ui.developer.choices import Choices, Overlay, Tab
@@ -20,11 +20,11 @@ from vrg.ui.developer.insight import Insight
 from vrg.ui.developer.layout import Layout, layout
 from vrg.ui.developer.lists import ListPainter, Place
 from vrg.ui.developer.sensing import SensingPainter
-from vrg.ui.draw import BannerPainter
 from vrg.ui.explaining import Card
 from vrg.ui.field import FieldPainter
-from vrg.ui.scene import Scene, clock_text
-from vrg.ui.text import Face, Fonts
+from vrg.ui.header import HeaderPainter
+from vrg.ui.scene import Scene
+from vrg.ui.text import Fonts
 from vrg.ui.view import View
 
 _COLOURS: Final = {Button.STOP: palette.ALARM, Button.RESUME: palette.GOOD, Button.HALT: palette.CAUTION}
@@ -82,7 +82,7 @@ class DeveloperPainter:
         self._fonts = Fonts()
         self._field = FieldPainter(self._fonts)
         self._sensing = SensingPainter(robots)
-        self._banners = BannerPainter(self._fonts)
+        self._header = HeaderPainter(self._fonts, Help.KEYS)
         self._card = CardPainter(self._fonts)
         self._lists = ListPainter(self._fonts)
         self._panel: tuple[Layout, pygame.Surface, Shown] | None = None
@@ -113,10 +113,14 @@ class DeveloperPainter:
         self._buttons(surface, places, insight, choices)
         tone = tables.Tone.ALARM if driving is None or insight.refusal else tables.Tone.CAUTION
         size = max(11, round(13 * places.ui))
-        self._lists.line(surface, places.notice, insight.refusal or notice, size, tone)
+        said = insight.refusal or notice
+        if not said:
+            said, tone = words.OFFICIAL_SEAT if insight.official else words.WINDOW_SEAT, tables.Tone.QUIET
+        self._lists.line(surface, places.notice, said, size, tone)
         shown = self._draw_panel(surface, places, insight, choices, view, panel=panel)
         if card is not None:
             self._card.draw(surface, places.field, card, places.ui)
+        self._header.draw(surface, places.head, insight.scene, places.ui)
         if keys:
             kit.keys(surface, places.field, keys, places.ui, self._fonts)
         return replace(shown, view=view, scene=insight.scene)
@@ -125,25 +129,20 @@ class DeveloperPainter:
         self, surface: pygame.Surface, places: Layout, insight: Insight, choices: Choices, driving: str | None
     ) -> View:
         ui, area, scene = places.ui, places.field, insight.scene
-        top = min(self._banners.height(area, scene, ui), area.height // 2)
-        calm = self._banners.calm_height(ui)
         wanted = scene
         if Overlay.SKETCHES not in choices.shown:
             wanted = replace(wanted, strokes=())
         if Overlay.TRAILS not in choices.shown:
             wanted = replace(wanted, bodies=tuple(replace(body, trail=()) for body in wanted.bodies))
-        view = self._field.draw(
+        return self._field.draw(
             surface,
-            (area.left, area.top + top, area.width, area.height - top),
+            area,
             wanted,
             ui,
             driving or choices.selected,
-            whole=(area.left, area.top + calm, area.width, area.height - calm),
             below=lambda view: self._sensing.draw(surface, view, insight, choices.shown, choices.selected, ui),
             names=Overlay.NAMES in choices.shown,
         )
-        self._banners.draw(surface, area, scene, ui)
-        return view
 
     def _switches(self, surface: pygame.Surface, places: Layout, choices: Choices) -> None:
         for overlay, place in places.overlays.items():
@@ -179,7 +178,6 @@ class DeveloperPainter:
         surface.set_clip(edge.clip(before))
         scene = insight.scene
         game = game_of(scene.game)
-        self._head(surface, places, insight, game)
         listed = tables.players(insight)
         lengths: dict[Tab | None, tuple[int, int]] = {
             None: (len(listed.lines), self._lists.rows(places.players, places.row))
@@ -198,33 +196,6 @@ class DeveloperPainter:
         shown = Shown(places, view, scene, tuple(players), tuple(page), lengths)
         self._panel = places, surface.subsurface(edge.clip(surface.get_rect())).copy(), shown
         return shown
-
-    def _head(self, surface: pygame.Surface, places: Layout, insight: Insight, game: Game) -> None:
-        area, ui, scene = places.head, places.ui, insight.scene
-        size = round(19 * ui)
-        clock = self._fonts.render(clock_text(scene.clock), round(30 * ui), palette.TEXT, Face.MONO)
-        surface.blit(clock, clock.get_rect(topright=area.topright))
-        room = area.width - clock.get_width() - round(12 * ui)
-        name = self._fonts.shorten(game.title or title(scene.game) or words.WAITING, room, size, Face.BOLD)
-        surface.blit(self._fonts.render(name, size, palette.TEXT, Face.BOLD), area.topleft)
-        y = area.top + round(32 * ui)
-        x = area.left
-        if scene.stage is not None:
-            chips = [(title(scene.stage.value), palette.STAGE_COLOURS[scene.stage])]
-            if scene.halted is not None and scene.stage is not Stage.GAME_OVER:
-                chips.append(("Halt", palette.CAUTION))
-            for told, colour in chips:
-                x = kit.chip(surface, (x, y), told, colour, ui, self._fonts).right + round(6 * ui)
-            score = "  ".join(f"{title(team)} {points}" for team, points in scene.score)
-            told = f"{game.round_word} {scene.round} of {scene.rounds}   {score}"
-            rest = pygame.Rect(x + round(4 * ui), y, max(1, area.right - x - round(130 * ui)), round(22 * ui))
-            self._lists.line(surface, rest, told, round(13 * ui), tables.Tone.PLAIN)
-        rate = "" if scene.rate == 1.0 else f" ×{scene.rate:g}" if scene.rate else " full speed"
-        note = self._fonts.render(f"match {clock_text(scene.time)}{rate}", round(12 * ui), palette.MUTED)
-        surface.blit(note, note.get_rect(topright=(area.right, y + round(4 * ui))))
-        seat = words.OFFICIAL_SEAT if insight.official else words.WINDOW_SEAT
-        below = pygame.Rect(area.left, y + round(27 * ui), area.width, round(18 * ui))
-        self._lists.line(surface, below, seat, max(10, round(11.5 * ui)))
 
     def _page(
         self,

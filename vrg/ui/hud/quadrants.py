@@ -76,7 +76,7 @@ class LocationPainter:
         def below(view: View) -> None:
             _plan(surface, view, board, ui)
 
-        return self._field.draw(surface, here, board.scene, ui, board.player, whole=here, below=below)
+        return self._field.draw(surface, here, board.scene, ui, board.player, below=below)
 
 
 def _plan(surface: pygame.Surface, view: View, board: Dashboard, ui: float) -> None:

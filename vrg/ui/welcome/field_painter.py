@@ -51,7 +51,7 @@ class DraftPainter:
         here = (inner.left, inner.top, inner.width, inner.height)
         # The ring that turns it is nearer than this, so its name is not drawn over.
         around = 0.0 if chosen is None else (ARM + RING) * ui
-        view = self._field.draw(surface, here, scene, ui, chosen.name if chosen else None, whole=here, around=around)
+        view = self._field.draw(surface, here, scene, ui, chosen.name if chosen else None, around=around)
         before = surface.get_clip()
         surface.set_clip(inner.clip(before))
         shown = poses or [entry.pose for entry in draft.players]

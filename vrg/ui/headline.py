@@ -1,0 +1,125 @@
+"""What a match is about, how far it is, who leads and why, in a few words. This draws nothing."""
+
+from dataclasses import dataclass
+
+from vrg.bus.messages import Stage
+from vrg.colours import Rgb
+from vrg.coordinator.rulebook import DRAW, NOBODY
+from vrg.games import game_of
+from vrg.games.game import sentence, title
+from vrg.ui import palette
+from vrg.ui.scene import Scene, clock_text
+
+
+@dataclass(frozen=True)
+class TeamScore:
+    """The score of a team: its name as people write it, its points, what they count, and its colour."""
+
+    team: str
+    points: int
+    words: str
+    colour: Rgb
+
+
+@dataclass(frozen=True)
+class Headline:
+    """The match in words.
+
+    Args:
+        title: of the game. about: what happens in it, in a sentence. stage: how far it is. colour: of the stage.
+        clock: the time of play. left: the time that is left, in words, or empty.
+        teams: the scores. count: what decides instead of them, such as `2 of 5 minnows left`, or empty.
+        reason: why the score is what it is, in a sentence, or empty.
+    """
+
+    title: str
+    about: str
+    stage: str
+    colour: Rgb
+    clock: str
+    left: str
+    teams: tuple[TeamScore, ...]
+    count: str
+    reason: str
+
+
+def headline(scene: Scene) -> Headline:
+    """The headline of a scene."""
+    game = game_of(scene.game)
+    counted = f"{game.round_word} {scene.round} of {scene.rounds}" if scene.rounds > 1 else ""
+    words, colour = stage_words(scene)
+    left = None if scene.time_limit is None else max(0.0, scene.time_limit - scene.clock)
+    playing = scene.stage is Stage.PLAY_ROUND
+    reason = "" if scene.reason is None else f"{short_clock(scene.reason.clock)}  {scene.reason.text}"
+    return Headline(
+        title=game.title or title(scene.game) or "Waiting for the referee",
+        about=game.about,
+        stage=f"{words}, {counted}" if counted and scene.stage is not Stage.GAME_OVER else words,
+        colour=colour,
+        clock=short_clock(scene.clock),
+        left=f"{short_clock(left)} left" if left is not None and playing else "",
+        teams=tuple(
+            TeamScore(title(team), points, game.score_words.get(team, ""), game.team_style(team).colour)
+            for team, points in scene.score
+            if game.competitive
+        ),
+        count=decisive_count(scene),
+        reason=reason,
+    )
+
+
+def stage_words(scene: Scene) -> tuple[str, Rgb]:
+    """How far the match is, in plain words, and the colour of that."""
+    if scene.stage is None:
+        return "Waiting", palette.CALM
+    if scene.estop:
+        return "Stopped", palette.ALARM
+    if scene.halted is not None and scene.stage is not Stage.GAME_OVER:
+        return "Halted", palette.CAUTION
+    word = game_of(scene.game).round_word
+    names = {
+        Stage.INITIALIZE: "Lining up",
+        Stage.PLAY_ROUND: "Playing",
+        Stage.ROUND_OVER: f"{sentence(word)} over",
+        Stage.GAME_OVER: "Game over",
+    }
+    return names[scene.stage], palette.STAGE_COLOURS[scene.stage]
+
+
+def decisive_count(scene: Scene) -> str:
+    """What decides in place of the score, such as `2 of 5 minnows left`; empty where the score decides."""
+    game = game_of(scene.game)
+    role = game.role(game.decisive)
+    if role is None or not scene.players:
+        return ""
+    left = sum(player.role == role.name and not player.out_of_play for player in scene.players)
+    return f"{left} of {sum(player.team == role.team for player in scene.players)} {role.team} left"
+
+
+def result(scene: Scene) -> tuple[str, Rgb]:
+    """Who has won a game that is over, in large letters, and the colour of that."""
+    game = game_of(scene.game)
+    if scene.ended is not None or not game.competitive:
+        return "GAME OVER", palette.LOST
+    if scene.winner in (None, NOBODY, DRAW):
+        return ("A DRAW" if scene.winner == DRAW else "NO WINNER"), palette.LOST
+    verb = "WIN" if scene.winner.endswith("s") else "WINS"
+    return f"{title(scene.winner).upper()} {verb}", game.team_style(scene.winner).colour
+
+
+def result_lines(scene: Scene) -> tuple[str, ...]:
+    """Why a game is over, and how it stands, in sentences."""
+    game = game_of(scene.game)
+    head = headline(scene)
+    why = sentence(scene.ended) if scene.ended is not None else sentence(game.won_words.get(scene.winner or "", ""))
+    if not why:
+        called = next((call.text for call in reversed(scene.calls) if call.rule == "game_over"), "")
+        # The referee's call reads: game over: blue wins: the time is up.
+        why = sentence(called.removeprefix("game over: ").partition(": ")[2])
+    score = ",  ".join(f"{team.team} {team.points} {team.words}".rstrip() for team in head.teams)
+    return tuple(line for line in (why, head.count, score) if line)
+
+
+def short_clock(seconds: float) -> str:
+    """A time in s as people read it from afar: `m:ss`."""
+    return clock_text(seconds).partition(".")[0]
