@@ -1,4 +1,4 @@
-"""The command `vrg camera`, with a bus and a world of its own making."""
+"""The command `vrg show camera`, with a bus and a world of its own making."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -61,7 +61,7 @@ def ask(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Result]:
         monkeypatch.setattr(camera, "which_match", lambda match, router: ("m", "tcp/127.0.0.1:1"))
         monkeypatch.setattr(camera, "RENEW", 0.0)
         monkeypatch.setattr(camera, "PATIENCE", patience)
-        return CliRunner().invoke(make_app("camera"), ["camera", *arguments])
+        return CliRunner().invoke(make_app(), ["camera", *arguments])
 
     return run
 

@@ -31,7 +31,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def keys(*arguments: str) -> Result:
-    return CliRunner().invoke(make_app("keys"), ["keys", *arguments])
+    return CliRunner().invoke(make_app(), ["keys", *arguments])
 
 
 def with_a_machine(folder: Path) -> Path:
@@ -134,7 +134,7 @@ def test_no_router_lets_everybody_in_that_was_given_keys(
 ) -> None:
     monkeypatch.setattr(processes, "serve_router", lambda *_, **__: pytest.fail("a router was started"))
     typed = [] if environment else ["--keys", "somewhere"]
-    done = CliRunner().invoke(make_app("router"), ["router", *typed], env=environment)
+    done = CliRunner().invoke(make_app(), ["router", *typed], env=environment)
     assert isinstance(done.exception, ConfigError)
     assert "expected the match file whose seats have the keys in somewhere" in str(done.exception)
 

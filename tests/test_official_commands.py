@@ -48,7 +48,7 @@ def listed(stack: ExitStack, *names: str, folder: str | None = None) -> None:
 
 
 def run(*arguments: str) -> Result:
-    return CliRunner().invoke(make_app(arguments[0]), list(arguments))
+    return CliRunner().invoke(make_app(), list(arguments))
 
 
 def test_an_emergency_stop_reaches_every_match_and_says_which(ordered: list[tuple[str, bool]]) -> None:

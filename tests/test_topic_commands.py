@@ -46,7 +46,7 @@ def run(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Result]:
         for module in (sensors, topic):
             monkeypatch.setattr(module, "listening", listening)
             monkeypatch.setattr(module, "which_match", lambda match, router: ("m", "tcp/127.0.0.1:1"))
-        return CliRunner().invoke(make_app(arguments[0]), list(arguments))
+        return CliRunner().invoke(make_app(), list(arguments))
 
     return command
 

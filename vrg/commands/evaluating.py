@@ -1,7 +1,6 @@
 """What `vrg compare` and `vrg tournament` share: their options, and how an experiment is prepared, played and shown."""
 
 import os
-import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -13,19 +12,15 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
 
 from vrg.bus.stopping import Stop, stop_on_signals
-from vrg.commands.options import whole_target
+from vrg.commands.options import TIME, duration, make_console, print_table, whole_target
 
 if TYPE_CHECKING:
     from vrg.evaluation.folder import ExperimentFolder
     from vrg.evaluation.games import Row
     from vrg.evaluation.running import Experiment
 
-StrategyArgument = Annotated[
-    str, typer.Argument(metavar="STRATEGY", help="A strategy's name, or file.py:Class, or module:Class.")
-]
 MatchOption = Annotated[
     str, typer.Option("--match", metavar="GAME|match.toml", help="A match of two teams, or a game's name.")
 ]
@@ -37,10 +32,11 @@ JobsOption = Annotated[int | None, typer.Option(min=1, help="Games at a time; wi
 LasersOption = Annotated[
     bool | None, typer.Option("--lasers/--no-lasers", help="In place of what the match file says of lasers.")
 ]
-OutOption = Annotated[Path | None, typer.Option(help="Folder for the games and what is made of them.")]
 ConfidenceOption = Annotated[float, typer.Option(min=0.5, max=0.9999, help="Confidence of the intervals.")]
 AllOption = Annotated[bool, typer.Option("--all", help="Play all games, even if a difference was found before.")]
-LimitOption = Annotated[float, typer.Option(min=1.0, help="Match time in s after which a game is broken off.")]
+LimitOption = Annotated[
+    float, typer.Option(metavar=TIME, parser=duration(1), help="Match time after which a game is broken off.")
+]
 RayOption = Annotated[
     str | None,
     typer.Option(
@@ -133,11 +129,6 @@ def experiment(targets: Sequence[str], wish: Wish, name: str, *, mirror: bool = 
             raise typer.Exit(130)
 
 
-def make_console() -> Console:
-    """The console of these commands. Where nobody has set a width, a file or a pipe takes long lines."""
-    return Console(highlight=False, width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else 160)
-
-
 def cores() -> int:
     """The number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -205,14 +196,8 @@ def _now(running: "Experiment") -> str:
 
 def show(console: Console, table: Sequence[Sequence[str]]) -> None:
     """Print a table of texts, whose first row is the head."""
-    if len(table) < 2:
-        return
-    shown = Table()
-    for number, head in enumerate(table[0]):
-        shown.add_column(escape(head), justify="left" if number == 0 else "right", overflow="fold")
-    for line in table[1:]:
-        shown.add_row(*map(escape, line))
-    console.print(shown)
+    if len(table) > 1:
+        print_table(console, table[0], table[1:], right=range(1, len(table[0])))
 
 
 def finish(

@@ -21,8 +21,7 @@ from vrg.bus.process import run_node
 from vrg.bus.seats import Seat, SeatKind, seats_of_node
 from vrg.bus.session import DEFAULT_ENDPOINT, Session, open_session
 from vrg.bus.stopping import Stop
-from vrg.commands.foxglove import told
-from vrg.commands.page import print_links
+from vrg.commands.page import print_links, told
 from vrg.config.files import HERE, LIVE, WEB
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError

@@ -18,7 +18,7 @@ from vrg.errors import ConfigError
 from vrg.templates import filled
 from vrg.toml_text import quoted
 
-app = typer.Typer(no_args_is_help=True, help="Write a player, a match, a map or a driver to begin with.")
+app = typer.Typer(no_args_is_help=True)
 
 NameArgument = Annotated[str, typer.Argument(metavar="NAME", help="Its name, which the file or folder gets, too.")]
 FolderOption = Annotated[Path, typer.Option(help="Folder to write into; it is made if it is not there.")]

@@ -14,10 +14,9 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import RefereeState, Stage
 from vrg.bus.node import Node
 from vrg.bus.stopping import Stop, stop_on_signals
-from vrg.commands.foxglove import live_address
 from vrg.commands.launching import Security, Show, play_processes
 from vrg.commands.options import has_display
-from vrg.commands.page import open_page
+from vrg.commands.page import live_address, open_page
 from vrg.commands.plan import print_plan
 from vrg.config.files import WINDOW
 from vrg.config.loading import check_strategies, load_match, match_path
@@ -94,7 +93,7 @@ def play_match(
         setup = setup.all_here()
     if wish.developer:
         setup = _for_developers(setup)
-    console = Console(highlight=False)
+    console = Console(highlight=False, emoji=False)
     elsewhere = WINDOW in setup.place
     page = None
     if wish.web is not None and not wish.dry:
@@ -168,7 +167,7 @@ def _for_developers(setup: MatchSetup) -> MatchSetup:
     """
     if WINDOW in setup.place:
         raise ConfigError(
-            [f"--developer: the window of this match is on {setup.place[WINDOW]}: type `vrg developer` there instead"]
+            [f"--developer: the window is on {setup.place[WINDOW]}: `vrg show developer` opens one there"]
         )
     return setup.for_developers()
 
