@@ -122,6 +122,13 @@ class Commands(TyperGroup):
             ctx.fail(f"No such command '{args[0]}'.{hint}")
         return super().resolve_command(ctx, args)
 
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse the command line. Without a command, the help page is printed."""
+        if not args and not ctx.resilient_parsing:
+            typer.echo(ctx.get_help())
+            raise typer.Exit(2)
+        return super().parse_args(ctx, args)
+
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help page: the commands below their headings, a line for each."""
         formatter.write(f"Usage: {ctx.command_path} COMMAND ...   (each has --help)\n")
@@ -149,9 +156,7 @@ def _command(name: str, what: Any, about: str) -> Any:
 
 
 def _group(table: Table) -> typer.Typer:
-    app = typer.Typer(
-        cls=type("Group", (Commands,), {"table": table}), no_args_is_help=True, pretty_exceptions_enable=False
-    )
+    app = typer.Typer(cls=type("Group", (Commands,), {"table": table}), pretty_exceptions_enable=False)
     app.callback()(lambda: None)
     return app
 

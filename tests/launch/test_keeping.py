@@ -113,21 +113,21 @@ def test_what_the_launcher_did_not_make_any_more_is_made_later(tmp_path: Path) -
     whole = json.loads((run / "result.json").read_text())
     (run / "result.json").unlink()
     (run / "trajectories.png").unlink()
-    done = runner.invoke(make_app(), ["result", str(run)])
+    done = runner.invoke(make_app(), ["run", "result", str(run)])
     assert done.exit_code == 0
     assert " win: " in done.output
     assert json.loads((run / "result.json").read_text()) == whole
-    assert runner.invoke(make_app(), ["plot", str(run)]).exit_code == 0
+    assert runner.invoke(make_app(), ["run", "plot", str(run)]).exit_code == 0
     assert (run / "trajectories.png").stat().st_size > 10_000
 
     lines = (run / "journal.jsonl").read_text().splitlines(keepends=True)
     (run / "journal.jsonl").write_text("".join(lines[:2]))
-    done = runner.invoke(make_app(), ["result", str(run)])
+    done = runner.invoke(make_app(), ["run", "result", str(run)])
     assert "Broken off: its launcher ended before the match" in done.output
 
 
 @pytest.mark.parametrize("command", ["result", "plot"])
 def test_what_is_no_run_folder_is_told(tmp_path: Path, command: str) -> None:
-    done = CliRunner().invoke(make_app(), [command, str(tmp_path)])
+    done = CliRunner().invoke(make_app(), ["run", command, str(tmp_path)])
     assert isinstance(done.exception, LaunchError)
     assert "expected a run folder with a setup.json" in str(done.exception)

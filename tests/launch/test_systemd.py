@@ -56,7 +56,7 @@ def test_commands_are_quoted_as_systemd_wants_it(tmp_path: Path) -> None:
     found = texts(load(tmp_path))["here"]
     (command,) = lines(found["vrg-machines-ann.service"], "ExecStart")
     assert command == (
-        '"/opt/my vrg/bin/vrg" player match.toml ann --router tcp/10.0.0.1:7447 --run /var/lib/vrg-machines/run'
+        '"/opt/my vrg/bin/vrg" node player ann match.toml --router tcp/10.0.0.1:7447 --run /var/lib/vrg-machines/run'
     )
 
 
@@ -107,7 +107,7 @@ def deployed(folder: Path, *arguments: str, head: str = "") -> Result:
     """The result of `vrg deploy systemd` on a match file of one machine, with its units in folder/units."""
     file = folder / "alone.toml"
     file.write_text(head + (GAMES.get("sharks-and-minnows").default_match()).read_text())
-    command = ["deploy", "systemd", str(file), "--to", str(folder / "units"), "--user", "vrg", *arguments]
+    command = ["deploy", "systemd", str(file), "--output", str(folder / "units"), "--user", "vrg", *arguments]
     return CliRunner().invoke(make_app(), command)
 
 

@@ -50,7 +50,7 @@ def attack(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     ("arguments", "said"),
     [
         (["check", "match.toml"], "Mine"),
-        (["substitute", "nowhere", "ann", "mine.py:Mine"], "expected a match that runs on this machine"),
+        (["official", "substitute", "ann", "mine.py:Mine", "nowhere"], "expected a match that runs on this machine"),
         (["practice", "mine.py:Mine", "--map", "nowhere"], "nowhere"),
         (["new", "match", "x.toml", "--player", "mine.py:Mine"], ""),
     ],

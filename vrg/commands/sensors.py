@@ -15,7 +15,7 @@ from vrg.bus.names import chunk_of, name_of
 from vrg.bus.session import Session
 from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys
-from vrg.commands.matches import attached
+from vrg.commands.matches import Attached, attached
 from vrg.commands.official import sender
 from vrg.commands.options import (
     KeysOption,
@@ -65,7 +65,7 @@ def sensors(
     watched, now, told = Watched(), 0.0, False
     in_lines = seconds is None and not console.is_terminal
     with listening(found.endpoint, keys) as (stop, session):
-        _check_player(session, found.keys, player, stop)
+        _check_player(found, session, player, stop)
         begun = time.monotonic()
         readings = f"{found.keys.root}/robot/{chunk_of(player)}/sensor/**"
         arrivals = arrivals_on(session, readings, found.keys.clock.key, found.keys.referee_state.key)
@@ -84,7 +84,7 @@ def sensors(
                             typer.echo(f"{reading.stamp:.2f} {kind} {name_of(sensor)}: {reading.body.words}")
                     elif reading is not None and getattr(reading.body, "stage", None) is Stage.GAME_OVER:
                         ended = True
-                if watched.newest and (ended or console.is_terminal):
+                if watched.newest and (console.is_terminal or (ended and not in_lines)):
                     live.update(sensor_table(watched, player, now), refresh=True)
                 elif not watched.newest and not told and time.monotonic() - begun > QUIET:
                     told = True
@@ -110,7 +110,7 @@ def camera(
         raise ConfigError([f"expected a file that ends in .png, got {file}"])
     found = attached(match, router)
     with listening(found.endpoint, keys) as (stop, session):
-        _check_player(session, found.keys, player, stop)
+        _check_player(found, session, player, stop)
         picture = _picture(session, found.keys, player, stop)
     if picture is None:
         return
@@ -120,14 +120,14 @@ def camera(
     typer.echo(f"{file}: what {player} saw at match time {stamp:.1f} s, {width} x {height} pixels")
 
 
-def _check_player(session: Session, keys: Keys, player: str, stop: Stop) -> None:
-    """Make sure that there is such a player, as soon as the referee has told the players.
+def _check_player(found: Attached, session: Session, player: str, stop: Stop) -> None:
+    """Make sure that there is such a player. Where the set-up of the match is not known, the referee tells.
 
     Raises:
         LaunchError: there is none.
     """
-    state = first_state(session, keys, stop)
-    names = [] if state is None else [known.name for known in state.players]
+    told = found.setup or first_state(session, found.keys, stop)
+    names = [] if told is None else [known.name for known in told.players]
     if names and player not in names:
         raise LaunchError(f"PLAYER: {expected_one_of(names, player)}")
 
