@@ -96,25 +96,25 @@ def first_player(line: str) -> list[tuple[str, str]]:
 BAD: dict[str, tuple[list[tuple[str, str]], str | None, str]] = {
     "an unknown field": ([("seed = 0", 'colour = "red"')], "colour", "colour: unknown field"),
     "an unknown rule": ([("zone_depth", "zone_width")], "zone_width", "rules.zone_width: unknown field"),
-    "an unknown field of a player": (first_player("age = 3"), "age = 3", "players.0.age: unknown field"),
+    "an unknown field of a player": (first_player("age = 3"), "age = 3", "players.1.age: unknown field"),
     "no game": ([('game = "sharks-and-minnows"', "")], None, "game: missing"),
     "an unknown game": ([('"sharks-and-minnows"', '"chess"')], "game =", "game: expected one of hud, practice,"),
     "an unknown map": ([('"courtyard"\nengine', '"moon"\nengine')], "map =", "map: "),
     "an unknown engine": ([('"pybullet"', '"magic"')], "engine =", "engine: expected one of "),
-    "an unknown backend": (first_player('backend = "spirit"'), "backend", "players.0.backend: expected one of "),
-    "an unknown model": (first_player('model = "K9"'), "model", "players.0.model: expected one of "),
-    "an unknown role": ([('"shark"', '"whale"')], "role =", "players.0.role: expected one of shark, minnow"),
+    "an unknown backend": (first_player('backend = "spirit"'), "backend", "players.1.backend: expected one of "),
+    "an unknown model": (first_player('model = "K9"'), "model", "players.1.model: expected one of "),
+    "an unknown role": ([('"shark"', '"whale"')], "role =", "players.1.role: expected one of shark, minnow"),
     "no pass": ([('role = "minnow"', 'role = "shark" #')] * 4, None, "got minnows: 2, sharks: 5"),
     "robots that overlap": ([("x = 21.5", "x = 21.2"), ("y = -15.4", "y = -15.9")], None, "player4 and player5"),
     "a start out of bounds": ([("x = 17.0", "x = 15.0")], None, "player2 starts at (15, -16), out of bounds"),
     "a start outside the map": ([("x = 17.0", "x = 99.0")], None, "expected a pose inside map courtyard"),
-    "a word for a number": ([("x = 17.0", 'x = "left"')], 'x = "left"', "players.1.x: "),
-    "a number that is none": ([("x = 17.0", "x = nan")], "x = nan", "players.1.x: "),
+    "a word for a number": ([("x = 17.0", 'x = "left"')], 'x = "left"', "players.2.x: "),
+    "a number that is none": ([("x = 17.0", "x = nan")], "x = nan", "players.2.x: "),
     "no TOML": ([("[rules]", "[rules")], "[rules", "not TOML"),
     "no such strategy": (
         first_player('strategy = "my.py:Me"'),
         "strategy",
-        "players.0.strategy: my.py:Me: no such file",
+        "players.1.strategy: my.py:Me: no such file",
     ),
 }
 
@@ -144,7 +144,7 @@ def test_every_problem_of_a_match_file_is_told_at_once(vrg: Callable[..., Done])
     Path("bad.toml").write_text(text, encoding="utf-8")
     done = vrg("check", "bad.toml")
     assert done.status == 1
-    for field in ("map: missing", "colour: unknown field", "rules.zone_depth: ", "players.1.x: "):
+    for field in ("map: missing", "colour: unknown field", "rules.zone_depth: ", "players.2.x: "):
         assert field in done.err
 
 

@@ -18,7 +18,7 @@ from pyarrow import csv, parquet
 from tests.evaluation.conftest import target
 from vrg.cli import main
 
-LONG = ("--no-lasers", "--games", "40", "--all", "--jobs", "2", "--out", "long")
+LONG = ("--no-lasers", "--games", "40", "--all", "--jobs", "2", "--output", "long")
 PATIENCE = 180.0
 """The real time in s that something may take to happen."""
 

@@ -47,6 +47,10 @@ RayOption = Annotated[
 ]
 
 
+TOLD_EVERY = 20
+"""The number of games after which it is told how far it is, where the output is no terminal."""
+
+
 @dataclass(frozen=True)
 class Wish:
     """What the user has asked for; see the options above."""
@@ -149,22 +153,29 @@ def _play(running: "Experiment", wish: Wish, stop: Stop, console: Console) -> No
     columns = (
         BarColumn(),
         MofNCompleteColumn(),
-        TextColumn("games{task.fields[speed]}{task.fields[now]}"),
+        TextColumn("games, {task.fields[running]} running{task.fields[speed]}{task.fields[now]}"),
         TimeRemainingColumn(),
     )
-    began, played = time.monotonic(), 0
+    began, played, seconds = time.monotonic(), 0, 0.0
     with Progress(*columns, console=console, transient=True) as progress:
-        bar = progress.add_task("games", total=_total(running), speed="", now=_now(running))
+        bar = progress.add_task("games", total=_total(running), running=0, speed="", now=_now(running))
         progress.update(bar, completed=_completed(running))
 
-        def told(_row: "Row") -> None:
-            nonlocal played
+        def told(row: "Row") -> None:
+            nonlocal played, seconds
             played += 1
-            speed = f", {played / (time.monotonic() - began):.2f} a second"
+            seconds += row.played.match_time or 0.0
+            took = time.monotonic() - began
+            speed = f", {played / took:.2f} a second, {seconds / took:.0f} times real time"
             completed, total = _completed(running), _total(running)
             progress.update(bar, completed=completed, total=total, speed=speed, now=_now(running))
+            if not console.is_terminal and played % TOLD_EVERY == 0:
+                console.print(f"{completed} of at most {total} games{speed}{_now(running)}", soft_wrap=True)
 
-        running.run(workers, stop, told)
+        def looked(games: int) -> None:
+            progress.update(bar, running=games)
+
+        running.run(workers, stop, told, looked)
     if played:
         took = time.monotonic() - began
         how = f"{workers.jobs} at a time" + ("" if wish.ray is None else f" on the cluster {wish.ray}")
