@@ -129,7 +129,7 @@ def test_it_prints_what_to_type_to_bring_match_keys_and_units_to_each_machine(tm
     path = tmp_path / "two.toml"
     path.write_text(file + tables)
     units = tmp_path / "units"
-    command = ["deploy", "systemd", str(path), "--to", str(units), "--keys", "/opt/vrg/keys"]
+    command = ["deploy", "systemd", str(path), "--output", str(units), "--keys", "/opt/vrg/keys"]
     done = CliRunner().invoke(make_app(), command)
     said = done.output.splitlines()
     assert done.exit_code == 0, done.exception

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 
@@ -135,7 +135,16 @@ def play_match(
             state, failure = _play_in_process(setup, folder, show, stop, paced=wish.paced)
         else:
             security = Security(wanted=secured, given=wish.keys)
-            state, failure = play_processes(setup, folder, show, stop, server, security)
+            shown = False
+
+            def over(state: RefereeState | None) -> None:
+                nonlocal shown
+                shown = True
+                _conclude(setup, folder, show, state, failure=None)
+
+            state, failure = play_processes(setup, folder, show, stop, server, security, over)
+            # Once more, with what the processes have counted and with the end of the recording, and without a word.
+            show = replace(show, console=Console(quiet=True)) if shown else show
     _conclude(setup, folder, show, state, interrupted=stop.is_set(), failure=failure)
     if failure is not None:
         raise failure
@@ -210,8 +219,8 @@ def _conclude(
     show: Show,
     state: RefereeState | None,
     *,
-    interrupted: bool,
     failure: LaunchError | None,
+    interrupted: bool = False,
 ) -> None:
     """Write the result and print how the match ended.
 

@@ -1,6 +1,7 @@
 """Says what must not be overlooked: emergency stop, halt, the end, a silent world, and what a stage waits for."""
 
 from dataclasses import dataclass
+from typing import Final
 
 from vrg.bus.messages import Stage
 from vrg.colours import Rgb
@@ -9,6 +10,8 @@ from vrg.games import game_of
 from vrg.games.game import sentence, title
 from vrg.ui import palette
 from vrg.ui.scene import Scene
+
+GAME_OVER: Final = "GAME OVER"
 
 
 @dataclass(frozen=True)
@@ -44,7 +47,7 @@ def banners(scene: Scene) -> list[Banner]:
     if not scene.live:
         found.append(Banner("NO CLOCK", ("No clock from the world: what you see is old, robots stop.",), palette.LOST))
     if scene.stage is Stage.GAME_OVER:
-        found.append(Banner("GAME OVER", _result(scene), palette.GOOD, "Q closes the window"))
+        found.append(Banner(GAME_OVER, _result(scene), palette.GOOD, "Q closes the window"))
     elif scene.halted is not None and not scene.estop:
         latched = any(player.latched for player in scene.players)
         hint = "R lets robots clear their faults, then C continues" if latched else "C continues"
