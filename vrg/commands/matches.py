@@ -238,7 +238,8 @@ def run_of(run: Path | None, runs: Path = Path("runs"), *, ended: bool = False) 
     from vrg.config.setup import read_setup
     from vrg.launch.run_folder import RunFolder
 
-    there = [path for path in run_folders(runs) if not (ended and run is None and is_running(path))]
+    whole = [path for path in run_folders(runs) if RunFolder(path).setup.is_file()]
+    there = [path for path in whole if not (ended and run is None and is_running(path))]
     if run is None:
         if not there:
             raise LaunchError(f"{runs}: expected a run folder in it, found none: `vrg play` makes one")

@@ -127,6 +127,18 @@ def play_match(
     )
     if setup.rate != setup.wanted_rate:
         console.print(f"rate {setup.rate:g}, not {setup.wanted_rate:g}: {', '.join(setup.physical)} cannot be hurried")
+    _play(setup, folder, show, server, wish, Security(wanted=secured, given=wish.keys))
+
+
+def _play(setup: MatchSetup, folder: RunFolder, show: Show, server: ForkServer, wish: Wish, security: Security) -> None:
+    """Play the match, and conclude it; for what is raised see `play_match`."""
+    shown = False
+
+    def over(state: RefereeState | None) -> None:
+        nonlocal shown
+        shown = True
+        _conclude(setup, folder, show, state, failure=None)
+
     state: RefereeState | None
     with stop_on_signals() as stop:
         server.stop = stop
@@ -134,18 +146,10 @@ def play_match(
             setup = setup if wish.paced else setup.at_rate(0.0)
             state, failure = _play_in_process(setup, folder, show, stop, paced=wish.paced)
         else:
-            security = Security(wanted=secured, given=wish.keys)
-            shown = False
-
-            def over(state: RefereeState | None) -> None:
-                nonlocal shown
-                shown = True
-                _conclude(setup, folder, show, state, failure=None)
-
             state, failure = play_processes(setup, folder, show, stop, server, security, over)
-            # Once more, with what the processes have counted and with the end of the recording, and without a word.
-            show = replace(show, console=Console(quiet=True)) if shown else show
-    _conclude(setup, folder, show, state, interrupted=stop.is_set(), failure=failure)
+    # After a window, once more with what the processes have counted and the end of the recording, and without a word.
+    last = replace(show, console=Console(quiet=True)) if shown else show
+    _conclude(setup, folder, last, state, interrupted=stop.is_set(), failure=failure)
     if failure is not None:
         raise failure
 
