@@ -143,7 +143,7 @@ class System:
 @contextmanager
 def _router(endpoint: str) -> Iterator[None]:
     """A router in a process of its own, as `vrg play` starts it; it ends with this process."""
-    command = [sys.executable, "-m", "vrg", "router", "--router", endpoint, "--leash"]
+    command = [sys.executable, "-m", "vrg", "node", "router", "--router", endpoint, "--leash"]
     process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.DEVNULL)
     try:
         with open_session(endpoint, patience=PATIENCE):

@@ -3,8 +3,8 @@
 One shark and four minnows cross a field of 190 m with the engine `planar`. While all minnows drive, one fault happens
 at a time; the next one follows when all minnows drive again. The faults: a player is killed (SIGKILL) or frozen
 (SIGSTOP), so are the referee, the world and the router, an official halts play, and the emergency stop is engaged. The
-table is made of result.json alone, as `vrg stops RUN` makes it. A stop counts from the newest message of a process that
-died, from the referee's decision to halt, or from the order of an emergency stop.
+table is made of result.json alone, as `vrg run stops RUN` makes it. A stop counts from the newest message of a process
+that died, from the referee's decision to halt, or from the order of an emergency stop.
 """
 
 import contextlib

@@ -168,7 +168,7 @@ def estop_time(running_match: RunningMatch) -> float | None:
     """The time in s of `vrg estop`; None if it fails."""
     start = time.monotonic()
     # Not by its name, because other matches of that name may run.
-    where = ["--match", running_match.match, "--router", running_match.router, "--keys", running_match.keys]
+    where = [running_match.match, "--router", running_match.router, "--keys", running_match.keys]
     ended = subprocess.run([sys.executable, "-m", "vrg", "estop", *where], check=False, capture_output=True, text=True)
     taken = time.monotonic() - start
     if ended.returncode:

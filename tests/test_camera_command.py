@@ -1,4 +1,4 @@
-"""The command `vrg camera`, with a bus and a world of its own making."""
+"""The command `vrg show camera`, with a bus and a world of its own making."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -15,7 +15,8 @@ from vrg.bus.messages import CameraRequest
 from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys
 from vrg.cli import make_app
-from vrg.commands import camera
+from vrg.commands import sensors
+from vrg.commands.matches import Attached
 from vrg.errors import BusError, ConfigError
 from vrg.hal.sensors import png
 from vrg.hal.sensors.camera import Camera
@@ -57,18 +58,19 @@ def ask(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Result]:
         def listening(endpoint: str, _keys: object = None) -> Iterator[tuple[Stop, World]]:
             yield Stop(), world
 
-        monkeypatch.setattr(camera, "listening", listening)
-        monkeypatch.setattr(camera, "which_match", lambda match, router: ("m", "tcp/127.0.0.1:1"))
-        monkeypatch.setattr(camera, "RENEW", 0.0)
-        monkeypatch.setattr(camera, "PATIENCE", patience)
-        return CliRunner().invoke(make_app("camera"), ["camera", *arguments])
+        monkeypatch.setattr(sensors, "listening", listening)
+        monkeypatch.setattr(sensors, "attached", lambda match, router: Attached("m", "tcp/127.0.0.1:1"))
+        monkeypatch.setattr(sensors, "first_state", lambda *_: None)
+        monkeypatch.setattr(sensors, "RENEW", 0.0)
+        monkeypatch.setattr(sensors, "PATIENCE", patience)
+        return CliRunner().invoke(make_app(), ["show", "camera", *arguments])
 
     return run
 
 
 def test_a_picture_is_asked_for_and_saved(ask: Callable[..., Result], tmp_path: Path) -> None:
     world, file = World(seen(12.5)), tmp_path / "seen.png"
-    done = ask(world, "ann", str(file))
+    done = ask(world, "ann", "--output", str(file))
     assert done.exit_code == 0, done.output
     assert done.output == f"{file}: what ann saw at match time 12.5 s, 6 x 4 pixels\n"
     assert file.read_bytes() == TAKEN.data
@@ -77,13 +79,13 @@ def test_a_picture_is_asked_for_and_saved(ask: Callable[..., Result], tmp_path: 
 
 def test_what_is_no_picture_is_passed_over(ask: Callable[..., Result], tmp_path: Path) -> None:
     world = World(b"junk", seen(1.0).replace(b"PNG", b"GIF"), seen(2.0))
-    done = ask(world, "ann", str(tmp_path / "seen.png"))
+    done = ask(world, "ann", "--output", str(tmp_path / "seen.png"))
     assert "match time 2.0 s" in done.output
     assert len(world.asked) == 3, "it goes on asking"
 
 
 def test_a_robot_that_nobody_knows_ends_in_words(ask: Callable[..., Result], tmp_path: Path) -> None:
-    done = ask(World(), "ann", str(tmp_path / "seen.png"), patience=0.2)
+    done = ask(World(), "ann", "--output", str(tmp_path / "seen.png"), patience=0.2)
     assert isinstance(done.exception, BusError)
     assert "ann: no picture of its camera within 0.2 s" in str(done.exception)
 
@@ -92,6 +94,6 @@ def test_a_robot_that_nobody_knows_ends_in_words(ask: Callable[..., Result], tmp
 def test_a_file_that_cannot_be_written_is_told(
     ask: Callable[..., Result], tmp_path: Path, file: str, words: str
 ) -> None:
-    done = ask(World(seen(1.0)), "ann", str(tmp_path / file))
+    done = ask(World(seen(1.0)), "ann", "--output", str(tmp_path / file))
     assert isinstance(done.exception, ConfigError)
     assert words in str(done.exception)

@@ -81,9 +81,9 @@ def test_a_good_match_file_is_called_good(vrg: Callable[..., Done]) -> None:
         ),
     ],
 )
-@pytest.mark.parametrize("command", ["play", "check", "world", "coordinator", "recorder"])
+@pytest.mark.parametrize("command", ["play", "check", "node world", "node coordinator", "node recorder"])
 def test_a_match_that_is_not_there(vrg: Callable[..., Done], command: str, name: str, said: str) -> None:
-    done = vrg(command, name)
+    done = vrg(*command.split(), name)
     assert done.status == 1
     assert said in done.err
     assert not Path("runs").exists()
@@ -96,25 +96,25 @@ def first_player(line: str) -> list[tuple[str, str]]:
 BAD: dict[str, tuple[list[tuple[str, str]], str | None, str]] = {
     "an unknown field": ([("seed = 0", 'colour = "red"')], "colour", "colour: unknown field"),
     "an unknown rule": ([("zone_depth", "zone_width")], "zone_width", "rules.zone_width: unknown field"),
-    "an unknown field of a player": (first_player("age = 3"), "age = 3", "players.0.age: unknown field"),
+    "an unknown field of a player": (first_player("age = 3"), "age = 3", "players.1.age: unknown field"),
     "no game": ([('game = "sharks-and-minnows"', "")], None, "game: missing"),
     "an unknown game": ([('"sharks-and-minnows"', '"chess"')], "game =", "game: expected one of hud, practice,"),
     "an unknown map": ([('"courtyard"\nengine', '"moon"\nengine')], "map =", "map: "),
     "an unknown engine": ([('"pybullet"', '"magic"')], "engine =", "engine: expected one of "),
-    "an unknown backend": (first_player('backend = "spirit"'), "backend", "players.0.backend: expected one of "),
-    "an unknown model": (first_player('model = "K9"'), "model", "players.0.model: expected one of "),
-    "an unknown role": ([('"shark"', '"whale"')], "role =", "players.0.role: expected one of shark, minnow"),
+    "an unknown backend": (first_player('backend = "spirit"'), "backend", "players.1.backend: expected one of "),
+    "an unknown model": (first_player('model = "K9"'), "model", "players.1.model: expected one of "),
+    "an unknown role": ([('"shark"', '"whale"')], "role =", "players.1.role: expected one of shark, minnow"),
     "no pass": ([('role = "minnow"', 'role = "shark" #')] * 4, None, "got minnows: 2, sharks: 5"),
     "robots that overlap": ([("x = 21.5", "x = 21.2"), ("y = -15.4", "y = -15.9")], None, "player4 and player5"),
     "a start out of bounds": ([("x = 17.0", "x = 15.0")], None, "player2 starts at (15, -16), out of bounds"),
     "a start outside the map": ([("x = 17.0", "x = 99.0")], None, "expected a pose inside map courtyard"),
-    "a word for a number": ([("x = 17.0", 'x = "left"')], 'x = "left"', "players.1.x: "),
-    "a number that is none": ([("x = 17.0", "x = nan")], "x = nan", "players.1.x: "),
+    "a word for a number": ([("x = 17.0", 'x = "left"')], 'x = "left"', "players.2.x: "),
+    "a number that is none": ([("x = 17.0", "x = nan")], "x = nan", "players.2.x: "),
     "no TOML": ([("[rules]", "[rules")], "[rules", "not TOML"),
     "no such strategy": (
         first_player('strategy = "my.py:Me"'),
         "strategy",
-        "players.0.strategy: my.py:Me: no such file",
+        "players.1.strategy: my.py:Me: no such file",
     ),
 }
 
@@ -144,7 +144,7 @@ def test_every_problem_of_a_match_file_is_told_at_once(vrg: Callable[..., Done])
     Path("bad.toml").write_text(text, encoding="utf-8")
     done = vrg("check", "bad.toml")
     assert done.status == 1
-    for field in ("map: missing", "colour: unknown field", "rules.zone_depth: ", "players.1.x: "):
+    for field in ("map: missing", "colour: unknown field", "rules.zone_depth: ", "players.2.x: "):
         assert field in done.err
 
 
@@ -160,13 +160,13 @@ def test_a_run_folder_that_cannot_be_made_is_told(vrg: Callable[..., Done]) -> N
     done = vrg("play", "sharks-and-minnows", "--runs", "file")
     assert done.status == 1
     assert "the run folder cannot be made: Not a directory" in done.err
-    done = vrg("world", "sharks-and-minnows", "--run", "file/run")
+    done = vrg("node", "world", "sharks-and-minnows", "--run", "file/run")
     assert done.status == 1
     assert "the run folder cannot be made: Not a directory" in done.err
 
 
 def test_a_player_that_is_not_in_the_match_is_refused(vrg: Callable[..., Done]) -> None:
-    done = vrg("player", "sharks-and-minnows", "nemo")
+    done = vrg("node", "player", "nemo", "sharks-and-minnows")
     assert done.status == 1
     assert "expected the name of a player of this match (player1, " in done.err
 
@@ -200,11 +200,11 @@ def test_wrong_usage_is_status_2(vrg: Callable[..., Done], arguments: list[str],
 def test_without_a_match_there_is_nothing_to_decide(vrg: Callable[..., Done], arguments: list[str]) -> None:
     done = vrg(*arguments)
     assert done.status == 1
-    assert "no match runs on this machine; name one with --match" in done.err
+    assert "no match runs on this machine; one elsewhere needs its name" in done.err
 
 
 def test_an_endpoint_without_a_protocol_is_told(vrg: Callable[..., Done]) -> None:
-    done = vrg("topic", "list", "--match", "m", "--router", "127.0.0.1:7447")
+    done = vrg("topic", "list", "m", "--router", "127.0.0.1:7447")
     assert done.status == 1
     assert "expected an endpoint such as tcp/127.0.0.1:7447, got '127.0.0.1:7447'" in done.err
 
@@ -220,12 +220,12 @@ def test_a_match_in_one_process_has_no_sandboxes_and_no_seats_and_says_so(
 
 def test_keys_that_are_typed_are_never_ignored(vrg: Callable[..., Done], tmp_path: Path) -> None:
     (tmp_path / "keys").mkdir()
-    done = vrg("estop", "--match", "two", "--router", "tcp/127.0.0.1:7447", "--keys", "keys")
+    done = vrg("estop", "two", "--router", "tcp/127.0.0.1:7447", "--keys", "keys")
     assert done.status == 1
     assert "expected the keys of" in done.err
 
 
 def test_a_folder_of_keys_that_is_not_there_is_told(vrg: Callable[..., Done]) -> None:
-    done = vrg("estop", "--match", "two", "--router", "tls/127.0.0.1:7447", "--keys", "keyz")
+    done = vrg("estop", "two", "--router", "tls/127.0.0.1:7447", "--keys", "keyz")
     assert done.status == 1
     assert "keyz: expected the folder of the keys, found none" in done.err

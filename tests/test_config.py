@@ -62,13 +62,13 @@ def test_the_match_of_the_thesis_is_good(load: Load) -> None:
 def test_an_unknown_key_is_told_with_its_line(load: Load) -> None:
     assert problems(load, GOOD.replace("seed = 0", "sed = 0")) == ["8: sed: unknown field"]
     assert problems(load, GOOD.replace('role = "shark"', 'role = "shark"\ncolour = "red"')) == [
-        "20: players.0.colour: unknown field"
+        "20: players.1.colour: unknown field"
     ]
     assert problems(load, GOOD.replace("zone_depth", "zone_dept")) == ["15: rules.zone_dept: unknown field"]
 
 
 def test_what_is_missing_is_told_at_its_table(load: Load) -> None:
-    assert problems(load, GOOD.replace('name = "player2"\n', "")) == ["24: players.1.name: missing"]
+    assert problems(load, GOOD.replace('name = "player2"\n', "")) == ["24: players.2.name: missing"]
     assert problems(load, GOOD.replace('map = "courtyard"\n', "")) == ["1: map: missing"]
 
 
@@ -77,7 +77,7 @@ def test_all_problems_are_told_at_once_in_the_order_of_the_file(load: Load) -> N
     text = text.replace("zone_depth = 4.0", "zone_depth = 40.0")
     found = problems(load, text)
     assert [int(p.split(":")[0]) for p in found] == sorted(int(p.split(":")[0]) for p in found)
-    assert [p.split(": ")[1] for p in found] == ["seed", "rules", "players.2.x"]
+    assert [p.split(": ")[1] for p in found] == ["seed", "rules", "players.3.x"]
 
 
 @pytest.mark.parametrize(
@@ -90,12 +90,12 @@ def test_all_problems_are_told_at_once_in_the_order_of_the_file(load: Load) -> N
             'game = "chess"',
             "game: expected one of hud, practice, pursuit-evasion, roboflag, sharks-and-minnows, got",
         ),
-        ('role = "shark"', 'role = "whale"', "players.0.role: expected one of shark, minnow, got 'whale'"),
-        ('role = "shark"', 'role = "shark"\nbackend = "steam"', "players.0.backend: expected one of"),
-        ('role = "shark"', 'role = "shark"\nmodel = "R2D2"', "players.0.model: expected one of"),
-        ('role = "shark"', 'role = "shark"\nstrategy = "nowhere:Nobody"', "players.0.strategy: nowhere:Nobody: cannot"),
+        ('role = "shark"', 'role = "whale"', "players.1.role: expected one of shark, minnow, got 'whale'"),
+        ('role = "shark"', 'role = "shark"\nbackend = "steam"', "players.1.backend: expected one of"),
+        ('role = "shark"', 'role = "shark"\nmodel = "R2D2"', "players.1.model: expected one of"),
+        ('role = "shark"', 'role = "shark"\nstrategy = "nowhere:Nobody"', "players.1.strategy: nowhere:Nobody: cannot"),
         ('role = "shark"', 'role = "shark"\nstrategy = "Nobody"', "or `module:Class`, or `file.py:Class`"),
-        ('name = "player1"', 'name = "player 1"', "players.0.name: expected 1 to 64 letters"),
+        ('name = "player1"', 'name = "player 1"', "players.1.name: expected 1 to 64 letters"),
         ('name = "player2"', 'name = "player1"', "player1"),
         ("x = 21.5\ny = -16.0", "x = 21.2\ny = -15.5", "overlap"),
         ("x = 21.0\ny = -30.0", "x = 21.0\ny = -33.0", "out of bounds"),
@@ -118,8 +118,8 @@ def test_what_is_wrong_with_a_player_is_told_at_that_player_beside_others_with_m
     text = GOOD.replace('role = "shark"', 'role = "shark"\ncamera = 3')
     text = text.replace('name = "player2"', 'name = "player2"\nmachine = "lab"')
     assert problems(load, text) == [
-        "20: players.0.camera: expected true or false, got 3",
-        "27: players.1.machine: expected one of here, got 'lab'",
+        "20: players.1.camera: expected true or false, got 3",
+        "27: players.2.machine: expected one of here, got 'lab'",
     ]
 
 
@@ -218,13 +218,13 @@ def test_a_players_own_strategy_is_found_beside_the_match_file(load: Load, tmp_p
 def test_a_file_with_an_error_in_it_is_told_before_anything_starts(load: Load, tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text("import nothing_of_this_name\n")
     found = problems(load, GOOD.replace('role = "shark"', 'role = "shark"\nstrategy = "mine.py:Spinner"'))
-    assert "players.0.strategy" in found[0]
+    assert "players.1.strategy" in found[0]
     assert "nothing_of_this_name" in found[0]
 
 
 def test_what_is_no_strategy_is_refused(load: Load, tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(STRATEGY)
-    for name, told in (("NoStrategy", "subclass of"), ("Half", "cannot be made: TypeError")):
+    for name, told in (("NoStrategy", "subclass of"), ("Half", "expected a method `act` in this class, found none")):
         found = problems(load, GOOD.replace('role = "shark"', f'role = "shark"\nstrategy = "mine.py:{name}"'))
         assert told in found[0]
 
@@ -240,7 +240,7 @@ def test_a_strategy_file_may_have_the_name_of_a_library_and_neighbours(load: Loa
 def test_the_first_player_that_a_problem_names_gives_the_line(load: Load) -> None:
     """Also where a player is called like a word of the rules."""
     text = GOOD.replace('name = "player1"', 'name = "shark"').replace("x = 17.0\ny = -16.0", "x = 17.0\ny = -20.0")
-    assert problems(load, text)[0].startswith("24: players.1: player2 is a minnow and starts")
+    assert problems(load, text)[0].startswith("24: players.2: player2 is a minnow and starts")
 
 
 @pytest.mark.parametrize("name", ["world", "referee", "recorder", "router", "spectator"])
@@ -287,7 +287,7 @@ def test_one_word_makes_a_robot_physical(load: Load) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (GOOD.replace(*CAN_SHARK), "20: players.0.backend: expected a table [backends.can], found none"),
+        (GOOD.replace(*CAN_SHARK), "20: players.1.backend: expected a table [backends.can], found none"),
         (WIRED.replace("robots.player1", "robots.player9").replace(*CAN_SHARK), "[backends.can.robots.player1]"),
         (WIRED.replace("left = [0]", "left = [99]"), "expected 0 to 62, got 99"),
         (WIRED.replace("left = [0]", "lift = [0]"), "backends.can.robots.player1.lift: unknown field"),
@@ -319,7 +319,7 @@ def test_an_error_in_a_map_names_the_maps_own_line(load: Load, tmp_path: Path) -
     with pytest.raises(ConfigError) as error:
         load(GOOD.replace('map = "courtyard"', 'map = "yard.toml"'))
     assert [str(p) for p in error.value.problems] == [
-        f"{tmp_path / 'yard.toml'}:7: circle.0.radius: expected more than 0, got -0.4"
+        f"{tmp_path / 'yard.toml'}:7: circle.1.radius: expected more than 0, got -0.4"
     ]
 
 
@@ -331,16 +331,45 @@ def test_a_match_file_can_be_checked_without_the_players_code(tmp_path: Path) ->
     assert load_match(path).player("player1").strategy == "mine.py:Spinner"
 
 
+@pytest.mark.parametrize(
+    ("code", "said"),
+    [
+        ("class Spinner(Strategy):\n    def atc(self, view): ...", "found none, did you mean 'atc'?"),
+        ("class Base(Strategy): ...\nclass Spinner(Base): ...", "found none"),
+        ("class Base(Strategy):\n    def act(self, view): ...\nclass Spinner(Base): ...", ""),
+        ("from other import Base\nclass Spinner(Base): ...", ""),
+        ("class Spinner(Strategy):\n    act = print", ""),
+        ("class Spinner(", ""),
+    ],
+)
+def test_a_class_without_act_is_told_before_anything_is_imported(tmp_path: Path, code: str, said: str) -> None:
+    (tmp_path / "mine.py").write_text(f"from vrg.agents import Strategy\nopen('imported', 'w')\n{code}\n")
+    path = tmp_path / "match.toml"
+    path.write_text(GOOD.replace('role = "shark"', 'role = "shark"\nstrategy = "mine.py:Spinner"'))
+    if said:
+        with pytest.raises(ConfigError, match=r"match.toml:20: players.1.strategy: mine.py:Spinner: .*" + said):
+            load_match(path)
+    else:
+        assert load_match(path).player("player1").strategy == "mine.py:Spinner"
+    assert not Path("imported").exists()
+
+
+def test_the_line_of_a_name_that_is_taken_is_told(load: Load) -> None:
+    text = GOOD.replace('name = "player2"', 'name = "player1"')
+    line = text[: text.rindex('name = "player1"')].count("\n") + 1
+    assert f"{line}: players.2.name: player1: expected a name of its own, got one that is taken" in problems(load, text)
+
+
 def test_a_strategy_file_that_is_not_there_is_told_at_once(tmp_path: Path) -> None:
     path = tmp_path / "match.toml"
     path.write_text(GOOD.replace('role = "shark"', 'role = "shark"\nstrategy = "mine.py:Spinner"'))
-    with pytest.raises(ConfigError, match=r"match.toml:20: players.0.strategy: mine.py:Spinner: no such file"):
+    with pytest.raises(ConfigError, match=r"match.toml:20: players.1.strategy: mine.py:Spinner: no such file"):
         load_match(path)
 
 
 def test_only_a_physical_robot_is_localised(load: Load) -> None:
     found = problems(load, GOOD.replace('role = "shark"', 'role = "shark"\nlocalisation = "feed"'))
-    assert found == ["20: players.0.localisation: a virtual robot has none: leave it out"]
+    assert found == ["20: players.1.localisation: a virtual robot has none: leave it out"]
 
 
 def test_only_the_robots_that_have_a_feed_are_located_by_a_tracker(load: Load) -> None:
@@ -497,15 +526,15 @@ def test_wrong_settings_of_sensors_are_told_once_with_their_line(load: Load, wro
 @pytest.mark.parametrize(
     ("own", "told"),
     [
-        ("[players.sensors.laser]\ndrop_out = 2", "players.0.sensors.laser.drop_out: expected a number of at least 0"),
-        ("[players.sensors.laser]\nnose = 2", "players.0.sensors.laser.nose: expected one of"),
-        ("sensors.laser.rate = -1\n", "players.0.sensors.laser.rate: expected a number above 0"),
-        ("[players.sensors.compass]\nrate = 2", "players.0.sensors.compass: expected one of"),
+        ("[players.sensors.laser]\ndrop_out = 2", "players.1.sensors.laser.drop_out: expected a number of at least 0"),
+        ("[players.sensors.laser]\nnose = 2", "players.1.sensors.laser.nose: expected one of"),
+        ("sensors.laser.rate = -1\n", "players.1.sensors.laser.rate: expected a number above 0"),
+        ("[players.sensors.compass]\nrate = 2", "players.1.sensors.compass: expected one of"),
         (
             'model = "ATRV-Jr"\n[players.sensors.sonar]\nrate = 2.0',
-            "players.0.sensors.sonar: expected a sensor that the robot ATRV-Jr has",
+            "players.1.sensors.sonar: expected a sensor that the robot ATRV-Jr has",
         ),
-        ("[players.sensors.sonar]\nrange_min = 6.0", "players.0.sensors.sonar: expected range_min of at most"),
+        ("[players.sensors.sonar]\nrange_min = 6.0", "players.1.sensors.sonar: expected range_min of at most"),
     ],
 )
 def test_wrong_settings_of_one_player_are_told_at_that_player(load: Load, own: str, told: str) -> None:
@@ -518,7 +547,7 @@ def test_wrong_settings_of_one_player_are_told_at_that_player(load: Load, own: s
 
 def test_wrong_settings_of_the_match_and_of_players_are_told_at_once(load: Load) -> None:
     text = with_sensors("[sensors.laser]\nnoise = -1\n", "[players.sensors.gps]\nrate = 0\n")
-    assert [p.split(": ")[1] for p in problems(load, text)] == ["sensors.laser.noise", "players.0.sensors.gps.rate"]
+    assert [p.split(": ")[1] for p in problems(load, text)] == ["sensors.laser.noise", "players.1.sensors.gps.rate"]
 
 
 def test_a_camera_takes_pictures_all_the_time_where_the_match_file_wants_it(load: Load) -> None:
@@ -532,7 +561,7 @@ def test_a_robot_without_a_camera_takes_no_pictures(load: Load, monkeypatch: pyt
     blind = replace(MODELS.get("P2AT"), sensors=tuple(s for s in MODELS.get("P2AT").sensors if s.kind != "camera"))
     monkeypatch.setitem(MODELS._found, "P2AT", blind)
     [told] = problems(load, with_sensors("", "camera = true\n"))
-    assert told.endswith("players.0.camera: expected false, as the robot P2AT has no camera")
+    assert told.endswith("players.1.camera: expected false, as the robot P2AT has no camera")
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 import typer
+from typer.core import TyperGroup
 
 from vrg.cli import make_app
 
@@ -52,14 +53,15 @@ def parse(arguments: list[str], *, whole: bool) -> None:
         NoCommandError: there is no such command or option, or an argument is wrong.
     """
     command, name, rest = VRG, "vrg", arguments
-    while (commands := getattr(command, "commands", None)) and rest and not rest[0].startswith("-"):
+    context = typer.Context(VRG, info_name="vrg")
+    while (group := isinstance(command, TyperGroup)) and rest and not rest[0].startswith("-"):
         name, *rest = rest
-        if name not in commands:
+        command = command.get_command(context, name)
+        if command is None:
             raise NoCommandError(f"no command {name}")
-        command = commands[name]
     if "--help" in rest:
         return
-    if commands:
+    if group:
         if whole:
             raise NoCommandError(f"{name}: no command is named")
         return

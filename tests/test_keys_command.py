@@ -12,7 +12,7 @@ from vrg.bus.credentials import find_credentials
 from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import configuration
 from vrg.cli import make_app
-from vrg.commands import processes
+from vrg.commands import node
 from vrg.commands.keys import seat_of
 from vrg.config.loading import load_match
 from vrg.errors import ConfigError, CredentialsError
@@ -31,7 +31,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def keys(*arguments: str) -> Result:
-    return CliRunner().invoke(make_app("keys"), ["keys", *arguments])
+    return CliRunner().invoke(make_app(), ["keys", *arguments])
 
 
 def with_a_machine(folder: Path) -> Path:
@@ -68,7 +68,7 @@ def test_keys_are_not_made_twice_by_accident(folder: Path) -> None:
 
 
 def test_keys_that_were_handed_out_are_not_overwritten(folder: Path, tmp_path: Path) -> None:
-    assert keys("hand", "player.player1", "--keys", str(folder), "--to", str(tmp_path)).exit_code == 0
+    assert keys("hand", "player.player1", "--keys", str(folder), "--output", str(tmp_path)).exit_code == 0
     before = {path: path.read_bytes() for path in tmp_path.rglob("*.*") if path.is_file()}
     done = keys("init", GAME, "--keys", str(tmp_path))
     assert isinstance(done.exception, ConfigError)
@@ -101,14 +101,14 @@ def test_every_machine_of_the_match_file_has_a_seat_that_is_renewed(tmp_path: Pa
 def test_another_authority_makes_all_keys_worthless_that_were_handed_out(tmp_path: Path) -> None:
     folder, stick = tmp_path / "keys", tmp_path / "stick"
     keys("init", GAME, "--keys", str(folder))
-    assert keys("hand", "world", "--keys", str(folder), "--to", str(stick)).exit_code == 0
+    assert keys("hand", "world", "--keys", str(folder), "--output", str(stick)).exit_code == 0
     assert keys("init", GAME, "--keys", str(folder), "--replace").exit_code == 0
     (stick / "world" / "ca.crt").write_bytes((folder / "world" / "ca.crt").read_bytes())
     assert shown(stick)["world"]["state"] == "of another authority"
 
 
 def test_one_machine_is_handed_only_its_own_seats(folder: Path, tmp_path: Path) -> None:
-    done = keys("hand", "player.player1", "official", "--keys", str(folder), "--to", str(tmp_path / "pi"))
+    done = keys("hand", "player.player1", "official", "--keys", str(folder), "--output", str(tmp_path / "pi"))
     assert done.exit_code == 0
     assert {path.name for path in (tmp_path / "pi").iterdir()} == {"player.player1", "official"}
     with pytest.raises(CredentialsError):
@@ -117,7 +117,7 @@ def test_one_machine_is_handed_only_its_own_seats(folder: Path, tmp_path: Path) 
 
 def test_the_routers_configuration_is_one_that_zenoh_takes(folder: Path, tmp_path: Path) -> None:
     file = tmp_path / "router.json5"
-    done = keys("rules", GAME, "--keys", str(folder), "--write", str(file), "--listen", "tls/0.0.0.0:7500")
+    done = keys("rules", GAME, "--keys", str(folder), "--output", str(file), "--router", "tls/0.0.0.0:7500")
     assert done.exit_code == 0, done.output
     settings = json.loads(file.read_text())
     assert settings["listen"]["endpoints"] == ["tls/0.0.0.0:7500"]
@@ -132,9 +132,9 @@ def test_the_routers_configuration_is_one_that_zenoh_takes(folder: Path, tmp_pat
 def test_no_router_lets_everybody_in_that_was_given_keys(
     environment: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(processes, "serve_router", lambda *_, **__: pytest.fail("a router was started"))
+    monkeypatch.setattr(node, "serve_router", lambda *_, **__: pytest.fail("a router was started"))
     typed = [] if environment else ["--keys", "somewhere"]
-    done = CliRunner().invoke(make_app("router"), ["router", *typed], env=environment)
+    done = CliRunner().invoke(make_app(), ["node", "router", *typed], env=environment)
     assert isinstance(done.exception, ConfigError)
     assert "expected the match file whose seats have the keys in somewhere" in str(done.exception)
 

@@ -73,7 +73,7 @@ class TestPlayer(StrategyContract):
     @pytest.fixture
     def match_file(self, vrg: Vrg, tmp_path: Path) -> Path:
         good(vrg, "new", "player", "ann")
-        good(vrg, "new", "match", "final", "--player", "ann.py:Ann")
+        good(vrg, "new", "match", "final", "ann.py:Ann")
         return tmp_path / "final.toml"
 
 
@@ -125,11 +125,11 @@ def test_every_optional_line_of_the_match_is_valid(vrg: Vrg, tmp_path: Path) -> 
 
 
 def test_a_match_names_a_player_of_another_folder(vrg: Vrg, tmp_path: Path) -> None:
-    good(vrg, "new", "player", "ann", "--folder", "mine")
-    good(vrg, "new", "match", "final", "--player", "mine/ann.py:Ann", "--folder", "matches/may")
+    good(vrg, "new", "player", "ann", "--output", "mine")
+    good(vrg, "new", "match", "final", "mine/ann.py", "--output", "matches/may")
     match_file = tmp_path / "matches" / "may" / "final.toml"
     players = tomllib.loads(match_file.read_text(encoding="utf-8"))["players"]
-    assert [p.get("strategy") for p in players] == [None, "../../mine/ann.py:Ann", None, None]
+    assert [p.get("strategy") for p in players] == [None, *["../../mine/ann.py:Ann"] * 3]
     assert "good" in good(vrg, "check", str(match_file))
 
 
@@ -137,10 +137,30 @@ def test_a_match_is_not_written_for_a_player_that_cannot_play(vrg: Vrg, tmp_path
     (tmp_path / "broken.py").write_text("import nosuchmodule\n", encoding="utf-8")
     wrong = {"bob.py:Bob": "no such file: bob.py", "broken.py:Bob": "nosuchmodule", "bob": "expected one of "}
     for player, said in wrong.items():
-        status, _, err = vrg("new", "match", "final", "--player", player)
+        status, _, err = vrg("new", "match", "final", player)
         assert (status, "Traceback" in err) == (1, False)
         assert said in err
     assert not (tmp_path / "final.toml").exists()
+
+
+@pytest.mark.parametrize(
+    ("game", "spread"),
+    [("sharks-and-minnows", "baca"), ("roboflag", "acacbbbb"), ("pursuit-evasion", "bbbacacaca"), ("hud", "ab")],
+)
+def test_own_players_are_spread_over_the_teams_of_every_game(vrg: Vrg, tmp_path: Path, game: str, spread: str) -> None:
+    names = sorted(set(spread))
+    for name in names:
+        good(vrg, "new", "player", name)
+    good(vrg, "new", "match", "final", *(f"{name}.py" for name in names), "--game", game)
+    players = tomllib.loads((tmp_path / "final.toml").read_text(encoding="utf-8"))["players"]
+    assert "".join(player["strategy"][0] for player in players) == spread
+    assert f"good: {game}" in good(vrg, "check", "final.toml")
+
+
+def test_more_players_than_a_game_has_places_for_are_refused(vrg: Vrg) -> None:
+    good(vrg, "new", "player", "ann")
+    status, _, err = vrg("new", "match", "final", *["ann.py"] * 5)
+    assert (status, "expected up to 4 players for sharks-and-minnows, got 5" in err) == (1, True)
 
 
 def test_a_match_is_played_on_the_map(vrg: Vrg, tmp_path: Path) -> None:
@@ -231,10 +251,10 @@ def test_nothing_is_overwritten(vrg: Vrg, tmp_path: Path, kind: str, name: str, 
     status, out, err = vrg("new", kind, name)
     assert (status, out) == (1, "")
     assert f"{file}: already there, and never overwritten" in err
-    assert "--folder" in err
+    assert "--output" in err
     assert (tmp_path / file).read_text(encoding="utf-8") == "mine"
     assert [p.name for p in tmp_path.iterdir()] == [file]
-    good(vrg, "new", kind, name, "--folder", "other")
+    good(vrg, "new", kind, name, "--output", "other")
     assert (tmp_path / "other" / file).exists()
 
 
@@ -247,7 +267,7 @@ def test_a_link_that_leads_nowhere_is_not_overwritten(vrg: Vrg, tmp_path: Path) 
 
 def test_a_folder_that_cannot_be_made_is_told(vrg: Vrg, tmp_path: Path) -> None:
     (tmp_path / "file").touch()
-    status, _, err = vrg("new", "map", "yard", "--folder", "file/maps")
+    status, _, err = vrg("new", "map", "yard", "--output", "file/maps")
     assert status == 1
     assert "file/maps: the folder cannot be made: Not a directory" in err
 

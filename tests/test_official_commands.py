@@ -18,7 +18,8 @@ from vrg.bus.session import open_router, open_session
 from vrg.bus.topics import Keys
 from vrg.cli import make_app
 from vrg.commands import estop as stopping
-from vrg.commands.options import keys_of, whole_target
+from vrg.commands.matches import keys_of
+from vrg.commands.options import whole_target
 from vrg.errors import BusError, ConfigError, CredentialsError
 from vrg.launch.endpoints import free_endpoint
 from vrg.launch.running import RunningMatch, registered
@@ -48,7 +49,7 @@ def listed(stack: ExitStack, *names: str, folder: str | None = None) -> None:
 
 
 def run(*arguments: str) -> Result:
-    return CliRunner().invoke(make_app(arguments[0]), list(arguments))
+    return CliRunner().invoke(make_app(), list(arguments))
 
 
 def test_an_emergency_stop_reaches_every_match_and_says_which(ordered: list[tuple[str, bool]]) -> None:
@@ -143,7 +144,7 @@ def test_a_release_must_say_which_of_several(ordered: list[tuple[str, bool]]) ->
         listed(stack, "left", "right")
         done = run("estop", "--release")
         assert isinstance(done.exception, ConfigError)
-        run("estop", "--release", "--match", "left")
+        run("estop", "--release", "left")
     assert ordered == [("left", False)]
 
 
@@ -154,7 +155,7 @@ def test_somebody_elses_match_must_be_named(ordered: list[tuple[str, bool]]) -> 
             done = run(*command)
             assert isinstance(done.exception, ConfigError)
             assert "the only match that runs here is theirs, started in /somewhere/else" in str(done.exception)
-        run("estop", "--release", "--match", "theirs")
+        run("estop", "--release", "theirs")
     assert ordered == [("theirs", False)]
 
 
@@ -191,7 +192,7 @@ def test_a_release_tells_whether_there_was_a_stop() -> None:
         thread = threading.Thread(target=referee)
         thread.start()
         try:
-            first, second = (run("estop", "--release", "--match", "m", "--router", endpoint) for _ in range(2))
+            first, second = (run("estop", "--release", "m", "--router", endpoint) for _ in range(2))
         finally:
             ended.set()
             thread.join()

@@ -1,4 +1,4 @@
-"""`vrg replay`: the match of a run folder, and what is said of a folder that cannot be shown."""
+"""`vrg run replay`: the match of a run folder, and what is said of a folder that cannot be shown."""
 
 import json
 import os
@@ -31,7 +31,7 @@ def played(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("replay")
     (folder / "match.toml").write_text(short_match("short"), encoding="utf-8")
     command = ["play", str(folder / "match.toml"), "--in-process", "--engine", "planar", "--runs", str(folder / "runs")]
-    done = CliRunner().invoke(make_app("play"), command)
+    done = CliRunner().invoke(make_app(), command)
     assert done.exit_code == 0, done.output
     return next((folder / "runs").iterdir())
 
@@ -49,8 +49,8 @@ def window_in(run: Path) -> ReplayWindow:
 
 def error_of(run: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     """What the command says of a folder, on a computer with a display."""
-    monkeypatch.setattr("vrg.commands.options.need_display", lambda: None)
-    done = CliRunner().invoke(make_app("replay"), ["replay", str(run)])
+    monkeypatch.setattr("vrg.commands.replay.need_display", lambda: None)
+    done = CliRunner().invoke(make_app(), ["run", "replay", str(run)])
     assert isinstance(done.exception, LaunchError), done.output
     return str(done.exception)
 
@@ -80,7 +80,7 @@ def test_the_match_ends_as_its_result_says(run: Path) -> None:
 
 
 def test_the_command_shows_the_window_until_it_is_closed(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vrg.commands.options.need_display", lambda: None)
+    monkeypatch.setattr("vrg.commands.replay.need_display", lambda: None)
     shown = []
 
     def frame(window: ReplayWindow, seconds: float) -> None:
@@ -88,7 +88,7 @@ def test_the_command_shows_the_window_until_it_is_closed(run: Path, monkeypatch:
         window.close()
 
     monkeypatch.setattr(ReplayWindow, "frame", frame)
-    done = CliRunner().invoke(make_app("replay"), ["replay", str(run)])
+    done = CliRunner().invoke(make_app(), ["run", "replay", str(run)])
     assert (done.exit_code, shown) == (0, ["VRG: short, recorded"])
 
 
@@ -99,9 +99,9 @@ def test_a_recording_that_is_cut_in_half_is_shown_as_far_as_it_goes(run: Path, m
     window = window_in(run)
     assert 0.2 * whole < window.playback.end < 0.9 * whole
     assert "recording.mcap ends in the middle: the match is shown as far as it goes, to 0:" in window.note
-    monkeypatch.setattr("vrg.commands.options.need_display", lambda: None)
+    monkeypatch.setattr("vrg.commands.replay.need_display", lambda: None)
     monkeypatch.setattr(ReplayWindow, "frame", lambda window, _: window.close())
-    done = CliRunner().invoke(make_app("replay"), ["replay", str(run)])
+    done = CliRunner().invoke(make_app(), ["run", "replay", str(run)])
     assert done.exit_code == 0
     assert window.note in done.output
 
@@ -171,6 +171,6 @@ def test_a_robot_model_that_is_not_installed_is_shown_and_told(run: Path) -> Non
 
 
 def test_without_a_display_the_command_says_so(run: Path) -> None:
-    done = CliRunner().invoke(make_app("replay"), ["replay", str(run)])
+    done = CliRunner().invoke(make_app(), ["run", "replay", str(run)])
     assert isinstance(done.exception, LaunchError)
     assert "expected a display to open a window on, found none" in str(done.exception)

@@ -9,11 +9,13 @@ from click.testing import Result
 from typer.testing import CliRunner
 
 from vrg.bus.codec import Received, encode
-from vrg.bus.messages import Clock
+from vrg.bus.messages import Clock, PlayerStatus, RefereeState, Stage
 from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys
 from vrg.cli import make_app
 from vrg.commands import sensors, topic
+from vrg.commands.matches import Attached
+from vrg.errors import LaunchError
 from vrg.hal.sensors.battery import Battery
 
 KEYS = Keys("m")
@@ -25,8 +27,17 @@ def clock(stamp: float) -> tuple[str, bytes]:
     return KEYS.clock.key, encode(Received(KEYS.clock.key, stamp, 0, now))
 
 
+ANN = PlayerStatus(name="ann", team="red", role="red", state="active", may_move=True, radius=0.3, pose=None, mark=None)
+OVER = RefereeState(
+    game="roboflag", stage=Stage.GAME_OVER, halted=None, way_out=None, waiting=(), clock=0.0, total=0.0, round=1,
+    rounds=1, score={}, players=(ANN,), zones=(),
+)  # fmt: skip
+
+
 class Bus:
     """Has messages, which come as soon as somebody watches."""
+
+    connected = True
 
     def __init__(self, *messages: tuple[str, bytes]) -> None:
         self.messages = list(messages)
@@ -45,8 +56,10 @@ def run(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Result]:
 
         for module in (sensors, topic):
             monkeypatch.setattr(module, "listening", listening)
-            monkeypatch.setattr(module, "which_match", lambda match, router: ("m", "tcp/127.0.0.1:1"))
-        return CliRunner().invoke(make_app(arguments[0]), list(arguments))
+        monkeypatch.setattr(topic, "which_match", lambda match, router: ("m", "tcp/127.0.0.1:1"))
+        monkeypatch.setattr(sensors, "attached", lambda match, router: Attached("m", "tcp/127.0.0.1:1"))
+        monkeypatch.setattr(sensors, "first_state", lambda *_: OVER)
+        return CliRunner().invoke(make_app(), list(arguments))
 
     return command
 
@@ -69,6 +82,19 @@ def test_a_key_on_which_nothing_comes_has_no_gap(run: Run) -> None:
 
 def test_the_table_of_sensors_tells_how_old_the_newest_readings_are(run: Run) -> None:
     reading = BATTERY, encode(Received(BATTERY, 2.0, 0, Battery(charge=0.5)))
-    done = run(Bus(reading, clock(9.5)), "sensors", "ann", "--seconds", "0.5")
+    done = run(Bus(reading, clock(9.5)), "show", "sensors", "ann", "--for", "0.5")
     assert "match time 9.5 s" in done.stdout
     assert done.stdout.splitlines()[-1].split() == ["battery", "main", "7.50", "charge", "0.5"]
+
+
+def test_what_sensors_measure_is_told_in_a_pipe_until_the_match_is_over(run: Run) -> None:
+    key = KEYS.referee_state.key
+    reading = BATTERY, encode(Received(BATTERY, 2.0, 0, Battery(charge=0.5)))
+    done = run(Bus(reading, (key, encode(Received(key, 3.0, 0, OVER)))), "show", "sensors", "ann")
+    assert (done.exit_code, done.stdout) == (0, "2.00 battery main: charge 0.5\n")
+
+
+def test_the_sensors_of_nobody_are_refused_with_a_guess(run: Run) -> None:
+    done = run(Bus(), "show", "sensors", "anne")
+    assert isinstance(done.exception, LaunchError)
+    assert "expected one of ann, got 'anne', did you mean 'ann'?" in str(done.exception)

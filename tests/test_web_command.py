@@ -49,7 +49,7 @@ def test_what_is_no_address_is_told(typed):
 
 
 def test_a_match_in_one_process_has_no_page():
-    done = CliRunner().invoke(make_app("play"), ["play", "sharks-and-minnows", "--in-process", "--web"])
+    done = CliRunner().invoke(make_app(), ["play", "sharks-and-minnows", "--in-process", "--web"])
     assert done.exit_code == 2
     assert "--web needs processes" in " ".join(done.output.replace("│", " ").split())
 

@@ -1,62 +1,164 @@
 """The `vrg` command. Its exit status is 0 for success, 1 for failure, 2 for wrong usage, and 130 if interrupted.
 
-The module of a subcommand is imported only if that subcommand is asked for, so that a command such as
-`vrg official halt` does not wait for physics to load.
+The module of a command is imported only if that command is asked for, so that a command such as `vrg official halt`
+does not wait for physics to load. The help texts of the groups below are here, so that they need no module at all.
 """
 
 import os
 import sys
-from typing import Annotated, Any
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar
 
 import typer
+from typer.core import TyperGroup
 
 from vrg import __version__
 from vrg.errors import ConfigError, VrgError
-from vrg.registry import load_object
+from vrg.registry import close_to, load_object
 from vrg.types import printable
 
 # Without this, a line that pygame prints on import would be the first line of every command.
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 
-_PROCESSES = "Single processes"
-COMMANDS: dict[str, tuple[str, str | None]] = {
-    "play": ("vrg.commands.play:play", None),
-    "practice": ("vrg.commands.practice:practice", None),
-    "check": ("vrg.commands.play:check", None),
-    "compare": ("vrg.commands.compare:compare", None),
-    "tournament": ("vrg.commands.tournament:tournament", None),
-    "new": ("vrg.commands.new:app", None),
-    "edit": ("vrg.commands.welcome:edit", None),
-    "estop": ("vrg.commands.estop:estop", None),
-    "official": ("vrg.commands.official:app", None),
-    "result": ("vrg.commands.after:result", None),
-    "plot": ("vrg.commands.after:plot", None),
-    "replay": ("vrg.commands.replay:replay", None),
-    "why": ("vrg.commands.why:why", None),
-    "judge": ("vrg.commands.judge:judge", None),
-    "stops": ("vrg.commands.stops:stops", None),
-    "substitute": ("vrg.commands.substitute:substitute", None),
-    "sensors": ("vrg.commands.sensors:sensors", None),
-    "hud": ("vrg.commands.hud:hud", None),
-    "developer": ("vrg.commands.developer:developer", None),
-    "commander": ("vrg.commands.commander:commander", None),
-    "web": ("vrg.commands.web:web", None),
-    "foxglove": ("vrg.commands.foxglove:foxglove", None),
-    "camera": ("vrg.commands.camera:camera", None),
-    "topic": ("vrg.commands.topic:app", None),
-    "keys": ("vrg.commands.keys:app", None),
-    "can": ("vrg.commands.can:app", None),
-    "diagram": ("vrg.commands.diagram:diagram", None),
-    "processes": ("vrg.commands.running:processes", None),
-    "deploy": ("vrg.commands.deploy:app", None),
-    "host": ("vrg.commands.host:host", "Single processes"),
-    "doctor": ("vrg.commands.doctor:doctor", None),
-    **{
-        name: (f"vrg.commands.processes:{name}", _PROCESSES)
-        for name in ("router", "world", "coordinator", "player", "recorder", "spectator")
+Table = Mapping[str, Mapping[str, tuple[Any, str]]]
+"""The headings of a help page; below each, the commands with what they are, and what they do in a line.
+
+A command is the `module:object` of a function or of a group, or the table of a further group.
+"""
+
+SHOW: Table = {
+    "Show a running match": {
+        "window": ("vrg.commands.show:window", "The window of the spectator; several may be open"),
+        "hud": ("vrg.commands.show:hud", "The head-up display of a player, with Goto, Manual and Reset"),
+        "developer": ("vrg.commands.show:developer", "All players, sensors, streams and processes"),
+        "commander": ("vrg.commands.show:commander", "A team is commanded here, with a gamepad or the keyboard"),
+        "web": ("vrg.commands.page:web", "The match in browsers"),
+        "foxglove": ("vrg.commands.page:foxglove", "All that a recording holds, in Foxglove"),
+        "camera": ("vrg.commands.sensors:camera", "Save a picture of what a robot sees"),
+        "sensors": ("vrg.commands.sensors:sensors", "What the sensors of a robot measure"),
+        "processes": ("vrg.commands.show:processes", "The processes of a match on all its machines"),
+        "diagram": ("vrg.commands.show:diagram", "The statechart of a player, as Mermaid"),
+    }
+}
+RUN: Table = {
+    "Look at a recorded run; RUN is the newest in the folder runs, if none is named": {
+        "list": ("vrg.commands.run:list_runs", "The runs in a folder, the newest first, and how they ended"),
+        "result": ("vrg.commands.run:result", "Make result.json, and print how the match ended"),
+        "plot": ("vrg.commands.run:plot", "Draw the trajectories"),
+        "replay": ("vrg.commands.replay:replay", "Watch it, and play on with another strategy"),
+        "why": ("vrg.commands.why:why", "Why the referee made a call"),
+        "judge": ("vrg.commands.run:judge", "Let the rule book judge it again"),
+        "stops": ("vrg.commands.stops:stops", "How the robots stopped when they had to"),
+    }
+}
+NODE: Table = {
+    "Run a single process of a match": {
+        "router": ("vrg.commands.node:router", "The router that all processes of a match connect to"),
+        "world": ("vrg.commands.node:world", "Physics, sensors and the match clock"),
+        "coordinator": ("vrg.commands.node:coordinator", "The referee"),
+        "player": ("vrg.commands.node:player", "One player with its robot"),
+        "recorder": ("vrg.commands.node:recorder", "The recorder, for Foxglove"),
+        "host": ("vrg.commands.node:host", "What `vrg play` starts on another machine by ssh"),
+    }
+}
+COMMANDS: Table = {
+    "Play": {
+        "play": ("vrg.commands.play:play", "Play a match, show it, and print who won"),
+        "practice": ("vrg.commands.practice:practice", "Try a player on a map, without rules"),
+        "new": ("vrg.commands.new:app", "Write a player, a match, a map or a driver to begin with"),
+        "edit": ("vrg.commands.welcome:edit", "Change a match file in a window"),
+        "check": ("vrg.commands.play:check", "Find out whether a match file can be played"),
+    },
+    "Watch and decide": {
+        "show": (SHOW, "Watch a running match: window, hud, developer, web, sensors ..."),
+        "official": ("vrg.commands.official:app", "Decide: halt, resume, end, overrule, place, substitute"),
+        "estop": ("vrg.commands.estop:estop", "Stop every robot at once"),
+    },
+    "Afterwards": {
+        "run": (RUN, "Look at a recorded run: list, replay, why, result, plot ..."),
+    },
+    "Compare": {
+        "compare": ("vrg.commands.compare:compare", "Find out which of two strategies is better"),
+        "tournament": ("vrg.commands.compare:tournament", "Let every strategy play against every other one"),
+    },
+    "Lab": {
+        "doctor": ("vrg.commands.doctor:doctor", "Check whether this machine has what VRG needs"),
+        "topic": ("vrg.commands.topic:app", "Look at what goes over the bus of a running match"),
+        "can": ("vrg.commands.can:app", "Motor controllers on a CAN bus, real and emulated"),
+        "keys": ("vrg.commands.keys:app", "Make and show the keys of a match's seats"),
+        "deploy": ("vrg.commands.deploy:app", "Prepare machines on which matches run for a long time"),
+        "node": (NODE, "Run a single process: router, world, player ..."),
     },
 }
-"""The `module:object` of each subcommand, and the panel of the help text in which it is listed."""
+
+
+class Commands(TyperGroup):
+    """A group of commands that are imported when they are asked for. Its help page needs none of them."""
+
+    table: ClassVar[Table]
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """The names of the commands."""
+        return [name for listed in self.table.values() for name in listed]
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """The command of this name, imported now; None if there is none."""
+        if cmd_name not in self.commands:
+            entry = next((listed[cmd_name] for listed in self.table.values() if cmd_name in listed), None)
+            if entry is None:
+                return None
+            self.commands[cmd_name] = _command(cmd_name, *entry)
+        return self.commands[cmd_name]
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The command that is asked for. If there is none, the message tells which may be meant, also in a group."""
+        if self.get_command(ctx, args[0]) is None and args[0][:1] != "-":
+            known = {name: name for name in self.list_commands(ctx)}
+            for group, (what, _) in (pair for listed in self.table.values() for pair in listed.items()):
+                if isinstance(what, Mapping):
+                    known |= {name: f"{group} {name}" for listed in what.values() for name in listed}
+            meant = close_to(args[0], known)
+            hint = f" Did you mean '{ctx.command_path} {known[meant]}'?" if meant else ""
+            ctx.fail(f"No such command '{args[0]}'.{hint}")
+        return super().resolve_command(ctx, args)
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse the command line. Without a command, the help page is printed."""
+        if not args and not ctx.resilient_parsing:
+            typer.echo(ctx.get_help())
+            raise typer.Exit(2)
+        return super().parse_args(ctx, args)
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Write the help page: the commands below their headings, a line for each."""
+        formatter.write(f"Usage: {ctx.command_path} COMMAND ...   (each has --help)\n")
+        width = max(map(len, self.list_commands(ctx)))
+        for heading, listed in self.table.items():
+            formatter.write(f"\n{typer.style(heading, bold=True)}\n")
+            for name, (_, about) in listed.items():
+                formatter.write(f"  {typer.style(name.ljust(width), fg='cyan')}  {about}\n")
+        if ctx.parent is None:
+            formatter.write("\nAlone, vrg lets you choose a match. Also: --version, --install-completion.\n")
+
+
+def _command(name: str, what: Any, about: str) -> Any:
+    """Make a command, or a group, of the table."""
+    if isinstance(what, Mapping):
+        app = _group(what)
+    elif isinstance(found := load_object(what), typer.Typer):
+        app = found
+    else:
+        app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+        app.command(name)(found)
+    app.info.help, app.info.name = about, name
+    app._add_completion = False
+    return typer.main.get_command(app)
+
+
+def _group(table: Table) -> typer.Typer:
+    app = typer.Typer(cls=type("Group", (Commands,), {"table": table}), pretty_exceptions_enable=False)
+    app.callback()(lambda: None)
+    return app
 
 
 def _version(wanted: bool) -> None:
@@ -73,21 +175,10 @@ def _options(
     pass
 
 
-def make_app(asked: str | None = None) -> typer.Typer:
-    """Make the command line with the one subcommand that is asked for, or with all if it is unknown or None."""
-    app = typer.Typer(
-        no_args_is_help=True,
-        pretty_exceptions_enable=False,
-        help="Virtual Robotic Games: games that robots play, refereed.",
-    )
+def make_app() -> typer.Typer:
+    """Make the command line."""
+    app = _group(COMMANDS)
     app.callback()(_options)
-    for name in [asked] if asked in COMMANDS else COMMANDS:
-        target, panel = COMMANDS[name]
-        found: Any = load_object(target)
-        if isinstance(found, typer.Typer):
-            app.add_typer(found, name=name)
-        else:
-            app.command(name, rich_help_panel=panel)(found)
     return app
 
 
@@ -100,11 +191,10 @@ def welcome_app() -> typer.Typer:
 
 def main() -> None:
     """Run the command line. An expected error becomes a message and status 1, never a traceback."""
-    asked = next((word for word in sys.argv[1:] if not word.startswith("-")), None)
     try:
         if len(sys.argv) == 1 and sys.stdin.isatty() and sys.stdout.isatty():
             welcome_app()()
-        make_app(asked)()
+        make_app()()
     except VrgError as error:
         said = str(error) if isinstance(error, ConfigError) else f"vrg: {error}"
         print(printable(said, lines=True), file=sys.stderr)

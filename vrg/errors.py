@@ -14,7 +14,7 @@ class Problem:
     Args:
         text: what was expected and what was found.
         path: the field that it is about; empty for the whole file. The code that reads the file finds the line for it.
-            The path may name a player instead of its number.
+            The path may name a player instead of its number. Numbers count from 0, and from 1 where they are printed.
         file, line: the place of the field in the file, if that is known already. `line` counts from 1.
     """
 
@@ -25,7 +25,7 @@ class Problem:
 
     def __str__(self) -> str:
         where = ":".join(str(part) for part in (self.file, self.line) if part is not None)
-        field = ".".join(map(str, self.path))
+        field = ".".join(str(part + 1 if isinstance(part, int) else part) for part in self.path)
         return ": ".join(part for part in (where, field, self.text) if part)
 
 

@@ -1,10 +1,12 @@
-"""Modules: the file of one that lies beside a match file, and the import of one that prints."""
+"""Modules: the file of one beside a match file, the classes in its text, and the import of one that prints."""
 
 import contextlib
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
+
+from vrg.registry import did_you_mean
 
 STANDARD_ERROR: Final = 2
 """The file descriptor of the standard error stream."""
@@ -18,6 +20,44 @@ def module_in(folder: Path, name: str) -> Path | None:
         return folder / f"{name}.py"
     package = folder / name
     return package if package.is_dir() and any(package.glob("*.py")) else None
+
+
+class SourceClass(NamedTuple):
+    """A class as the text of its file shows it.
+
+    Args:
+        methods: the names of its own methods.
+        acts: whether it has the method `act` of a strategy; None if that depends on a class of another file.
+    """
+
+    methods: list[str]
+    acts: bool | None
+
+
+def classes_in(file: Path) -> dict[str, SourceClass]:
+    """The classes in a Python file, by name. Nothing is imported. A file that cannot be read or parsed has none."""
+    import ast  # noqa: PLC0415 - no process of a match needs it
+
+    try:
+        body = ast.parse(file.read_text(encoding="utf-8")).body
+    except (OSError, UnicodeDecodeError, SyntaxError, ValueError, RecursionError):
+        return {}
+    found: dict[str, SourceClass] = {}
+    for node in body:
+        if isinstance(node, ast.ClassDef):
+            methods = [item.name for item in node.body if isinstance(item, ast.FunctionDef)]
+            named = [ast.unparse(t) for item in node.body if isinstance(item, ast.Assign) for t in item.targets]
+            own = "act" in (*methods, *named)
+            bases = [ast.unparse(base).rpartition(".")[2] for base in node.bases]
+            known = {False if base == "Strategy" else found[base].acts if base in found else None for base in bases}
+            acts = True if own or True in known else None if None in known or not bases else False
+            found[node.name] = SourceClass(methods, acts)
+    return found
+
+
+def no_method(target: str, method: str, methods: Iterable[str]) -> str:
+    """The message about a class that lacks a method that it needs."""
+    return f"{target}: expected a method `{method}` in this class, found none{did_you_mean(method, methods)}"
 
 
 @contextlib.contextmanager

@@ -8,7 +8,7 @@ when it is asked for. Any other package adds a name by an entry point of the reg
 """
 
 import importlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -113,12 +113,22 @@ class Registry(Generic[T]):
 
 def expected_one_of(names: Sequence[str], name: str) -> str:
     """Which names were expected in place of `name`, with a guess at the one that was meant."""
+    return f"expected one of {', '.join(names)}, got {name!r}{did_you_mean(name, names)}"
+
+
+def did_you_mean(name: str, names: Iterable[str]) -> str:
+    """The end of a message about a name that is not known: a guess at the one that was meant, or nothing."""
+    meant = close_to(name, names)
+    return f", did you mean {meant!r}?" if meant else ""
+
+
+def close_to(name: str, names: Iterable[str]) -> str | None:
+    """The known name that is spelled most like this one; None if none is."""
     import difflib  # noqa: PLC0415 - only a mistake needs it
 
-    by_folded = {known.casefold(): known for known in reversed(names)}
+    by_folded = {known.casefold(): known for known in reversed([*names])}
     close = difflib.get_close_matches(name.casefold(), by_folded, n=1)
-    guess = f", did you mean {by_folded[close[0]]!r}?" if close else ""
-    return f"expected one of {', '.join(names)}, got {name!r}{guess}"
+    return by_folded[close[0]] if close else None
 
 
 @cache

@@ -9,6 +9,7 @@ times in seconds.
 
 import math
 import re
+from collections.abc import Sequence
 from typing import Annotated, Any, NoReturn, TypeVar
 
 from msgspec import Meta, Struct
@@ -41,6 +42,14 @@ Vector = tuple[float, float]
 
 
 _CONTROL = re.compile(f"[{CONTROL}]")
+
+
+def few(texts: Sequence[str], separator: str = ", ", width: int = 90) -> str:
+    """Texts as a list of one line: as many as fit into a width, and how many more there are."""
+    shown = list(texts)
+    while len(shown) > 1 and len(separator.join(shown)) > width:
+        shown.pop()
+    return separator.join(shown) + (f" and {more} more" if (more := len(texts) - len(shown)) else "")
 
 
 def printable(text: str, *, lines: bool = False) -> str:

@@ -512,7 +512,10 @@ def test_what_goes_wrong_with_a_link_is_raised_where_messages_are_received(
 
 
 def test_nobody_at_the_endpoint_is_told_with_what_to_do() -> None:
-    with pytest.raises(BusError, match="start one with `vrg router`"), open_session("tcp/127.0.0.1:1", patience=0.3):
+    with (
+        pytest.raises(BusError, match="start one with `vrg node"),
+        open_session("tcp/127.0.0.1:1", patience=0.3),
+    ):
         pass
 
 

@@ -128,7 +128,7 @@ def test_a_whole_match_is_judged_again_without_a_disagreement(
     judgement = judge_again(rulebook_of(setup), read_evidence(run.evidence), records)
     assert judgement.disagreements == []
     assert judgement.calls == sum(len(record.calls) for record in records)
-    said = CliRunner().invoke(make_app("judge"), ["judge", str(run.path)])
+    said = CliRunner().invoke(make_app(), ["run", "judge", str(run.path)])
     assert said.exit_code == 0, said.output
     assert "no disagreement" in said.output
 
@@ -166,7 +166,7 @@ def test_a_recording_that_shows_a_robot_elsewhere_is_found(
         target.write_bytes(source.read_bytes())
     run_with_other.recording.write_bytes(other.recording.read_bytes())
     write_setup(setup, run_with_other.setup)
-    said = CliRunner().invoke(make_app("judge"), ["judge", str(run_with_other.path)])
+    said = CliRunner().invoke(make_app(), ["run", "judge", str(run_with_other.path)])
     assert said.exit_code == 1
     assert "from where the referee saw it" in said.output
 
@@ -176,7 +176,7 @@ def test_a_call_is_told_with_its_rule_its_number_and_a_picture(
 ) -> None:
     _, run = runs["sharks-and-minnows"]
     tag = next(call for record in read_journal(run.journal)[1] for call in record.calls if call.rule == "tag")
-    said = CliRunner().invoke(make_app("why"), ["why", str(run.path), str(tag.number)])
+    said = CliRunner().invoke(make_app(), ["run", "why", str(run.path), "--call", str(tag.number)])
     assert said.exit_code == 0, said.output
     assert "Rule (thesis 4.3): A minnow whose outline" in said.output
     assert (
@@ -201,9 +201,9 @@ def test_calls_are_listed_and_one_that_was_not_made_is_told(
     runs: Mapping[str, tuple[MatchSetup, RunFolder]],
 ) -> None:
     _, run = runs["sharks-and-minnows"]
-    listed = CliRunner().invoke(make_app("why"), ["why", str(run.path)])
+    listed = CliRunner().invoke(make_app(), ["run", "why", str(run.path)])
     assert "begin: pass 1 of 2 begins" in listed.output
-    missing = CliRunner().invoke(make_app("why"), ["why", str(run.path), "999"])
+    missing = CliRunner().invoke(make_app(), ["run", "why", str(run.path), "--call", "999"])
     assert missing.exit_code == 1
     assert "expected a call from 1 to" in str(missing.exception)
 
@@ -258,6 +258,6 @@ def test_a_recording_that_ends_in_the_middle_is_told_when_it_is_judged(
     content = run.recording.read_bytes()
     torn.recording.write_bytes(content[: len(content) // 2])
     write_setup(setup, torn.setup)
-    said = CliRunner().invoke(make_app("judge"), ["judge", str(torn.path)])
+    said = CliRunner().invoke(make_app(), ["run", "judge", str(torn.path)])
     assert said.exit_code == 0, said.output
     assert "recording.mcap ends in the middle: what it lacks was not compared." in said.output

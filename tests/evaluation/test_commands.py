@@ -18,7 +18,7 @@ from pyarrow import csv, parquet
 from tests.evaluation.conftest import target
 from vrg.cli import main
 
-LONG = ("--no-lasers", "--games", "40", "--all", "--jobs", "2", "--out", "long")
+LONG = ("--no-lasers", "--games", "40", "--all", "--jobs", "2", "--output", "long")
 PATIENCE = 180.0
 """The real time in s that something may take to happen."""
 
@@ -47,7 +47,7 @@ def vrg(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], mat
 
 def test_a_comparison_prints_and_writes_what_it_has_found(vrg: Callable[..., Done], tmp_path: Path) -> None:
     command = ("compare", "sharks-and-minnows", "players.py:Lazy", "--match", "tiny.toml", "--confidence", "0.5")
-    done = vrg(*command, "--out", "here")
+    done = vrg(*command, "--output", "here")
     assert done.status == 0
     assert "sharks-and-minnows beats Lazy: 100 % of 8 games, 50 % interval 58 to 100 %" in done.out
     assert "on Lazy" in done.out
@@ -66,7 +66,7 @@ def test_a_comparison_prints_and_writes_what_it_has_found(vrg: Callable[..., Don
     assert row["calls_begin"] == 1
     assert row["play_again"] == "vrg play here/matches/Lazy-vs-sharks-and-minnows/match.toml --in-process --seed 0"
     assert "beats Lazy" in (out / "report.md").read_text()
-    again = vrg(*command, "--out", "here")
+    again = vrg(*command, "--output", "here")
     assert "games are in here already" in again.out
     assert "games played" not in again.out
     assert again.out.splitlines()[-1] == done.out.splitlines()[-1]
@@ -74,7 +74,7 @@ def test_a_comparison_prints_and_writes_what_it_has_found(vrg: Callable[..., Don
 
 def test_a_tournament_prints_and_writes_a_cross_table_and_ratings(vrg: Callable[..., Done], tmp_path: Path) -> None:
     strategies = ("players.py:Lazy", "sharks-and-minnows", "players.py:Ahead")
-    done = vrg("tournament", *strategies, "--match", "tiny.toml", "--games", "2", "--mirror", "--out", "here")
+    done = vrg("tournament", *strategies, "--match", "tiny.toml", "--games", "2", "--mirror", "--output", "here")
     assert done.status == 0
     assert "1. sharks-and-minnows" in done.out
     pairings = parquet.read_table(tmp_path / "here" / "pairings.parquet").to_pylist()
@@ -100,7 +100,7 @@ def test_a_tournament_prints_and_writes_a_cross_table_and_ratings(vrg: Callable[
 def test_a_strategy_that_is_not_there_is_told_before_a_game_is_played(
     vrg: Callable[..., Done], tmp_path: Path, arguments: Sequence[str], said: str
 ) -> None:
-    done = vrg(*arguments, "--match", "tiny.toml", "--out", "here")
+    done = vrg(*arguments, "--match", "tiny.toml", "--output", "here")
     assert done.status == 1
     assert done.err.count(said) == 1
     assert not (tmp_path / "here").exists()

@@ -185,17 +185,17 @@ def test_what_is_played_is_broken_off_where_nobody_reads_how_far_it_is(
 
 def test_the_command_tells_how_both_ended(run: RunFolder, tmp_path: Path, lazy: str) -> None:
     Path(lazy.partition(":")[0]).write_text(f'print({{"debug": 1}})\nprint("{{}}")\n{LAZY}')
-    command = ["replay", str(run.path), "--from", "4", "--play", f"shark={lazy}", "--runs", str(tmp_path / "runs")]
-    done = CliRunner().invoke(make_app("replay"), [*command, "--json"])
+    command = ["run", "replay", str(run.path), "--at", "4", "--play", f"shark={lazy}", "--runs", str(tmp_path / "runs")]
+    done = CliRunner().invoke(make_app(), [*command, "--json"])
     assert done.exit_code == 0, done.output
     assert "{'debug': 1}" in done.stderr
     lines = [json.loads(line) for line in done.stdout.splitlines()]
     assert lines[0] == {"time": 0.02}
     assert lines[-1]["told"].startswith("From 4.0 s on shark plays lazy.py:Lazy: Minnows win")
     assert "Recorded: " in lines[-1]["told"]
-    lacking = CliRunner().invoke(make_app("replay"), ["replay", str(run.path), "--from", "4"])
-    assert "expected both --from and --play" in str(lacking.exception)
-    wrong = CliRunner().invoke(make_app("replay"), ["replay", str(run.path), "--from", "4", "--play", "shark"])
+    lacking = CliRunner().invoke(make_app(), ["run", "replay", str(run.path), "--play", "shark=x"])
+    assert "expected --at too" in str(lacking.exception)
+    wrong = CliRunner().invoke(make_app(), ["run", "replay", str(run.path), "--at", "4", "--play", "shark"])
     assert "expected PLAYER=STRATEGY" in str(wrong.exception)
 
 

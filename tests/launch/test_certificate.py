@@ -144,10 +144,10 @@ def test_the_command_prints_a_table_whose_last_line_names_the_worst(
     run: tuple[RunFolder, MatchSetup, Official_],
 ) -> None:
     folder, setup, _ = run
-    said = vrg("stops", str(folder.path))
+    said = vrg("run", "stops", str(folder.path))
     assert said.strip().splitlines()[-1] == sentence(certificate_of(setup, folder))
     assert all(words in said for words in ("called by eve", "a dog", "ann", "bob", "cid"))
-    assert json.loads(vrg("stops", str(folder.path), "--json")) == json.loads(
+    assert json.loads(vrg("run", "stops", str(folder.path), "--json")) == json.loads(
         json.dumps(data_of(certificate_of(setup, folder)))
     )
 
@@ -157,7 +157,9 @@ def test_a_match_in_which_nothing_happened_has_nothing_to_tell(tmp_path: Path) -
     certificate = certificate_of(setup, folder)
     assert (certificate.incidents, certificate.stops, certificate.worst) == ([], [], None)
     assert sentence(certificate) == ""
-    assert "No HALT, no emergency stop, no death of a process and no lost machine" in vrg("stops", str(folder.path))
+    assert "No HALT, no emergency stop, no death of a process and no lost machine" in vrg(
+        "run", "stops", str(folder.path)
+    )
 
 
 def test_a_robot_that_moved_again_is_in_the_table_and_in_the_last_line() -> None:
@@ -182,7 +184,7 @@ def test_without_a_recording_the_incidents_are_told_and_that_no_stop_is_known(tm
     assert {stop.outcome for stop in certificate.stops} == {Outcome.UNKNOWN}
     assert any("--no-record" in note for note in certificate.notes)
     assert sentence(certificate) == "no stop is known: the robots were not recorded"
-    assert "is not known" in vrg("stops", str(folder.path))
+    assert "is not known" in vrg("run", "stops", str(folder.path))
 
 
 def test_a_recording_that_is_torn_is_good_up_to_where_it_is_torn(tmp_path: Path) -> None:

@@ -32,14 +32,14 @@ def test_it_knows_the_robots_and_its_seat() -> None:
     assert not node.insight.official
 
 
-@pytest.mark.parametrize(("command", "word"), [("play", "--developer"), ("developer", "developers' view")])
-def test_the_command_line_has_it(command: str, word: str) -> None:
-    told = CliRunner().invoke(make_app(command), [command, "--help"], terminal_width=200)
+@pytest.mark.parametrize(("command", "word"), [(["play"], "--developer"), (["show", "developer"], "developers' view")])
+def test_the_command_line_has_it(command: list[str], word: str) -> None:
+    told = CliRunner().invoke(make_app(), [*command, "--help"], terminal_width=200)
     assert told.exit_code == 0
     assert word in told.output
 
 
 def test_a_match_in_one_process_has_none() -> None:
-    told = CliRunner().invoke(make_app("play"), ["play", "hud", "--in-process", "--developer"])
+    told = CliRunner().invoke(make_app(), ["play", "hud", "--in-process", "--developer"])
     assert told.exit_code == 2
     assert "--developer needs processes" in told.output

@@ -119,4 +119,4 @@ def test_a_unit_of_systemd_opens_it_too() -> None:
         router="tcp/10.0.0.1:7447",
     )  # fmt: skip
     texts = units(setup, {HERE: at}, window=True)[HERE].values()
-    assert any("/opt/vrg hud robot1 match.toml --router" in text for text in texts)
+    assert any("/opt/vrg show hud robot1 match.toml --router" in text for text in texts)

@@ -31,7 +31,7 @@ def test_the_only_match_is_meant() -> None:
 
 def test_of_several_one_must_be_named() -> None:
     with listed("one", "tcp/127.0.0.1:1"), listed("two", "tcp/127.0.0.1:2"):
-        with pytest.raises(ConfigError, match="--match two --router tcp"):
+        with pytest.raises(ConfigError, match="two --router tcp"):
             running.find(None, None, "default")
         assert running.find("two", None, "default") == ("two", "tcp/127.0.0.1:2")
 

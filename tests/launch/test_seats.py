@@ -132,7 +132,7 @@ def test_a_request_for_nobody_is_refused(bench: Bench) -> None:
     bench.hear(SeatRequest(player="nemo", strategy="mine.py:Mine", by="bob", id="7"))
     (answer,) = [body for body in bench.look() if isinstance(body, SeatAnswer)]
     assert answer.id == "7"
-    assert answer.refused == "expected a player of this match (ann), got 'nemo'"
+    assert answer.refused == "PLAYER: expected one of ann, got 'nemo'"
 
 
 def test_no_decision_is_longer_than_its_message(bench: Bench) -> None:

@@ -56,7 +56,7 @@ def test_commands_are_quoted_as_systemd_wants_it(tmp_path: Path) -> None:
     found = texts(load(tmp_path))["here"]
     (command,) = lines(found["vrg-machines-ann.service"], "ExecStart")
     assert command == (
-        '"/opt/my vrg/bin/vrg" player match.toml ann --router tcp/10.0.0.1:7447 --run /var/lib/vrg-machines/run'
+        '"/opt/my vrg/bin/vrg" node player ann match.toml --router tcp/10.0.0.1:7447 --run /var/lib/vrg-machines/run'
     )
 
 
@@ -107,8 +107,8 @@ def deployed(folder: Path, *arguments: str, head: str = "") -> Result:
     """The result of `vrg deploy systemd` on a match file of one machine, with its units in folder/units."""
     file = folder / "alone.toml"
     file.write_text(head + (GAMES.get("sharks-and-minnows").default_match()).read_text())
-    command = ["deploy", "systemd", str(file), "--to", str(folder / "units"), "--user", "vrg", *arguments]
-    return CliRunner().invoke(make_app("deploy"), command)
+    command = ["deploy", "systemd", str(file), "--output", str(folder / "units"), "--user", "vrg", *arguments]
+    return CliRunner().invoke(make_app(), command)
 
 
 def test_a_match_with_seats_is_not_deployed_without_keys(tmp_path: Path) -> None:
@@ -129,12 +129,12 @@ def test_it_prints_what_to_type_to_bring_match_keys_and_units_to_each_machine(tm
     path = tmp_path / "two.toml"
     path.write_text(file + tables)
     units = tmp_path / "units"
-    command = ["deploy", "systemd", str(path), "--to", str(units), "--keys", "/opt/vrg/keys"]
-    done = CliRunner().invoke(make_app("deploy"), command)
+    command = ["deploy", "systemd", str(path), "--output", str(units), "--keys", "/opt/vrg/keys"]
+    done = CliRunner().invoke(make_app(), command)
     said = done.output.splitlines()
     assert done.exit_code == 0, done.exception
     assert f"  scp -r {path} robot@lab2:/opt/vrg/match/" in said
-    assert f"  vrg keys hand world --to {units}/lab2/keys" in said
+    assert f"  vrg keys hand world --output {units}/lab2/keys" in said
     assert f"  scp -r {units}/lab2/keys/* robot@lab2:/opt/vrg/keys/" in said
     assert any(line.startswith(f"  cp -r {units}/here/vrg-") for line in said)
     assert any("ssh -t robot@lab2 'sudo systemctl start vrg-" in line for line in said)

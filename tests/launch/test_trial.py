@@ -50,9 +50,9 @@ def attack(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     ("arguments", "said"),
     [
         (["check", "match.toml"], "Mine"),
-        (["substitute", "nowhere", "ann", "mine.py:Mine"], "expected a match that runs on this machine"),
-        (["practice", "mine.py:Mine", "--map", "nowhere"], "nowhere"),
-        (["new", "match", "x.toml", "--player", "mine.py:Mine"], ""),
+        (["official", "substitute", "ann", "mine.py:Mine", "nowhere"], "expected a match that runs on this machine"),
+        (["practice", "mine.py:Mine", "--map", "nowhere"], "`act`"),
+        (["new", "match", "x", "mine.py:Mine"], ""),
     ],
 )
 def test_no_command_that_checks_a_strategy_first_runs_it_first(attack: Path, arguments: list[str], said: str) -> None:

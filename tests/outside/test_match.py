@@ -76,7 +76,7 @@ def test_a_robot_of_somebody_elses_driver_obeys_the_match(race: Match, tmp_path:
     # Its pose is where it was carried, once an official has said so.
     race.command("official", "halt")
     observer.wait_until(lambda: observer.standing("amber", "jade"), "both to stand")
-    race.command("official", "place", "amber", "--at", "86", "3", "0")
+    race.command("official", "place", "amber", "--pose", "86", "3", "0")
     observer.wait_until(lambda: abs(observer.body("amber").pose.x - 86.0) < 0.1, "the match to know where it is")
     race.resume()
     observer.wait_until(lambda: observer.body("amber").pose.x > 86.5, "it to go on from there")

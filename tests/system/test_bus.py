@@ -95,7 +95,7 @@ def test_who_looks_after_a_match_is_told_how_many_messages_were_refused(match: M
         wait_until(told, "the doctor to tell")
 
     def in_table() -> bool:
-        table = match.command("processes", "--match", match.keys.match, "--router", match.endpoint)
+        table = match.command("show", "processes", match.keys.match, "--router", match.endpoint)
         worlds = [line.split() for line in table.splitlines() if "world" in line.split()]
         return len(worlds) == 1 and "running" in worlds[0] and int(worlds[0][worlds[0].index("running") + 3]) > 0
 
@@ -133,7 +133,7 @@ def test_topics_are_listed_with_rates_and_nodes(match: Match) -> None:
     topics: dict[str, Any] = {}
 
     def heard() -> bool:
-        listed.update(json.loads(match.command("topic", "list", "--json", "--seconds", "0.5")))
+        listed.update(json.loads(match.command("topic", "list", "--json", "--for", "0.5")))
         topics.update({row["key"].removeprefix(f"{match.keys.root}/"): row for row in listed["topics"]})
         return {"clock", "robot/ann/drive", "referee/state"} <= topics.keys()
 
@@ -145,7 +145,7 @@ def test_topics_are_listed_with_rates_and_nodes(match: Match) -> None:
     assert topics["robot/ann/drive"]["type"] == "Drive"
     assert topics["referee/state"]["type"] == "RefereeState"
     assert all(row["hz"] > 0.0 and row["bytes"] > 0 for row in topics.values())
-    assert "clock" in match.command("topic", "list", "--seconds", "0.5")
+    assert "clock" in match.command("topic", "list", "--for", "0.5")
 
 
 def test_a_topic_is_echoed_as_plain_data(match: Match) -> None:
@@ -164,29 +164,30 @@ def test_the_rate_of_a_topic_is_measured(match: Match) -> None:
 
 
 def test_the_sensors_of_a_robot_are_shown_while_it_plays(match: Match) -> None:
-    where = ("--match", match.keys.match, "--router", match.endpoint)
+    where = (match.keys.match, "--router", match.endpoint)
     expected = ("181 beams", "sonar rings", "satellites", "encoders main", "charge")
 
     def shown() -> bool:
         """Whether each sensor was heard within the time for which the command listens."""
-        done = match.vrg("sensors", PLAYERS[0], *where, "--seconds", "1.5")
+        done = match.vrg("show", "sensors", PLAYERS[0], *where, "--for", "1.5")
         assert done.returncode == 0 or not done.stdout.strip(), done.stderr
         return all(words in done.stdout for words in expected)
 
     wait_until(shown, f"a table with {expected}")
-    nobody = match.vrg("sensors", "nobody", *where, "--seconds", "0.5")
+    nobody = match.vrg("show", "sensors", "nobody", *where, "--for", "0.5")
     assert nobody.returncode == 1
+    assert f"expected one of {', '.join(PLAYERS)}, got 'nobody'" in nobody.stderr
 
 
 def test_the_readings_of_sensors_come_line_by_line_where_there_is_no_terminal(match: Match, tmp_path: Path) -> None:
-    command = ["sensors", PLAYERS[0], "--match", match.keys.match, "--router", match.endpoint]
+    command = ["show", "sensors", PLAYERS[0], match.keys.match, "--router", match.endpoint]
     printed = tmp_path / "printed"
     with printed.open("wb") as file, match.started(*command, stdout=file):
         wait_until(lambda: "laser front: 181 beams" in printed.read_text(), "a reading while the command goes on")
 
 
 def test_what_a_robot_sees_is_saved_while_it_plays(match: Match, tmp_path: Path) -> None:
-    where = ("--match", match.keys.match, "--router", match.endpoint)
-    saved = match.vrg("camera", PLAYERS[0], str(tmp_path / "seen.png"), *where)
+    where = (match.keys.match, "--router", match.endpoint)
+    saved = match.vrg("show", "camera", PLAYERS[0], *where, "--output", str(tmp_path / "seen.png"))
     assert saved.returncode == 0, saved.stderr
     assert png.decode((tmp_path / "seen.png").read_bytes()).shape == (240, 320, 3)

@@ -136,7 +136,7 @@ def test_priorities_reach_the_team_and_end_with_the_commander(tmp_path: Path) ->
         with coach(match, tmp_path) as hands:
             hands.press(pygame.CONTROLLER_BUTTON_Y)
             observer.wait_until(lambda: jobs() == {"Attack"}, "Hail Mary: all attack")
-            refused = match.vrg("commander", "--team", "green", "--match", match.keys.match, "--router", match.endpoint)
+            refused = match.vrg("show", "commander", "green", match.keys.match, "--router", match.endpoint)
             assert refused.returncode == 1
             hands.process.kill()
         observer.wait_until(lambda: jobs() == {"Guard"}, "their own strategy to count again")

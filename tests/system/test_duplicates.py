@@ -12,9 +12,9 @@ pytestmark = pytest.mark.system
 
 
 SECONDS = {
-    "a coordinator named 'referee'": ["coordinator", "MATCH"],
-    "a world named 'world'": ["world", "MATCH"],
-    "a player named 'ann'": ["player", "MATCH", "ann"],
+    "a coordinator named 'referee'": ["node", "coordinator", "MATCH"],
+    "a world named 'world'": ["node", "world", "MATCH"],
+    "a player named 'ann'": ["node", "player", "ann", "MATCH"],
 }
 """The commands that start somebody who is there already, all at once: each waits whether the first one is about to end.
 """
@@ -26,7 +26,7 @@ def test_a_second_one_is_refused(match: Match, tmp_path: Path) -> None:
 
     def second(whom: str) -> subprocess.CompletedProcess[str]:
         words = [str(match.run.match_file) if word == "MATCH" else word for word in SECONDS[whom]]
-        return match.vrg(*words, "--router", match.endpoint, "--run", str(tmp_path / words[0]))
+        return match.vrg(*words, "--router", match.endpoint, "--run", str(tmp_path / words[1]))
 
     with ThreadPoolExecutor(len(SECONDS)) as pool:
         ends = dict(zip(SECONDS, pool.map(second, SECONDS), strict=True))
@@ -43,7 +43,9 @@ def test_a_second_one_is_refused(match: Match, tmp_path: Path) -> None:
 
 def test_a_second_coordinator_of_the_same_run_folder_is_refused(match: Match) -> None:
     """Its journal is locked, whatever router the second one asks."""
-    done = match.vrg("coordinator", str(match.run.match_file), "--router", match.endpoint, "--run", str(match.run.path))
+    done = match.vrg(
+        "node", "coordinator", str(match.run.match_file), "--router", match.endpoint, "--run", str(match.run.path)
+    )
     assert done.returncode == 1
     assert "another coordinator is writing it" in done.stderr
     match.observer.wait_moving(*MINNOWS)

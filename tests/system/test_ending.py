@@ -42,7 +42,7 @@ def test_a_short_match_is_played_to_its_end(start: Callable[..., Match]) -> None
     assert all(len(track.times) > 50 for track in tracks.values())
     assert [call.number for call in read_calls(run.recording)] == [call.number for call in calls]
     assert run.plot.read_bytes().startswith(b"\x89PNG")
-    assert f"{len(calls)} calls were judged again" in match.command("judge", str(run.path))
+    assert f"{len(calls)} calls were judged again" in match.command("run", "judge", str(run.path))
     for name in ("router", "world", "referee", "recorder", *PLAYERS):
         log = match.log(name)
         assert "stopped by SIGTERM" in log, name

@@ -68,17 +68,17 @@ def test_broken_players_are_named_and_out_and_can_be_replaced(start: Callable[..
 
     # A player that works is replaced at once; a typing error is told before anything is stopped.
     old = match.child("ann")
-    refused = match.vrg("substitute", "faults", "ann", f"{mended}:Mendd")
+    refused = match.vrg("official", "substitute", "ann", f"{mended}:Mendd", "faults")
     assert refused.returncode == 1
     assert "expected the name of a class" in refused.stderr
-    assert "ann plays by" in match.command("substitute", "faults", "ann", f"{mended}:Mended")
+    assert "ann plays by" in match.command("official", "substitute", "ann", f"{mended}:Mended", "faults")
     match.wait_replaced("ann", old)
     observer.wait_until(lambda: observer.mode("ann") == "mended", "the other strategy")
-    nobody = match.vrg("substitute", "faults", "nemo", f"{mended}:Mended")
+    nobody = match.vrg("official", "substitute", "nemo", f"{mended}:Mended", "faults")
     assert "expected a player of this match" in nobody.stderr
 
     # One that is out is back from the next pass.
-    match.command("substitute", "faults", "raiser", f"{mended}:Mended")
+    match.command("official", "substitute", "raiser", f"{mended}:Mended", "faults")
     observer.wait_until(
         lambda: any(call.text == "raiser plays again from the next pass" for call in observer.heard.calls),
         "it to be back",

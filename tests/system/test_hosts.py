@@ -260,7 +260,7 @@ def test_the_doctor_checks_every_machine_and_says_what_to_do(lab: Lab, tmp_path:
         f'[machines.h3]\nhost = "h3"\nvrg = "{VRG}"', '[machines.h3]\nhost = "h3"\nvrg = "~/nowhere/vrg"'
     )
     (tmp_path / "match.toml").write_text(text, encoding="utf-8")
-    command = [sys.executable, "-P", "-m", "vrg", "doctor", "--json", "--machines", "match.toml"]
+    command = [sys.executable, "-P", "-m", "vrg", "doctor", "--json", "match.toml"]
     done = subprocess.run(
         command,
         env={**os.environ, **lab.environment},

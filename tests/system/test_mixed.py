@@ -260,7 +260,7 @@ def test_a_second_player_of_a_live_robot_is_refused_and_the_robot_notices_nothin
     """It claims its name before it opens the bus: a second program that speaks to the drives would stop the robot."""
     observer = mixed.observer
     reports, since = len(observer.heard.reports["ann"]), len(tap.frames)
-    command = [sys.executable, "-m", "vrg", "player", str(mixed.run.match_file), "ann"]
+    command = [sys.executable, "-m", "vrg", "node", "player", "ann", str(mixed.run.match_file)]
     where = ["--router", mixed.endpoint, "--run", str(tmp_path / "other")]
     # It loads at a low priority: what is tested is not whether the machine is too busy for the first one. At the lowest
     # it would not load at all beside others.
@@ -294,7 +294,7 @@ def test_a_robot_that_was_carried_goes_on_where_an_official_says_that_it_stands(
     before, other = observer.body("ann").pose, observer.body("bob").pose
     place = Pose(round(before.x) + 4.0, round(before.y) - 3.0, math.radians(-60.0))
     observer.wait_until(lambda: observer.now - observer.heard.reports["ann"][-1].stamp < 0.5, "ann to report")
-    said = mixed.command("official", "place", "ann", "--at", f"{place.x:g}", f"{place.y:g}", "-60")
+    said = mixed.command("official", "place", "ann", "--pose", f"{place.x:g}", f"{place.y:g}", "-60")
     assert f"ann stands at ({place.x:.2f}, {place.y:.2f}), -60 degrees" in said
     observer.wait_until(lambda: off(observer.body("ann").pose, place) < 0.05, "the world to show ann at its place")
     assert observer.body("ann").pose.theta == pytest.approx(place.theta, abs=0.05)

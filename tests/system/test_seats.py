@@ -181,7 +181,7 @@ def test_who_has_a_players_keys_can_do_nothing_else_with_them(guarded: Match) ->
     assert observer.state.score == before.score
     assert observer.now < FAR / 10
     assert observer.epoch == 0
-    nodes = json.loads(guarded.command("topic", "list", "--json", "--seconds", "0.5"))["nodes"]
+    nodes = json.loads(guarded.command("topic", "list", "--json", "--for", "0.5"))["nodes"]
     assert nodes.count("world/world") == nodes.count("player/bob") == 1
 
     told = ("referee/state", "robot/bob/drive", "clock", "official", "estop/release", "poses", "world/request")
@@ -228,8 +228,8 @@ def test_what_was_recorded_and_is_said_again_moves_no_robot(guarded: Match) -> N
 def test_a_player_stops_all_robots_but_only_an_official_lets_them_go(guarded: Match, tmp_path: Path) -> None:
     keys, observer = guarded.keys, guarded.observer
     stick = tmp_path / "stick"
-    guarded.command("keys", "hand", str(ANN), "--keys", str(guarded.seats), "--to", str(stick))
-    where = ("--match", keys.match, "--router", guarded.endpoint, "--keys", str(stick))
+    guarded.command("keys", "hand", str(ANN), "--keys", str(guarded.seats), "--output", str(stick))
+    where = (keys.match, "--router", guarded.endpoint, "--keys", str(stick))
     guarded.command("estop", *where, "--reason", "smoke")
     assert guarded.vrg("estop", "--release", *where).returncode == 1
     observer.wait_until(lambda: observer.state.estop and observer.state.halted, "the emergency stop")
@@ -307,26 +307,26 @@ def test_the_commands_of_officials_find_the_keys_of_a_match_on_this_machine(guar
     keys = guarded.keys
     lines = guarded.command("topic", "echo", "robot/*/drive", "--count", "3", "--json").splitlines()
     assert {json.loads(line)["key"].split("/")[3] for line in lines} <= set(PLAYERS)
-    where = ("--match", keys.match, "--router", guarded.endpoint)
+    where = (keys.match, "--router", guarded.endpoint)
     wait_until(
-        lambda: "181 beams" in guarded.vrg("sensors", "ann", *where, "--seconds", "1").stdout, "a laser's reading"
+        lambda: "181 beams" in guarded.vrg("show", "sensors", "ann", *where, "--for", "1").stdout, "a laser's reading"
     )
     restarts = guarded.said().count("started again")
     strategy = "sharks-and-minnows"
-    assert "plays by" in guarded.command("substitute", keys.match, "cid", strategy)
+    assert "plays by" in guarded.command("official", "substitute", "cid", strategy, keys.match)
     guarded.go_on()
     assert guarded.said().count("started again") == restarts
     folder = guarded.seats
     assert folder is not None
     stick = folder.parent / "stick"
-    guarded.command("keys", "hand", "window", "--keys", str(folder), "--to", str(stick))
+    guarded.command("keys", "hand", "window", "--keys", str(folder), "--output", str(stick))
     refused = guarded.vrg("official", "halt", *where, "--keys", str(stick))
     assert refused.returncode == 1
     assert "expected the keys of the seat official, found those of window" in refused.stderr
     topics: set[str] = set()
 
     def listed() -> bool:
-        listing = guarded.command("topic", "list", "--json", "--seconds", "1", *where, "--keys", str(stick))
+        listing = guarded.command("topic", "list", "--json", "--for", "1", *where, "--keys", str(stick))
         topics.update(row["key"] for row in json.loads(listing)["topics"])
         return f"{keys.root}/poses" in topics
 

@@ -1,5 +1,6 @@
 """A window is nobody whom a match needs."""
 
+import json
 import signal
 from collections.abc import Iterator
 
@@ -48,9 +49,16 @@ def test_the_end_is_shown_until_the_window_is_closed(arena: Arena, display: str)
 
         observer.wait_until(over, "the end", patience=90.0)
         match.wait_said("close the window (Q) to end the match")
+        ended = json.loads(match.run.result.read_text(encoding="utf-8"))
+        assert (ended["ended"], match.run.plot.exists()) == ("game over", True), (
+            "it is written before the window is closed"
+        )
         rate = observer.heard.clocks[-1].body.rate
         observer.time_passes(2 * LINGER * rate, "longer than a match without a window goes on after its end")
         match.child("spectator").terminate()
         assert match.wait_ended() == 0
+        assert match.said().count("Recorded in") == 1
+        again = json.loads(match.run.result.read_text(encoding="utf-8"))
+        assert (again["winner"], ended["processes"] != again["processes"]) == (ended["winner"], True)
     finally:
         match.close()

@@ -60,10 +60,10 @@ def go_wrong(match: Match) -> None:
     observer.wait_until(lambda: observer.state.halted, "the halt")
     everybody_stands(observer)
     match.resume()
-    match.command("estop", "--match", "faults", "--router", match.endpoint, "--reason", "a test")
+    match.command("estop", "faults", "--router", match.endpoint, "--reason", "a test")
     observer.wait_until(lambda: observer.state.estop, "the emergency stop")
     everybody_stands(observer)
-    match.command("estop", "--release", "--match", "faults", "--router", match.endpoint)
+    match.command("estop", "faults", "--release", "--router", match.endpoint)
     match.resume()
     world, epoch = match.child("world"), observer.epoch
     world.kill()
@@ -78,11 +78,11 @@ def test_every_fault_of_a_match_is_certified_once_and_as_it_was_seen(start: Call
     match = start(patient(long_match("faults")))
     go_wrong(match)
     observer, heard = match.observer, match.observer.heard
-    told = json.loads(match.command("stops", str(match.run.path), "--json"))
+    told = json.loads(match.command("run", "stops", str(match.run.path), "--json"))
     assert told == json.loads(match.run.result.read_text())["stops"]
     assert told["notes"] == []
     assert told["sentence"] in match.said()
-    table = match.command("stops", str(match.run.path))
+    table = match.command("run", "stops", str(match.run.path))
     assert table.strip().splitlines()[-1] == told["sentence"]
 
     deaths = {i["process"]: i for i in told["incidents"] if i["kind"] == "death"}

@@ -35,7 +35,7 @@ def test_without_a_run_folder_the_rule_is_told_and_where_to_ask() -> None:
     assert card is not None
     assert card.heading == "Call 7, 0:12.3: ann is tagged by bob"
     assert card.lines[0].startswith("Rule (thesis 4.3): A minnow whose outline")
-    assert "`vrg why RUN 7`" in card.lines[1]
+    assert "`vrg run why RUN --call 7`" in card.lines[1]
     assert not card.busy
     assert not explainer.look()
 

@@ -82,7 +82,7 @@ def open_session(
                 seats = "" if credentials is None else " with seats"
                 raise BusError(
                     f"expected a router{seats} at {endpoint}, but none answered in {patience:g} s: "
-                    f"start one with `vrg router`, or name another with --router ({_brief(error)})"
+                    f"start one with `vrg node router`, or name another with --router ({_brief(error)})"
                 ) from None
             if stop.wait(0.1):
                 raise KeyboardInterrupt from None

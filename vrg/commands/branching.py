@@ -1,4 +1,4 @@
-"""Takes a recorded match up from an instant: for the command `vrg replay`, and for the window that it opens."""
+"""Takes a recorded match up from an instant: for the command `vrg run replay`, and for the window that it opens."""
 
 import contextlib
 import json
@@ -45,14 +45,14 @@ def ending_of(folder: RunFolder) -> str:
 
 
 class Progress(Struct):
-    """A line of `vrg replay --json`: the match time that is played, s, or the new run folder."""
+    """A line of `vrg run replay --json`: the match time that is played, s, or the new run folder."""
 
     time: float | None = None
     run: str | None = None
 
 
 def progress_of(line: bytes) -> Progress:
-    """Read a line of `vrg replay --json`. What a program has printed that a strategy starts tells nothing."""
+    """Read a line of `vrg run replay --json`. What a program has printed that a strategy starts tells nothing."""
     try:
         return msgspec.json.decode(line, type=Progress)
     except (msgspec.DecodeError, UnicodeDecodeError):
@@ -96,8 +96,19 @@ class ProcessBrancher:
         self.close()
         # A pipe would fill up, as nobody reads it before the end.
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - `close` closes it
-        whole = [str(self._folder.path.resolve()), "--from", f"{time:.3f}", "--play", f"{player}={strategy}"]
-        command = [sys.executable, "-P", "-m", "vrg", "replay", *whole, "--runs", str(self._runs.resolve()), "--json"]
+        whole = [str(self._folder.path.resolve()), "--at", f"{time:.3f}", "--play", f"{player}={strategy}"]
+        command = [
+            sys.executable,
+            "-P",
+            "-m",
+            "vrg",
+            "run",
+            "replay",
+            *whole,
+            "--runs",
+            str(self._runs.resolve()),
+            "--json",
+        ]
         self._process = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=self._errors, cwd=self._folder.path
         )

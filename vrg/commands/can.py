@@ -20,7 +20,7 @@ from vrg.commands.can_options import (
     options_of,
     protocol_of,
 )
-from vrg.commands.options import LeashOption
+from vrg.commands.options import LeashOption, ended, lasting
 from vrg.errors import ConfigError
 from vrg.hal.can.settings import EMULATING
 from vrg.hal.can.workshop.emulated import DriveOptions
@@ -28,7 +28,7 @@ from vrg.hal.can.workshop.faults import WHAT, FaultKind, FaultRequest, ask_for
 from vrg.hal.can.workshop.motor import MotorModel
 from vrg.launch.serving import child_process
 
-app = typer.Typer(no_args_is_help=True, help="Motor controllers on a CAN bus, real and emulated.")
+app = typer.Typer(no_args_is_help=True)
 for command in (
     can_tools.scan, can_tools.monitor, can_control.stop, can_control.clear, can_control.jog, can_control.address,
     can_control.configure,
@@ -89,8 +89,7 @@ def node(
         ]
         names = ", ".join(f"{drive.node} (serial number {drive.options.serial:X})" for drive in drives)
         run_drives(link, drives, stop, ready=lambda: typer.echo(f"{EMULATING} {protocol} on {link}: {names}"))
-    if stop.interrupted:
-        raise typer.Exit(130)
+    ended(stop)
 
 
 @app.command()
@@ -101,9 +100,7 @@ def fault(
     interface: InterfaceOption = "socketcan",
     bitrate: BitrateOption = None,
     adapter: AdapterOption = None,
-    duration: Annotated[
-        float, typer.Option("--for", min=0, max=655, help="s for which it lasts; 0 = until end.")
-    ] = 0.0,
+    seconds: Annotated[float, lasting("How long it lasts; 0 = until end.", 0, 655)] = 0.0,
     value: Annotated[str, typer.Option(help="Error bits or turns, such as 0x200.")] = "0",
 ) -> None:
     """Let something go wrong in an emulated drive. Real ones do not listen."""
@@ -113,7 +110,7 @@ def fault(
         raise typer.BadParameter(
             f"expected a whole number such as 512 or 0x200, got {value!r}", param_hint="--value"
         ) from None
-    request = FaultRequest(FaultKind[kind.name], duration, number - (1 << 32) if number >= 1 << 31 else number)
+    request = FaultRequest(FaultKind[kind.name], seconds, number - (1 << 32) if number >= 1 << 31 else number)
     link = link_of(interface, channel, bitrate, adapter)
     failed = False
     for one in id_:

@@ -2,12 +2,12 @@
 
 import math
 import os
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from vrg.commands import can_options
+from vrg.commands.options import GameArgument, OutputOption, PlayerArgument
 from vrg.errors import ConfigError
 from vrg.hal.can.calibration import calibration_text, load_calibration
 from vrg.hal.can.settings import can_settings
@@ -15,14 +15,17 @@ from vrg.hal.models import robot_model
 
 
 def calibrate(
-    match: Annotated[str, typer.Argument(metavar="match.toml", help="The match file that wires the robot.")],
-    player: Annotated[str, typer.Argument(help="Whose robot.")],
-    output: Annotated[Path | None, typer.Option(help="The calibration file; the wiring's own if missing.")] = None,
+    player: PlayerArgument,
+    match: GameArgument,
+    output: OutputOption = None,
     speed: Annotated[float, typer.Option(min=0.02, max=1, help="Speed while it is measured, m/s.")] = 0.2,
     way: Annotated[float, typer.Option(min=0.2, max=20, help="How far straight ahead, m.")] = 1.5,
     turns: Annotated[float, typer.Option(min=0.25, max=20, help="Turns on the spot.")] = 2.0,
 ) -> None:
-    """Find a robot's directions, gear ratios and track, with a tape measure; writes its calibration file."""
+    """Find a robot's directions, gear ratios and track, with a tape measure; writes its calibration file.
+
+    That is the one that the match file names, unless --output names another.
+    """
     from vrg.config.loading import match_path, read_match  # the other tools need no match file
     from vrg.hal.can.train import DriveTrain
     from vrg.hal.can.workshop import calibrating  # python-can is for who uses a bus

@@ -23,7 +23,7 @@ from vrg.commands.can_options import (
     options_of,
     protocol_of,
 )
-from vrg.commands.options import stoppable
+from vrg.commands.options import lasting, stoppable
 from vrg.errors import ConfigError, RobotError
 from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
 from vrg.hal.can.workshop.listener import Found
@@ -58,7 +58,7 @@ def stop(
     interface: InterfaceOption = "socketcan",
     bitrate: BitrateOption = None,
     adapter: AdapterOption = None,
-    seconds: Annotated[float, typer.Option("--for", min=0.2, max=600, help="How long to go on telling them, s.")] = 1.0,
+    seconds: Annotated[float, lasting("How long to go on telling them.", 0.2, 600)] = 1.0,
 ) -> None:
     """Switch off every motor on a bus, whatever has switched it on. Needs no match, no router and no file."""
     from vrg.hal.can.guard import TURNS
@@ -221,7 +221,7 @@ def configure(
 def jog(
     id_: Annotated[int, typer.Option("--id", help="The drive's id.")],
     speed: Annotated[float, typer.Option(help="turn/s of the motor, before any gear; negative turns it back.")] = 1.0,
-    seconds: Annotated[float, typer.Option("--for", min=0.1, max=60, help="How long, s.")] = 2.0,
+    seconds: Annotated[float, lasting("How long.", 0.1, 60)] = 2.0,
     channel: AnyChannelOption = None,
     interface: InterfaceOption = "socketcan",
     bitrate: BitrateOption = None,

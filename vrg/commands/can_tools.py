@@ -9,7 +9,7 @@ from rich.markup import escape
 
 from vrg.commands.can_listening import ASK_PERIOD, listening, plain_console, table_of, unheard
 from vrg.commands.can_options import AdapterOption, AnyChannelOption, BitrateOption, InterfaceOption, link_of
-from vrg.commands.options import stoppable
+from vrg.commands.options import lasting, stoppable
 
 
 def scan(
@@ -17,7 +17,7 @@ def scan(
     interface: InterfaceOption = "socketcan",
     bitrate: BitrateOption = None,
     adapter: AdapterOption = None,
-    seconds: Annotated[float, typer.Option("--for", min=0.3, max=60, help="How long to listen, s.")] = 1.5,
+    seconds: Annotated[float, lasting("How long to listen.", 0.3, 60)] = 1.5,
 ) -> None:
     """Say which drives are on a bus: protocol, id, serial number, firmware, state and errors. Moves nothing."""
     link = link_of(interface, channel, bitrate, adapter)
@@ -41,7 +41,8 @@ def monitor(
     bitrate: BitrateOption = None,
     adapter: AdapterOption = None,
     seconds: Annotated[
-        float | None, typer.Option("--for", min=0.3, help="How long, s; until Ctrl-C if missing.")
+        float | None,
+        lasting("How long; until Ctrl-C if missing.", 0.3),
     ] = None,
     ask: Annotated[
         bool, typer.Option("--ask", help="Ask the drives too, which disturbs a robot that is just connecting.")

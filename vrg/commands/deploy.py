@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from vrg.bus.hosts import in_endpoint
-from vrg.commands.options import MatchArgument
+from vrg.commands.options import GameArgument
 from vrg.config.files import HERE
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
@@ -15,7 +15,7 @@ from vrg.errors import ConfigError
 PORT = 7447
 """The port of the routers of a permanent installation."""
 
-app = typer.Typer(no_args_is_help=True, help="Prepare machines on which matches run for a long time.")
+app = typer.Typer(no_args_is_help=True)
 
 
 @app.callback()
@@ -25,10 +25,10 @@ def _deploy() -> None:
 
 @app.command()
 def systemd(
-    match: MatchArgument,
-    to: Annotated[Path, typer.Option(help="Folder for the units; one folder for each machine is made in it.")] = Path(
-        "units"
-    ),
+    match: GameArgument,
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Folder for the units; one folder for each machine is made in it.")
+    ] = Path("units"),
     vrg: Annotated[str, typer.Option(help="Path of the command `vrg` on the machines.")] = "/opt/vrg/.venv/bin/vrg",
     folder: Annotated[str, typer.Option(help="Folder of the match file on the machines.")] = "/opt/vrg/match",
     user: Annotated[str | None, typer.Option(help="Who runs the processes there; you, if missing.")] = None,
@@ -67,7 +67,7 @@ def systemd(
         for machine in used_machines(setup, window=window)
     }
     for machine, texts in units(setup, installations, window=window).items():
-        place = to / machine
+        place = output / machine
         place.mkdir(parents=True, exist_ok=True)
         for name, text in texts.items():
             (place / name).write_text(text, encoding="utf-8")

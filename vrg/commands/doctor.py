@@ -19,7 +19,8 @@ from vrg.bus.process import PULSE_PERIOD
 from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import DEFAULT_ENDPOINT, open_router, open_session
 from vrg.bus.topics import Keys
-from vrg.commands.options import credentials_for
+from vrg.commands.matches import credentials_for
+from vrg.commands.options import JsonOption
 from vrg.errors import VrgError
 from vrg.launch.endpoints import free_endpoint
 from vrg.launch.findings import Finding
@@ -120,20 +121,20 @@ def _messages() -> Finding:
 
 
 def doctor(
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for scripts.")] = False,
-    machines: Annotated[
-        Path | None, typer.Option(metavar="match.toml", help="Check the machines that a match file names, too.")
+    match: Annotated[
+        Path | None, typer.Argument(metavar="[match.toml]", help="Check the machines that a match file names, too.")
     ] = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Check this machine: Python, packages, bus, physics, CAN, display. Status 1 if something needed is missing."""
     checks: list[Callable[[], Finding]] = [_python, _bus, _physics, _can, _display, _sandbox, _matches, _messages]
     findings = {"": [*[_package(name) for name in _packages()], *[check() for check in checks]]}
-    if machines is not None:
+    if match is not None:
         from vrg.commands.doctor_machines import examine_machines  # it loads what reaches other machines
 
-        findings |= examine_machines(machines)
+        findings |= examine_machines(match)
     if as_json:
-        everything = findings if machines is not None else findings[""]
+        everything = findings if match is not None else findings[""]
         typer.echo(msgspec.json.encode(everything).decode())
     else:
         marks = {True: "ok  ", False: "BAD ", None: "info"}

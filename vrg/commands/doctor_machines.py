@@ -1,4 +1,4 @@
-"""What `vrg doctor --machines` does: it reaches the machines of a match, and checks each before anything is started."""
+"""What `vrg doctor match.toml` does: it reaches the machines of a match, and checks each before anything is started."""
 
 import contextlib
 import tempfile
@@ -35,7 +35,7 @@ def examine_machines(match_file: Path) -> dict[str, list[Finding]]:
         typer.Exit: Ctrl-C was pressed.
     """
     setup = load_match(match_file)
-    console = Console(stderr=True, highlight=False)
+    console = Console(stderr=True, highlight=False, emoji=False)
     with tempfile.TemporaryDirectory(prefix="vrg-doctor-") as name, stoppable() as stop:
         folder = RunFolder.create(Path(name), setup.name, datetime.now(), setup.text)
         keep(setup, folder)

@@ -1,9 +1,9 @@
 """What the configurator needs of the folder that it works in: match files, maps, strategies, and recent matches."""
 
-import ast
 import json
 import tomllib
 from collections.abc import Iterator
+from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 from typing import Any, Final
@@ -11,6 +11,7 @@ from typing import Any, Final
 from vrg.errors import ConfigError
 from vrg.launch.result import headline, summary
 from vrg.launch.run_folder import RunFolder, write_whole
+from vrg.modules import classes_in
 from vrg.ui.welcome.choices import Choices
 from vrg.ui.welcome.draft import Draft
 from vrg.ui.welcome.lobby import Recent
@@ -118,18 +119,8 @@ def _table(path: Path) -> dict[str, Any] | None:
 
 
 def _strategies(folder: Path) -> Iterator[str]:
-    """The classes in the Python files of a folder that look like strategies. Nothing is imported."""
+    """The classes in the Python files of a folder that are strategies, as far as their text tells."""
     for path in sorted(folder.glob("*.py"))[:_MOST_FILES]:
-        try:
-            if path.stat().st_size > _LONGEST:
-                continue
-            tree = ast.parse(path.read_text(encoding="utf-8"))
-        except (OSError, UnicodeDecodeError, SyntaxError, ValueError, RecursionError):
-            continue
-        for node in tree.body:
-            if isinstance(node, ast.ClassDef) and any(_is_method(item, "act") for item in node.body):
-                yield f"{path.name}:{node.name}"
-
-
-def _is_method(node: ast.stmt, name: str) -> bool:
-    return isinstance(node, ast.FunctionDef) and node.name == name
+        with suppress(OSError):
+            if path.stat().st_size <= _LONGEST:
+                yield from (f"{path.name}:{name}" for name, kind in classes_in(path).items() if kind.acts)

@@ -12,9 +12,11 @@ from vrg.bus.messages import REASON_LENGTH, Estop, EstopRelease, shortened
 from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import open_session
 from vrg.bus.topics import Keys
-from vrg.commands.official import ANSWER_PATIENCE, ReasonOption, Referee, me
-from vrg.commands.options import KeysOption, credentials_for, keys_of, own_match, which_match
+from vrg.commands.matches import credentials_for, keys_of, own_match, which_match
+from vrg.commands.official import ANSWER_PATIENCE, Referee, me
+from vrg.commands.options import KeysOption, MatchArgument, ReasonOption, RouterOption
 from vrg.errors import BusError
+from vrg.launch import running
 
 STOPPING = sorted(
     {party.kind for party in Keys.estop.speakers} & {party.kind for party in Keys.referee_state.listeners},
@@ -24,32 +26,28 @@ STOPPING = sorted(
 
 
 def estop(
+    match: MatchArgument = None,
     release: Annotated[bool, typer.Option("--release", help="Release it; robots stay disarmed until resume.")] = False,
-    match: Annotated[
-        str | None, typer.Option("--match", help="Name of the match; all that run here if missing.")
-    ] = None,
-    router: Annotated[str | None, typer.Option("--router", help="Endpoint of its router.")] = None,
-    seats: KeysOption = None,
+    router: RouterOption = None,
+    keys: KeysOption = None,
     reason: ReasonOption = "",
 ) -> None:
     """Stop every robot at once, of all matches that run here if none is named. It stays so until it is released.
 
     The keys of any seat will do. Releasing needs those of the official.
     """
-    from vrg.launch import running  # only commands on a running match need platformdirs
-
     if release:
-        targets = [(*own_match(match, router, "release the emergency stop"), seats)]
+        targets = [(*own_match(match, router, "release the emergency stop"), keys)]
     else:
         here = running.running() if match is None and router is None else []
         # One folder, which VRG_KEYS may name, has no keys for the other matches. Each match has told where its own are.
-        several = [(m.match, m.router, Path(m.keys) if m.keys else seats) for m in here]
-        targets = several or [(*which_match(match, router), seats)]
+        several = [(m.match, m.router, Path(m.keys) if m.keys else keys) for m in here]
+        targets = several or [(*which_match(match, router), keys)]
     why = shortened(reason, REASON_LENGTH)
     order = EstopRelease(by=me(), reason=why) if release else Estop(by=me(), reason=why)
     # All at once, so that no match waits for another one that does not answer.
     with ThreadPoolExecutor(max_workers=len(targets)) as pool:
-        asked = [(name, pool.submit(_order_estop, name, at, keys, order)) for name, at, keys in targets]
+        asked = [(name, pool.submit(_order_estop, name, at, own, order)) for name, at, own in targets]
         errors = {name: error for name, done in asked if (error := done.exception()) is not None}
     for name, done in asked:
         if name in errors:

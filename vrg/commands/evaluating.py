@@ -1,7 +1,6 @@
 """What `vrg compare` and `vrg tournament` share: their options, and how an experiment is prepared, played and shown."""
 
 import os
-import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -13,19 +12,15 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
 
 from vrg.bus.stopping import Stop, stop_on_signals
-from vrg.commands.options import whole_target
+from vrg.commands.options import TIME, duration, make_console, print_table, whole_target
 
 if TYPE_CHECKING:
     from vrg.evaluation.folder import ExperimentFolder
     from vrg.evaluation.games import Row
     from vrg.evaluation.running import Experiment
 
-StrategyArgument = Annotated[
-    str, typer.Argument(metavar="STRATEGY", help="A strategy's name, or file.py:Class, or module:Class.")
-]
 MatchOption = Annotated[
     str, typer.Option("--match", metavar="GAME|match.toml", help="A match of two teams, or a game's name.")
 ]
@@ -37,10 +32,11 @@ JobsOption = Annotated[int | None, typer.Option(min=1, help="Games at a time; wi
 LasersOption = Annotated[
     bool | None, typer.Option("--lasers/--no-lasers", help="In place of what the match file says of lasers.")
 ]
-OutOption = Annotated[Path | None, typer.Option(help="Folder for the games and what is made of them.")]
 ConfidenceOption = Annotated[float, typer.Option(min=0.5, max=0.9999, help="Confidence of the intervals.")]
 AllOption = Annotated[bool, typer.Option("--all", help="Play all games, even if a difference was found before.")]
-LimitOption = Annotated[float, typer.Option(min=1.0, help="Match time in s after which a game is broken off.")]
+LimitOption = Annotated[
+    float, typer.Option(metavar=TIME, parser=duration(1), help="Match time after which a game is broken off.")
+]
 RayOption = Annotated[
     str | None,
     typer.Option(
@@ -49,6 +45,10 @@ RayOption = Annotated[
         help="Play on the cluster of Ray at this address, such as auto or 192.168.1.5:6379; local starts one here.",
     ),
 ]
+
+
+TOLD_EVERY = 20
+"""The number of games after which it is told how far it is, where the output is no terminal."""
 
 
 @dataclass(frozen=True)
@@ -133,11 +133,6 @@ def experiment(targets: Sequence[str], wish: Wish, name: str, *, mirror: bool = 
             raise typer.Exit(130)
 
 
-def make_console() -> Console:
-    """The console of these commands. Where nobody has set a width, a file or a pipe takes long lines."""
-    return Console(highlight=False, width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else 160)
-
-
 def cores() -> int:
     """The number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -158,22 +153,29 @@ def _play(running: "Experiment", wish: Wish, stop: Stop, console: Console) -> No
     columns = (
         BarColumn(),
         MofNCompleteColumn(),
-        TextColumn("games{task.fields[speed]}{task.fields[now]}"),
+        TextColumn("games, {task.fields[running]} running{task.fields[speed]}{task.fields[now]}"),
         TimeRemainingColumn(),
     )
-    began, played = time.monotonic(), 0
+    began, played, seconds = time.monotonic(), 0, 0.0
     with Progress(*columns, console=console, transient=True) as progress:
-        bar = progress.add_task("games", total=_total(running), speed="", now=_now(running))
+        bar = progress.add_task("games", total=_total(running), running=0, speed="", now=_now(running))
         progress.update(bar, completed=_completed(running))
 
-        def told(_row: "Row") -> None:
-            nonlocal played
+        def told(row: "Row") -> None:
+            nonlocal played, seconds
             played += 1
-            speed = f", {played / (time.monotonic() - began):.2f} a second"
+            seconds += row.played.match_time or 0.0
+            took = time.monotonic() - began
+            speed = f", {played / took:.2f} a second, {seconds / took:.0f} times real time"
             completed, total = _completed(running), _total(running)
             progress.update(bar, completed=completed, total=total, speed=speed, now=_now(running))
+            if not console.is_terminal and played % TOLD_EVERY == 0:
+                console.print(f"{completed} of at most {total} games{speed}{_now(running)}", soft_wrap=True)
 
-        running.run(workers, stop, told)
+        def looked(games: int) -> None:
+            progress.update(bar, running=games)
+
+        running.run(workers, stop, told, looked)
     if played:
         took = time.monotonic() - began
         how = f"{workers.jobs} at a time" + ("" if wish.ray is None else f" on the cluster {wish.ray}")
@@ -205,14 +207,8 @@ def _now(running: "Experiment") -> str:
 
 def show(console: Console, table: Sequence[Sequence[str]]) -> None:
     """Print a table of texts, whose first row is the head."""
-    if len(table) < 2:
-        return
-    shown = Table()
-    for number, head in enumerate(table[0]):
-        shown.add_column(escape(head), justify="left" if number == 0 else "right", overflow="fold")
-    for line in table[1:]:
-        shown.add_row(*map(escape, line))
-    console.print(shown)
+    if len(table) > 1:
+        print_table(console, table[0], table[1:], right=range(1, len(table[0])))
 
 
 def finish(

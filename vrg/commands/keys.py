@@ -14,11 +14,11 @@ from vrg.bus.credentials import find_credentials
 from vrg.bus.hosts import check_host, is_host
 from vrg.bus.names import check_name, name_of
 from vrg.bus.seats import NAMED, Seat, SeatKind, seats_of_node
-from vrg.commands.options import MatchArgument
+from vrg.commands.options import GameArgument, JsonOption, OutputOption, RouterOption, write_text
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
 
-app = typer.Typer(no_args_is_help=True, help="Make and show the keys of a match's seats; see docs/seats.md.")
+app = typer.Typer(no_args_is_help=True)
 
 FolderOption = Annotated[Path, typer.Option("--keys", envvar="VRG_KEYS", help="Folder of the keys.")]
 DaysOption = Annotated[float, typer.Option(min=0.01, max=730, help="For how many days the keys are valid.")]
@@ -32,7 +32,7 @@ KEYS = Path("keys")
 
 @app.command()
 def init(
-    match: MatchArgument,
+    match: GameArgument,
     keys: FolderOption = KEYS,
     days: DaysOption = 30.0,
     host: HostOption = None,
@@ -60,7 +60,7 @@ def init(
 
 @app.command()
 def renew(
-    match: MatchArgument,
+    match: GameArgument,
     keys: FolderOption = KEYS,
     days: DaysOption = 30.0,
     host: HostOption = None,
@@ -78,7 +78,8 @@ def renew(
 
 @app.command()
 def show(
-    keys: FolderOption = KEYS, as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False
+    keys: FolderOption = KEYS,
+    as_json: JsonOption = False,
 ) -> None:
     """List the seats that a folder has keys of, and until when they are valid."""
     from vrg.seats.folder import KeysFolder
@@ -102,36 +103,34 @@ def show(
 @app.command()
 def hand(
     seats: Annotated[list[str], typer.Argument(metavar="SEAT...", help="Such as player.ann or commander.red.")],
-    to: Annotated[Path, typer.Option("--to", help="Folder to copy them to, such as a USB stick.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder to copy them to, such as a USB stick.")],
     keys: FolderOption = KEYS,
 ) -> None:
     """Copy the keys of some seats, and nothing else, for one machine."""
     from vrg.seats.folder import KeysFolder
 
-    for made in KeysFolder(keys).hand_out([seat_of(text) for text in seats], to):
+    for made in KeysFolder(keys).hand_out([seat_of(text) for text in seats], output):
         typer.echo(made)
 
 
 @app.command()
 def rules(
-    match: MatchArgument,
+    match: GameArgument,
     keys: FolderOption = KEYS,
-    listen: Annotated[str, typer.Option(help="Endpoint that the router listens at.")] = "tls/0.0.0.0:7447",
-    write: Annotated[Path | None, typer.Option(help="File to write; without it, the text is printed.")] = None,
+    router: RouterOption = "tls/0.0.0.0:7447",
+    output: OutputOption = None,
 ) -> None:
     """Print the whole configuration of the router of a match, as JSON5 for a stock `zenohd -c FILE`."""
     credentials = find_credentials(keys, seats_of_node("router", ""))
-    check_endpoint(listen, credentials)
+    endpoint = router or ""
+    check_endpoint(endpoint, credentials)
     roster = _setup(match).roster
-    text = json.dumps(router_settings([listen], credentials, access_rules(roster)), indent=2)
-    if write is None:
+    text = json.dumps(router_settings([endpoint], credentials, access_rules(roster)), indent=2)
+    if output is None:
         typer.echo(text)
         return
-    try:
-        write.write_text(f"{text}\n", encoding="utf-8")
-    except OSError as error:
-        raise ConfigError([f"{write}: cannot be written: {error.strerror}: choose another place"]) from None
-    typer.echo(f"{write}: {len(roster.seats) - 1} seats may connect; the files of the keys are named, not copied")
+    write_text(output, f"{text}\n")
+    typer.echo(f"{output}: {len(roster.seats) - 1} seats may connect; the files of the keys are named, not copied")
 
 
 def seat_of(text: str) -> Seat:

@@ -3,7 +3,7 @@
 import contextlib
 import threading
 import traceback
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -21,8 +21,7 @@ from vrg.bus.process import run_node
 from vrg.bus.seats import Seat, SeatKind, seats_of_node
 from vrg.bus.session import DEFAULT_ENDPOINT, Session, open_session
 from vrg.bus.stopping import Stop
-from vrg.commands.foxglove import told
-from vrg.commands.page import print_links
+from vrg.commands.page import print_links, told
 from vrg.config.files import HERE, LIVE, WEB
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError
@@ -66,7 +65,7 @@ class Show:
         """Print what happens to the processes, unless the terminal is gone: the match does not depend on it."""
         for text in texts:
             with contextlib.suppress(OSError):
-                self.console.print(f"[yellow]{escape(printable(text, lines=True))}[/yellow]")
+                self.console.print(f"[yellow]{escape(printable(text, lines=True))}[/yellow]", soft_wrap=True)
 
 
 @dataclass(frozen=True)
@@ -83,9 +82,18 @@ class Security:
 
 
 def play_processes(
-    setup: MatchSetup, folder: RunFolder, show: Show, stop: Stop, server: ForkServer, security: Security
+    setup: MatchSetup,
+    folder: RunFolder,
+    show: Show,
+    stop: Stop,
+    server: ForkServer,
+    security: Security,
+    over: Callable[[RefereeState | None], None],
 ) -> tuple[RefereeState | None, LaunchError | None]:
     """Play the match as processes. Return the last state of the referee, and the error if the match was given up.
+
+    Args:
+        over: called with the state when the game is over and a window goes on showing it.
 
     Raises:
         ConfigError: the keys that were given are not good for this match.
@@ -96,7 +104,7 @@ def play_processes(
         if launched is None:
             return None, None
         _tell_of_router(setup, launched, show)
-        return _run(setup, launched, show, stop)
+        return _run(setup, launched, show, stop, over)
 
 
 def _tell_of_router(setup: MatchSetup, launched: LaunchedMatch, show: Show) -> None:
@@ -117,7 +125,11 @@ def _tell_of_router(setup: MatchSetup, launched: LaunchedMatch, show: Show) -> N
 
 
 def _run(
-    setup: MatchSetup, launched: LaunchedMatch, show: Show, stop: Stop
+    setup: MatchSetup,
+    launched: LaunchedMatch,
+    show: Show,
+    stop: Stop,
+    over: Callable[[RefereeState | None], None],
 ) -> tuple[RefereeState | None, LaunchError | None]:
     done = threading.Event()
     table = threading.Thread(target=_show_table, args=(setup, launched, show.console, done))
@@ -138,11 +150,27 @@ def _run(
 
         def ending() -> None:
             done.set()
-            if table.ident is not None:
-                table.join()
+            for thread in (table, concluding):
+                if thread.ident is not None:
+                    thread.join()
+
+        def conclude() -> None:
+            done.set()
+            table.join()
+            over(launched.state)
+            show.announce("close the window (Q) to end the match")
+
+        # A plot takes a second, in which the processes must be looked at.
+        concluding = threading.Thread(target=conclude)
 
         try:
-            launched.run(stop, progress=ready, started=started, ending=ending, until_closed=show.window)
+            launched.run(
+                stop,
+                progress=ready,
+                started=started,
+                ending=ending,
+                until_closed=concluding.start if show.window else None,
+            )
         except LaunchError as failure:
             return launched.state, failure
         except Exception as error:

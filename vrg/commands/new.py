@@ -6,7 +6,8 @@ import os
 import re
 import shlex
 import sys
-from collections.abc import Mapping
+import tomllib
+from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
@@ -15,23 +16,26 @@ import typer
 
 from vrg.bus.names import NAME_RULE, is_name
 from vrg.errors import ConfigError
+from vrg.modules import classes_in
 from vrg.templates import filled
-from vrg.toml_text import quoted
+from vrg.toml_text import quoted, with_value
 
-app = typer.Typer(no_args_is_help=True, help="Write a player, a match, a map or a driver to begin with.")
+app = typer.Typer(no_args_is_help=True)
 
 NameArgument = Annotated[str, typer.Argument(metavar="NAME", help="Its name, which the file or folder gets, too.")]
-FolderOption = Annotated[Path, typer.Option(help="Folder to write into; it is made if it is not there.")]
+FolderOption = Annotated[
+    Path, typer.Option("--output", "-o", help="Folder to write into; it is made if it is not there.")
+]
 
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
 
 
 @app.command()
-def player(name: NameArgument, folder: FolderOption = Path()) -> None:
+def player(name: NameArgument, output: FolderOption = Path()) -> None:
     """Write a player of Sharks and Minnows, NAME.py, which you can change."""
     class_name = _class_name(name)
     text = filled("player.py.template", class_name=class_name)
-    file = folder / f"{name}.py"
+    file = output / f"{name}.py"
     if name in sys.stdlib_module_names or name == "vrg":
         raise ConfigError([f"{name}: choose another name: {file} could hide the module {name}"])
     if class_name in {node.id for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Name)}:
@@ -40,47 +44,86 @@ def player(name: NameArgument, folder: FolderOption = Path()) -> None:
     typer.echo(
         f'\nIn a match file beside it, this line of a player lets it play:\n\n    strategy = "{file.name}:{class_name}"'
     )
-    place = "" if folder == Path() else f" --folder {shlex.quote(str(folder))}"
+    place = "" if output == Path() else f" --output {shlex.quote(str(output))}"
     target = shlex.quote(f"{file}:{class_name}")
-    typer.echo(f"\nTo write such a match file:\n\n    vrg new match first --player {target}{place}")
+    typer.echo(f"\nTo write such a match file:\n\n    vrg new match first {target}{place}")
 
 
 @app.command()
 def match(
     name: NameArgument,
-    player: Annotated[
-        str | None, typer.Option(metavar="FILE.py:CLASS", help="Your own player, which one of the robots gets.")
+    players: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[FILE.py[:CLASS]]...", help="Your own players, which are spread over the teams of the game."
+        ),
     ] = None,
-    folder: FolderOption = Path(),
+    game: Annotated[str, typer.Option("--game", help="The game that is played.")] = "sharks-and-minnows",
+    output: FolderOption = Path(),
 ) -> None:
-    """Write a short match of Sharks and Minnows, NAME.toml."""
+    """Write a match, NAME.toml: a short one of Sharks and Minnows, or the one that another game begins with.
+
+    The first of your players plays for the largest team, the next one for the next team, and so on. All robots of a
+    team get them in turn; a team that is left without one keeps the game's own.
+    """
+    from vrg.games import GAMES
+
     _check_name(name)
-    if player is None:
-        strategy = '# strategy = "ann.py:Ann"'.ljust(32) + "# your own player, in a file beside this one"
+    file, own = output / f"{name}.toml", _seen_from(output, players or [])
+    if game == "sharks-and-minnows":
+        line = '# strategy = "ann.py:Ann"'.ljust(32) + "# your own player, in a file beside this one"
+        text = filled("match.toml.template", name=name, strategy=line)
     else:
-        strategy = f"strategy = {quoted(_seen_from(folder, player))}"
-    file = folder / f"{name}.toml"
-    _write({file: filled("match.toml.template", name=name, strategy=strategy)})
-    if player is None:
+        text = with_value(GAMES.get(game).default_match().read_text(encoding="utf-8"), ("name",), name)
+    for number, strategy in _spread(text, own).items():
+        text = with_value(text, ("players", number, "strategy"), strategy)
+    _write({file: text})
+    if not own:
         typer.echo("\nNo player of your own plays in it yet: `vrg new player ann` writes one.")
     path = shlex.quote(str(file))
     typer.echo(f"\nTo check it, and to play it:\n\n    vrg check {path}\n    vrg play {path}")
 
 
+def _spread(text: str, own: Sequence[str]) -> dict[int, str]:
+    """The strategies of players in a match file, by the players' numbers; see `match`.
+
+    Raises:
+        ConfigError: there are more of them than players.
+    """
+    from vrg.games import GAMES
+
+    data = tomllib.loads(text)
+    teams: dict[str, list[int]] = {}
+    for number, player in enumerate(data["players"]):
+        role = GAMES.get(data["game"]).role(player["role"])
+        teams.setdefault(role.team if role else "", []).append(number)
+    places = sorted(teams.values(), key=len, reverse=True)
+    if len(own) > len(data["players"]):
+        raise ConfigError([f"expected up to {len(data['players'])} players for {data['game']}, got {len(own)}"])
+    dealt: list[list[str]] = [[] for _ in places]
+    turn = 0
+    for strategy in own:
+        while len(dealt[turn % len(places)]) == len(places[turn % len(places)]):
+            turn += 1  # this team is full
+        dealt[turn % len(places)].append(strategy)
+        turn += 1
+    return {n: d[i % len(d)] for numbers, d in zip(places, dealt, strict=True) if d for i, n in enumerate(numbers)}
+
+
 @app.command("map")
-def new_map(name: NameArgument, folder: FolderOption = Path()) -> None:
+def new_map(name: NameArgument, output: FolderOption = Path()) -> None:
     """Write a map, NAME.toml: a yard with a wall around it."""
     _check_name(name)
-    file = folder / f"{name}.toml"
+    file = output / f"{name}.toml"
     _write({file: filled("map.toml.template", name=name)})
     typer.echo(f"\nA match file beside it names it by this line:\n\n    map = {quoted(file.name)}")
 
 
 @app.command()
-def driver(name: NameArgument, folder: FolderOption = Path()) -> None:
+def driver(name: NameArgument, output: FolderOption = Path()) -> None:
     """Write a driver for a robot of your own: a Python package in the folder NAME, with its tests."""
     class_name = _class_name(name) + "Driver"
-    package = folder / name
+    package = output / name
     if os.path.lexists(package):
         raise ConfigError([_already_there(package)])
     if name == "tests" or _is_installed(name):
@@ -132,25 +175,45 @@ def _is_installed(name: str) -> bool:
     return spec is not None and spec.origin is not None
 
 
-def _seen_from(folder: Path, target: str) -> str:
-    """A player as a match file in a folder names it.
+def _seen_from(folder: Path, targets: Sequence[str]) -> list[str]:
+    """Players as a match file in a folder names them.
 
-    It is imported, so that a mistake is told before anything is written.
+    They are imported, so that a mistake is told before anything is written.
 
     Raises:
         ConfigError: there is no such player, or it cannot be imported.
     """
+    if not targets:
+        return []
     from vrg.launch.trial import trial  # it loads what checks match files
 
-    path, colon, name = target.rpartition(":")
-    own_file = path.endswith(".py")
-    if own_file and not Path(path).is_file():
-        raise ConfigError([f"{target}: no such file: {path}; `vrg new player` writes one"])
+    found = []
     with trial() as tried:
-        tried.find(target, Path.cwd())
-    if not own_file:
-        return target
-    return Path(os.path.relpath(path, folder)).as_posix() + colon + name
+        for typed in targets:
+            target = f"{typed}:{_class_in(Path(typed))}" if typed.endswith(".py") else typed
+            path, colon, name = target.rpartition(":")
+            if path.endswith(".py") and not Path(path).is_file():
+                raise ConfigError([f"{target}: no such file: {path}; `vrg new player` writes one"])
+            tried.find(target, Path.cwd())
+            own_file = path.endswith(".py")
+            found.append(Path(os.path.relpath(path, folder)).as_posix() + colon + name if own_file else target)
+    return found
+
+
+def _class_in(file: Path) -> str:
+    """The name of the class of the strategy in a file.
+
+    Raises:
+        ConfigError: there is no such file, or not exactly one such class in it.
+    """
+    if not file.is_file():
+        raise ConfigError([f"{file}: no such file; `vrg new player` writes one"])
+    names = [name for name, kind in classes_in(file).items() if kind.acts]
+    if len(names) != 1:
+        raise ConfigError(
+            [f"{file}: expected one class with a method `act`, found {', '.join(names) or 'none'}: type {file}:CLASS"]
+        )
+    return names[0]
 
 
 def _write(files: Mapping[Path, str]) -> None:
@@ -179,4 +242,4 @@ def _write(files: Mapping[Path, str]) -> None:
 
 
 def _already_there(path: Path) -> str:
-    return f"{path}: already there, and never overwritten: choose another name, or another folder by --folder"
+    return f"{path}: already there, and never overwritten: choose another name, or another folder by --output"

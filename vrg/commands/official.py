@@ -1,4 +1,4 @@
-"""The command `vrg official`, which sends a person's decision and prints the referee's answer."""
+"""The command `vrg official`, which sends a person's decision and prints the answer of the referee or the launcher."""
 
 import getpass
 import time
@@ -10,28 +10,36 @@ import typer
 
 from vrg.bus.access import DECIDING
 from vrg.bus.mailbox import Inlet, Mailbox
-from vrg.bus.messages import REASON_LENGTH, Call, Official, OfficialAction, RefereeState, shortened
+from vrg.bus.messages import REASON_LENGTH, Call, Official, OfficialAction, RefereeState, SeatRequest, shortened
 from vrg.bus.names import is_name
 from vrg.bus.node import sender_of
 from vrg.bus.seats import Seat, SeatKind
-from vrg.bus.session import Session, open_session
+from vrg.bus.session import Session
 from vrg.bus.topics import Keys
-from vrg.commands.options import EndpointOption, KeysOption, NameOption, credentials_for, own_match
-from vrg.errors import BusError
+from vrg.commands.matches import connected, own_match
+from vrg.commands.options import (
+    KeysOption,
+    MatchArgument,
+    PlayerArgument,
+    PoseOption,
+    ReasonOption,
+    RouterOption,
+    StrategyArgument,
+    TeamArgument,
+    whole_target,
+)
+from vrg.errors import BusError, ConfigError
 
-app = typer.Typer(no_args_is_help=True, help="Decide as an official: halt, resume, end, overrule, recover robots.")
+app = typer.Typer(no_args_is_help=True)
 
 ANSWER_PATIENCE = 3.0
 """The real time in s to wait for the referee's answer."""
 
 
-def _short(reason: str) -> str:
-    if len(reason) > REASON_LENGTH:
-        raise typer.BadParameter(f"expected at most {REASON_LENGTH} characters, got {len(reason)}")
-    return reason
+_SUBSTITUTING = 10.0
+"""The real time in s to wait for the launcher, which gives the old player time to stop its robot."""
 
-
-ReasonOption = Annotated[str, typer.Option("--reason", callback=_short, help="The reason, for the journal.")]
+OFFICIAL = Seat(SeatKind.OFFICIAL)
 
 
 def me() -> str:
@@ -96,14 +104,13 @@ def _decide(
     action: OfficialAction,
     match: str | None,
     router: str | None,
-    seats: Path | None,
+    keys: Path | None,
     reason: str,
     subject: str | None = None,
     value: str | None = None,
 ) -> None:
     name, endpoint = own_match(match, router, str(action))
-    credentials = credentials_for(endpoint, seats, Seat(SeatKind.OFFICIAL))
-    with open_session(endpoint, patience=ANSWER_PATIENCE, credentials=credentials) as session:
+    with connected(endpoint, keys, OFFICIAL, patience=ANSWER_PATIENCE) as (_, session):
         referee = Referee(session, Keys(name))
         number = uuid.uuid4().hex
         why = shortened(reason, REASON_LENGTH)
@@ -118,115 +125,159 @@ def _decide(
 
 @app.command()
 def halt(
-    match: NameOption = None, router: EndpointOption = None, seats: KeysOption = None, reason: ReasonOption = ""
+    match: MatchArgument = None, router: RouterOption = None, keys: KeysOption = None, reason: ReasonOption = ""
 ) -> None:
     """Stop the clock and the robots."""
-    _decide(OfficialAction.HALT, match, router, seats, reason)
+    _decide(OfficialAction.HALT, match, router, keys, reason)
 
 
 @app.command()
 def resume(
-    match: NameOption = None, router: EndpointOption = None, seats: KeysOption = None, reason: ReasonOption = ""
+    match: MatchArgument = None, router: RouterOption = None, keys: KeysOption = None, reason: ReasonOption = ""
 ) -> None:
     """Go on after a halt."""
-    _decide(OfficialAction.RESUME, match, router, seats, reason)
+    _decide(OfficialAction.RESUME, match, router, keys, reason)
 
 
 @app.command()
 def end(
-    match: NameOption = None, router: EndpointOption = None, seats: KeysOption = None, reason: ReasonOption = ""
+    match: MatchArgument = None, router: RouterOption = None, keys: KeysOption = None, reason: ReasonOption = ""
 ) -> None:
     """End the match now."""
-    _decide(OfficialAction.END, match, router, seats, reason)
+    _decide(OfficialAction.END, match, router, keys, reason)
 
 
 @app.command("set-score")
 def set_score(
-    team: str,
-    points: int,
-    match: NameOption = None,
-    router: EndpointOption = None,
-    seats: KeysOption = None,
+    team: TeamArgument,
+    points: Annotated[int, typer.Argument(metavar="POINTS", help="Its score from now on.")],
+    match: MatchArgument = None,
+    router: RouterOption = None,
+    keys: KeysOption = None,
     reason: ReasonOption = "",
 ) -> None:
     """Overrule the score of a team."""
-    _decide(OfficialAction.SET_SCORE, match, router, seats, reason, team, str(points))
+    _decide(OfficialAction.SET_SCORE, match, router, keys, reason, team, str(points))
 
 
 @app.command("set-role")
 def set_role(
-    player: str,
-    role: str,
-    match: NameOption = None,
-    router: EndpointOption = None,
-    seats: KeysOption = None,
+    player: PlayerArgument,
+    role: Annotated[str, typer.Argument(metavar="ROLE", help="A role of the game.")],
+    match: MatchArgument = None,
+    router: RouterOption = None,
+    keys: KeysOption = None,
     reason: ReasonOption = "",
 ) -> None:
     """Overrule the role of a player."""
-    _decide(OfficialAction.SET_ROLE, match, router, seats, reason, player, role)
+    _decide(OfficialAction.SET_ROLE, match, router, keys, reason, player, role)
 
 
 @app.command("set-state")
 def set_state(
-    player: str,
-    state: str,
-    match: NameOption = None,
-    router: EndpointOption = None,
-    seats: KeysOption = None,
+    player: PlayerArgument,
+    state: Annotated[str, typer.Argument(metavar="STATE", help="A state of the game.")],
+    match: MatchArgument = None,
+    router: RouterOption = None,
+    keys: KeysOption = None,
     reason: ReasonOption = "",
 ) -> None:
     """Overrule the state of a player."""
-    _decide(OfficialAction.SET_STATE, match, router, seats, reason, player, state)
+    _decide(OfficialAction.SET_STATE, match, router, keys, reason, player, state)
 
 
 @app.command()
 def disqualify(
-    player: str,
-    match: NameOption = None,
-    router: EndpointOption = None,
-    seats: KeysOption = None,
+    player: PlayerArgument,
+    match: MatchArgument = None,
+    router: RouterOption = None,
+    keys: KeysOption = None,
     reason: ReasonOption = "",
 ) -> None:
     """Take a player out: its robot stops and stays as an obstacle, and play goes on."""
-    _decide(OfficialAction.DISQUALIFY, match, router, seats, reason, player)
+    _decide(OfficialAction.DISQUALIFY, match, router, keys, reason, player)
 
 
 @app.command()
 def reinstate(
-    player: str,
-    match: NameOption = None,
-    router: EndpointOption = None,
-    seats: KeysOption = None,
+    player: PlayerArgument,
+    match: MatchArgument = None,
+    router: RouterOption = None,
+    keys: KeysOption = None,
     reason: ReasonOption = "",
 ) -> None:
     """Let a player that is out play again, from the next round."""
-    _decide(OfficialAction.REINSTATE, match, router, seats, reason, player)
+    _decide(OfficialAction.REINSTATE, match, router, keys, reason, player)
 
 
 @app.command()
 def place(
-    player: Annotated[str, typer.Argument(help="The player whose robot it is.")],
-    at: Annotated[
-        tuple[float, float, float] | None,
-        typer.Option(metavar="X Y HEADING", help="In m and degrees; the default is the player's mark."),
-    ] = None,
-    match: NameOption = None,
-    router: EndpointOption = None,
-    seats: KeysOption = None,
+    player: PlayerArgument,
+    match: MatchArgument = None,
+    pose: PoseOption = None,
+    router: RouterOption = None,
+    keys: KeysOption = None,
     reason: ReasonOption = "",
 ) -> None:
-    """Say where a physical robot has been put, so that it counts on from there; put a virtual one there."""
-    value = None if at is None else " ".join(f"{number:g}" for number in at)
-    _decide(OfficialAction.PLACE, match, router, seats, reason, player, value)
+    """Tell where a physical robot has been put, so that it counts on from there; put a virtual one there.
+
+    Without --pose that is the player's mark.
+    """
+    value = None if pose is None else " ".join(f"{number:g}" for number in pose)
+    _decide(OfficialAction.PLACE, match, router, keys, reason, player, value)
 
 
 @app.command()
 def recover(
-    player: Annotated[str | None, typer.Argument(help="The player whose robot it is; all if missing.")] = None,
-    match: NameOption = None,
-    router: EndpointOption = None,
-    seats: KeysOption = None,
+    player: Annotated[str, typer.Argument(metavar="[PLAYER|all]", help="Whose robot; all if missing.")] = "all",
+    match: MatchArgument = None,
+    router: RouterOption = None,
+    keys: KeysOption = None,
     reason: ReasonOption = "",
 ) -> None:
     """Let robots clear the faults that they have latched. Go on with `resume`."""
-    _decide(OfficialAction.RECOVER, match, router, seats, reason, player)
+    _decide(OfficialAction.RECOVER, match, router, keys, reason, None if player == "all" else player)
+
+
+@app.command()
+def substitute(
+    player: PlayerArgument,
+    strategy: StrategyArgument,
+    match: MatchArgument = None,
+    router: RouterOption = None,
+    keys: KeysOption = None,
+) -> None:
+    """Let a player go on with another strategy, or with the mended one. One that was disqualified plays again.
+
+    Its process is replaced. A player that is out because it has failed is back from the next round.
+    """
+    name, endpoint = own_match(match, router, f"let {player} play by {strategy}")
+    from vrg.launch.trial import trial  # it loads what checks match files
+
+    target = whole_target(strategy)
+    with trial() as tried:
+        tried.find(target, Path.cwd())  # a mistake is told before the old player is stopped
+    on, mailbox, number = Keys(name), Mailbox(sender()), uuid.uuid4().hex
+    answers = mailbox.subscribe(on.seat_answer)
+    with connected(endpoint, keys, OFFICIAL, patience=_SUBSTITUTING) as (_, session):
+        session.attach(mailbox)
+        mailbox.publish(on.seat_request, SeatRequest(player=player, strategy=target, by=me(), id=number))
+        for out in (sent := mailbox.collect()):
+            if not session.wait_for_listener(out.message.key, out.topic.qos, _SUBSTITUTING):
+                raise BusError(
+                    f"no `vrg play` runs a match with the name {name} there; if its processes were started by hand, "
+                    "use `vrg node player`"
+                )
+        session.send(sent)
+        deadline = time.monotonic() + _SUBSTITUTING
+        while time.monotonic() < deadline:
+            session.receive()
+            mailbox.handover(0.0)
+            for received in answers.take():
+                if received.body.id == number:
+                    if received.body.refused is not None:
+                        raise ConfigError([received.body.refused])
+                    typer.echo(f"{name}: {player} plays by {strategy} now")
+                    return
+            time.sleep(0.02)
+    raise BusError(f"the launcher of match {name} did not answer within {_SUBSTITUTING:g} s")

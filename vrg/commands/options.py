@@ -1,37 +1,136 @@
-"""Options that several subcommands share."""
+"""The arguments and options that several commands share, each declared once, and what they mean."""
 
+import math
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
 
-from vrg.bus.credentials import Credentials, find_credentials
-from vrg.bus.seats import Seat
-from vrg.bus.session import DEFAULT_ENDPOINT
+from vrg.bus.messages import REASON_LENGTH
 from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.errors import ConfigError, LaunchError
 
-MatchArgument = Annotated[
+
+def duration(least: float = 0.0, most: float = math.inf) -> Callable[[str | float], float]:
+    """What reads a time in seconds, such as `80`, `80.5` or `1:20`, within bounds.
+
+    Its function raises a typer.BadParameter for anything else.
+    """
+
+    def read(text: str | float) -> float:
+        try:
+            parts = [float(part) for part in str(text).split(":")]
+        except ValueError:
+            parts = []
+        value = sum(part * 60.0**power for power, part in enumerate(reversed(parts)))
+        if not 1 <= len(parts) <= 3 or not least <= value <= most or any(part < 0 for part in parts):
+            bounds = f"of at least {least:g}" if math.isinf(most) else f"from {least:g} to {most:g}"
+            raise typer.BadParameter(f"expected a time {bounds} s, such as 80 or 1:20, got {text!r}")
+        return value
+
+    return read
+
+
+TIME = "SECONDS|M:SS"
+"""The form of a time."""
+
+
+def lasting(text: str, least: float = 0.0, most: float = math.inf) -> Any:
+    """The option --for, with a help text: how long something lasts, within bounds, s."""
+    return typer.Option("--for", metavar=TIME, parser=duration(least, most), help=text)
+
+
+def _short(reason: str) -> str:
+    if len(reason) > REASON_LENGTH:
+        raise typer.BadParameter(f"expected at most {REASON_LENGTH} characters, got {len(reason)}")
+    return reason
+
+
+def _known_engine(engine: str | None) -> str | None:
+    if engine is None:
+        return None
+    from vrg.hal.sim.engines import ENGINES  # it loads numpy, which only --engine needs
+
+    if engine not in ENGINES:
+        raise typer.BadParameter(ENGINES.unknown(engine))
+    return engine
+
+
+# What a command is about. It stands before the match or the run.
+PlayerArgument = Annotated[str, typer.Argument(metavar="PLAYER", help="Name of a player, and of its robot.")]
+TeamArgument = Annotated[str, typer.Argument(metavar="TEAM", help="Name of a team, such as red.")]
+StrategyArgument = Annotated[
+    str, typer.Argument(metavar="STRATEGY", help="A strategy's name, or file.py:Class, or module:Class.")
+]
+
+# A match that is to be played, one that runs, one that was played.
+GameArgument = Annotated[
     str, typer.Argument(metavar="GAME|match.toml", help="A match file, or a game's name for its default match.")
 ]
-RouterOption = Annotated[str, typer.Option("--router", help="Endpoint of the router, such as tcp/192.168.1.5:7447.")]
-RunOption = Annotated[Path | None, typer.Option("--run", help="Run folder to write to.")]
-RunsOption = Annotated[Path, typer.Option(help="Folder in which the run folder is made.")]
-LeashOption = Annotated[bool, typer.Option("--leash", hidden=True)]
-NameOption = Annotated[str | None, typer.Option("--match", help="Name of the match; needed if several run.")]
-EndpointOption = Annotated[str | None, typer.Option("--router", help="Endpoint of its router; needed if several run.")]
-
+MatchArgument = Annotated[
+    str | None,
+    typer.Argument(
+        metavar="[MATCH]",
+        help="The running match: its name, match file, game or run folder. Without it, the only one that runs here.",
+    ),
+]
+RouterOption = Annotated[
+    str | None, typer.Option("--router", metavar="ENDPOINT", help="Its router, such as tcp/192.168.1.5:7447.")
+]
 KEYS_VARIABLE = "VRG_KEYS"
 """The variable that may name the folder of the keys in place of --keys."""
 KeysOption = Annotated[
     Path | None,
     typer.Option("--keys", envvar=KEYS_VARIABLE, help="Folder of the keys of the match's seats; see `vrg keys`."),
 ]
+ReasonOption = Annotated[str, typer.Option("--reason", callback=_short, help="The reason, for the journal.")]
+RunArgument = Annotated[
+    Path | None,
+    typer.Argument(metavar="[RUN]", help="A run folder, or its name in the folder runs. Without it, the newest."),
+]
+RunsOption = Annotated[Path, typer.Option("--runs", help="Folder of the run folders.")]
+RunOption = Annotated[Path | None, typer.Option("--run", help="Run folder to write to.")]
+
+# How a match is played.
+EngineOption = Annotated[
+    str | None, typer.Option(callback=_known_engine, help="Physics engine that replaces the match file's.")
+]
+SeedOption = Annotated[int | None, typer.Option(min=0, help="Seed that replaces the match file's.")]
+SandboxOption = Annotated[
+    bool | None,
+    typer.Option("--sandbox/--no-sandbox", help="Seal players' processes; the default is the match file's."),
+]
+InProcessOption = Annotated[
+    bool, typer.Option("--in-process", help="Play in one process, in lockstep, without the bus.")
+]
+RateOption = Annotated[
+    str | None, typer.Option(metavar="X|max", help="Match seconds per second; max only in one process.")
+]
+HeadlessOption = Annotated[bool, typer.Option("--headless", help="Open no window, even if there is a display.")]
+RecordOption = Annotated[bool, typer.Option(help="Record for Foxglove and the plot.")]
+
+# When, where and in which form.
+AtOption = Annotated[float | None, typer.Option("--at", metavar=TIME, parser=duration(), help="The match time.")]
+PoseOption = Annotated[
+    tuple[float, float, float] | None,
+    typer.Option("--pose", metavar="X Y HEADING", help="Where it stands, in m and degrees; its own place if missing."),
+]
+ListenOption = Annotated[
+    str | None,
+    typer.Option(
+        "--listen", metavar="HOST[:PORT]", help="The address it is served at; 0.0.0.0 is for all, this machine if none."
+    ),
+]
+OutputOption = Annotated[Path | None, typer.Option("--output", "-o", help="File or folder to write.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")]
+LeashOption = Annotated[bool, typer.Option("--leash", hidden=True)]
 
 
 @contextmanager
@@ -43,79 +142,40 @@ def stoppable() -> Iterator[Stop]:
     """
     with stop_on_signals() as stop:
         yield stop
+    ended(stop)
+
+
+def ended(stop: Stop) -> None:
+    """End the command with status 130 if Ctrl-C was pressed.
+
+    Raises:
+        typer.Exit: it was.
+    """
     if stop.interrupted:
         raise typer.Exit(130)
 
 
-def which_match(match: str | None, router: str | None) -> tuple[str, str]:
-    """The (match, endpoint) that a command on a running match means.
+def make_console() -> Console:
+    """The console of a command. Names are printed as they are: `mine.py:Shark:` is no picture.
 
-    Raises:
-        ConfigError: it is not clear which match is meant.
+    Where the output is no terminal, whose width is known, there is room for all columns of a table.
     """
-    from vrg.launch import running  # only commands on a running match need platformdirs
+    wide = None if sys.stdout.isatty() or "COLUMNS" in os.environ else 160
+    return Console(highlight=False, emoji=False, width=wide)
 
-    return running.find(match, router, DEFAULT_ENDPOINT)
 
-
-def keys_of(endpoint: str, typed: Path | None) -> Path | None:
-    """The folder of the keys of a running match; None where its router wants none, or nobody knows the folder.
+def print_table(console: Console, heads: Sequence[str], rows: Sequence[Sequence[str]], right: Sequence[int]) -> None:
+    """Print a table of texts.
 
     Args:
-        typed: what was typed with --keys, or is in VRG_KEYS. If a match that runs on this machine has told where its
-            keys are, only what was typed stands above that: the variable may be meant for another match.
+        right: the numbers of the columns that stand at the right.
     """
-    if typed is not None and str(typed) != os.environ.get(KEYS_VARIABLE):
-        # An endpoint that has no use for them is told.
-        return typed
-    if not endpoint.startswith("tls/"):
-        return None
-    from vrg.launch import running  # only commands on a running match need platformdirs
-
-    return next((Path(m.keys) for m in running.running() if m.router == endpoint and m.keys), typed)
-
-
-def credentials_for(endpoint: str, typed: Path | None, *seats: Seat) -> Credentials | None:
-    """The keys with which a command on a running match opens a session; None where the router wants none.
-
-    Args:
-        typed: as for `keys_of`. seats: the seats that will do, the preferred one first.
-
-    Raises:
-        CredentialsError: there are no keys of such a seat.
-    """
-    keys = keys_of(endpoint, typed)
-    return None if keys is None else find_credentials(keys, seats)
-
-
-def own_match(match: str | None, router: str | None, what: str) -> tuple[str, str]:
-    """The (match, endpoint) that a command means which changes a running match.
-
-    If it is not named, and was started in another folder, the person is asked: it may be somebody else's.
-
-    Args:
-        what: is to be done, in words.
-
-    Raises:
-        ConfigError: it is not clear which match is meant, or nobody can be asked.
-        typer.Exit: the person does not want it.
-    """
-    from vrg.launch import running  # only commands on a running match need platformdirs
-
-    name, endpoint = which_match(match, router)
-    found = next((m for m in running.running() if (m.match, m.router) == (name, endpoint)), None)
-    if match is None and router is None and found is not None and not found.is_own:
-        told = f"the only match that runs here is {name}, started in {found.folder}"
-        if not sys.stdin.isatty():
-            raise ConfigError([f"{told}: if you mean it, add --match {name}"])
-        if not typer.confirm(f"{told}: {what}?"):
-            raise typer.Exit(1)
-    return name, endpoint
-
-
-def table_console() -> Console:
-    """A console for a table: where the output is no terminal, whose width is known, there is room for all columns."""
-    return Console(highlight=False, width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else 160)
+    table = Table()
+    for number, head in enumerate(heads):
+        table.add_column(escape(head), justify="right" if number in right else "left", overflow="fold")
+    for row in rows:
+        table.add_row(*map(escape, row))
+    console.print(table)
 
 
 def has_display() -> bool:
@@ -133,9 +193,7 @@ def need_display() -> None:
     Raises:
         LaunchError: no screen answers.
     """
-    from vrg.ui.window import display_available  # pygame takes half a second to load
-
-    if not display_available():
+    if not has_display():
         raise LaunchError("expected a display to open a window on, found none: set DISPLAY or WAYLAND_DISPLAY")
 
 
@@ -146,12 +204,11 @@ def whole_target(strategy: str) -> str:
     return f"{Path(file).resolve()}{colon}{name}" if colon and Path(file).is_file() else strategy
 
 
-def web_address(typed: str | None, option: str = "--at") -> tuple[str, int | None]:
+def web_address(typed: str | None) -> tuple[str, int | None]:
     """The address and the port at which something is served; None for a port that was not typed.
 
     Args:
         typed: such as `0.0.0.0:8080`, `192.168.1.5` or `[::1]:8080`; None for this machine only.
-        option: the option with which it was typed.
 
     Raises:
         typer.BadParameter: it is none of these.
@@ -162,5 +219,17 @@ def web_address(typed: str | None, option: str = "--at") -> tuple[str, int | Non
         return DEFAULT_HOST, None
     host, colon, port = typed.rpartition(":") if typed.count(":") == 1 or "]:" in typed else (typed, "", "")
     if not host.strip("[]") or (colon and not (port.isdecimal() and 0 < int(port) < 65536)):
-        raise typer.BadParameter(f"expected an address such as 0.0.0.0:8080, got {typed!r}", param_hint=option)
+        raise typer.BadParameter(f"expected an address such as 0.0.0.0:8080, got {typed!r}", param_hint="--listen")
     return host.strip("[]"), int(port) if colon else None
+
+
+def write_text(file: Path, text: str | bytes) -> None:
+    """Write a file that a person has named.
+
+    Raises:
+        ConfigError: it cannot be written.
+    """
+    try:
+        file.write_bytes(text.encode() if isinstance(text, str) else text)
+    except OSError as error:
+        raise ConfigError([f"{file}: cannot be written: {error.strerror}: choose another place"]) from None

@@ -1,11 +1,30 @@
-"""What the commands that serve the page share: they choose its port, make its tokens, and print its links."""
+"""The commands `vrg show web` and `foxglove`, which serve a running match to browsers and to Foxglove.
 
+`vrg play` shares how they choose a port, make the tokens of the page, and print where people find it.
+"""
+
+import os
 import socket
 from collections.abc import Sequence
 
 import psutil
+import typer
 from rich.console import Console
 
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.process import run_node
+from vrg.bus.seats import SeatKind, seats_of_node
+from vrg.commands.matches import attached, connected, credentials_for, keys_of
+from vrg.commands.options import (
+    KeysOption,
+    ListenOption,
+    MatchArgument,
+    RouterOption,
+    ended,
+    make_console,
+    web_address,
+)
+from vrg.commands.show import first_state
 from vrg.errors import LaunchError
 from vrg.launch.endpoints import free_port
 from vrg.ui.web.admission import DEFAULT_PORT, Admission, RoleKind, admission
@@ -13,6 +32,71 @@ from vrg.ui.web.admission import DEFAULT_PORT, Admission, RoleKind, admission
 _EVERYWHERE = ("0.0.0.0", "::")
 _LOOPBACK = ("127.0.0.1", "::1", "localhost")
 _WHO = {RoleKind.VIEWER: "watch", RoleKind.OFFICIAL: "official", RoleKind.SEAT: "drive {}"}
+
+
+def web(
+    match: MatchArgument = None, router: RouterOption = None, keys: KeysOption = None, listen: ListenOption = None
+) -> None:
+    """Show a running match in browsers. Without the official's keys everybody may only watch."""
+    from vrg.launch.serving import WINDOW_PERIOD
+    from vrg.ui.web.node import WebNode
+    from vrg.ui.web.server import WebServer
+
+    host, port = web_address(listen)
+    found, seats = attached(match, router), seats_of_node("web", "")
+    credentials = credentials_for(found.endpoint, keys, *seats)
+    official = credentials is None or credentials.common_name == SeatKind.OFFICIAL
+    with connected(found.endpoint, keys, *seats, patience=10.0) as (stop, session):
+        state = first_state(session, found.keys, stop)
+        if state is not None:
+            page = open_page(host, port, [player.name for player in state.players], deciding=official)
+            print_links(page, make_console())
+            node = WebNode(
+                f"web-{os.getpid()}",
+                Mailbox(),
+                found.keys,
+                WebServer(page, found.name),
+                sizes=found.sizes,
+                obstacles=found.obstacles,
+            )
+            run_node(node, session, found.keys, stop, idle=WINDOW_PERIOD)
+
+
+def foxglove(
+    match: MatchArgument = None, router: RouterOption = None, keys: KeysOption = None, listen: ListenOption = None
+) -> None:
+    """Show a running match in Foxglove: all that a recording holds, as it happens. Nobody can change anything there."""
+    from vrg.launch.serving import serve
+
+    address = live_address(listen)
+    found = attached(match, router)
+    setup = found.known_setup()
+    typer.echo(told(address))
+    ended(serve("foxglove", setup, router=found.endpoint, name=address, keys=keys_of(found.endpoint, keys)))
+
+
+def live_address(typed: str | None) -> str:
+    """The address and a free port for Foxglove's server, as `HOST:PORT`.
+
+    Args:
+        typed: such as `0.0.0.0:8765`; None for this machine only.
+
+    Raises:
+        typer.BadParameter: it is no address. LaunchError: no port is free there, or the SDK is not installed.
+    """
+    from vrg.recording.live import PORT
+
+    host, port = web_address(typed)
+    try:
+        found = free_port(host, PORT) if port is None else free_port(host, port, tries=1)
+    except OSError as error:
+        raise LaunchError(f"no server for Foxglove can be opened: {error}") from error
+    return f"[{host}]:{found}" if ":" in host else f"{host}:{found}"
+
+
+def told(address: str) -> str:
+    """What a person does to see the match."""
+    return f"in Foxglove: Open connection, Foxglove WebSocket, ws://{address}"
 
 
 def open_page(host: str, port: int | None, players: Sequence[str], *, deciding: bool = True) -> Admission:
@@ -44,7 +128,7 @@ def print_links(page: Admission, console: Console) -> None:
     if page.port != DEFAULT_PORT:
         console.print(f"the page has port {page.port}")
     if page.host in _LOOPBACK:
-        console.print("the page is for browsers on this machine; --web-at 0.0.0.0 serves it to others")
+        console.print("the page is for browsers on this machine; --listen 0.0.0.0 serves it to others")
     else:
         console.print(
             "[yellow]everybody who reaches this machine can watch; whoever has a link with a token can decide "

@@ -5,31 +5,22 @@ from typing import Annotated
 
 import typer
 
-from vrg.commands.options import KeysOption, MatchArgument, RunsOption, web_address
+from vrg.commands.options import (
+    EngineOption,
+    GameArgument,
+    HeadlessOption,
+    InProcessOption,
+    KeysOption,
+    ListenOption,
+    RateOption,
+    RecordOption,
+    RunsOption,
+    SandboxOption,
+    SeedOption,
+    web_address,
+)
 from vrg.launch.fork_server import fork_server
 
-
-def _known_engine(engine: str | None) -> str | None:
-    if engine is None:
-        return None
-    from vrg.hal.sim.engines import ENGINES  # it loads numpy, which only --engine needs
-
-    if engine not in ENGINES:
-        raise typer.BadParameter(ENGINES.unknown(engine))
-    return engine
-
-
-EngineOption = Annotated[
-    str | None, typer.Option(callback=_known_engine, help="Physics engine that replaces the match file's.")
-]
-InProcessOption = Annotated[
-    bool, typer.Option("--in-process", help="Play in one process, in lockstep, without the bus.")
-]
-RateOption = Annotated[
-    str | None, typer.Option(metavar="X|max", help="Match seconds per second; max only in one process.")
-]
-HeadlessOption = Annotated[bool, typer.Option("--headless", help="Open no window, even if there is a display.")]
-RecordOption = Annotated[bool, typer.Option(help="Record for Foxglove and the plot.")]
 DryRunOption = Annotated[
     bool, typer.Option("--dry-run", help="Print which process would run on which machine; start nothing.")
 ]
@@ -40,24 +31,16 @@ SeatsOption = Annotated[
     bool | None,
     typer.Option("--seats/--no-seats", help="Let only seats with keys in; the default is the match file's."),
 ]
-SandboxOption = Annotated[
-    bool | None,
-    typer.Option("--sandbox/--no-sandbox", help="Seal players' processes; the default is the match file's."),
-]
-WebOption = Annotated[bool, typer.Option("--web", help="Show it in browsers too, for this machine only.")]
-WebAtOption = Annotated[
-    str | None, typer.Option("--web-at", metavar="HOST[:PORT]", help="As --web, at this address; 0.0.0.0 is for all.")
-]
+WebOption = Annotated[bool, typer.Option("--web", help="Show it in browsers too; --listen does so for other machines.")]
 FoxgloveOption = Annotated[
     bool, typer.Option("--foxglove", help="Let Foxglove on this machine connect, and show all that is recorded.")
 ]
 DeveloperOption = Annotated[
     bool, typer.Option("--developer", help="Open the developers' view in place of the spectator's window.")
 ]
-SeedOption = Annotated[int | None, typer.Option(min=0, help="Seed that replaces the match file's.")]
 
 
-def check(match: MatchArgument) -> None:
+def check(match: GameArgument) -> None:
     """Say whether a match file can be played, or what is wrong with it."""
     from vrg.config.loading import (  # `vrg play` must start quickly
         check_strategies,
@@ -83,7 +66,7 @@ def check(match: MatchArgument) -> None:
 
 
 def play(
-    match: MatchArgument,
+    match: GameArgument,
     in_process: InProcessOption = False,
     engine: EngineOption = None,
     rate: RateOption = None,
@@ -97,7 +80,7 @@ def play(
     keys: KeysOption = None,
     sandbox: SandboxOption = None,
     web: WebOption = False,
-    web_at: WebAtOption = None,
+    listen: ListenOption = None,
     developer: DeveloperOption = False,
     foxglove: FoxgloveOption = False,
 ) -> None:
@@ -108,14 +91,14 @@ def play(
             f"{'--seats' if seats else '--sandbox'} needs processes: a match in one process has no seats and no "
             "sandboxes; leave --in-process out"
         )
-    if in_process and (web or web_at or foxglove):
+    if in_process and (web or listen or foxglove):
         raise typer.BadParameter(
             f"{'--foxglove' if foxglove else '--web'} needs processes: a match in one process serves nobody; leave "
             "--in-process out"
         )
     if in_process and developer:
         raise typer.BadParameter("--developer needs processes: `vrg play` without --in-process has them")
-    address = web_address(web_at, "--web-at") if web or web_at else None
+    address = web_address(listen) if web or listen else None
     # The fork server loads what the match's processes need while this process loads the code that checks match files.
     with fork_server(wanted=not (in_process or dry_run)) as server:
         from vrg.commands.playing import Wish, play_match

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 
@@ -14,10 +14,9 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import RefereeState, Stage
 from vrg.bus.node import Node
 from vrg.bus.stopping import Stop, stop_on_signals
-from vrg.commands.foxglove import live_address
 from vrg.commands.launching import Security, Show, play_processes
 from vrg.commands.options import has_display
-from vrg.commands.page import open_page
+from vrg.commands.page import live_address, open_page
 from vrg.commands.plan import print_plan
 from vrg.config.files import WINDOW
 from vrg.config.loading import check_strategies, load_match, match_path
@@ -94,7 +93,7 @@ def play_match(
         setup = setup.all_here()
     if wish.developer:
         setup = _for_developers(setup)
-    console = Console(highlight=False)
+    console = Console(highlight=False, emoji=False)
     elsewhere = WINDOW in setup.place
     page = None
     if wish.web is not None and not wish.dry:
@@ -128,6 +127,18 @@ def play_match(
     )
     if setup.rate != setup.wanted_rate:
         console.print(f"rate {setup.rate:g}, not {setup.wanted_rate:g}: {', '.join(setup.physical)} cannot be hurried")
+    _play(setup, folder, show, server, wish, Security(wanted=secured, given=wish.keys))
+
+
+def _play(setup: MatchSetup, folder: RunFolder, show: Show, server: ForkServer, wish: Wish, security: Security) -> None:
+    """Play the match, and conclude it; for what is raised see `play_match`."""
+    shown = False
+
+    def over(state: RefereeState | None) -> None:
+        nonlocal shown
+        shown = True
+        _conclude(setup, folder, show, state, failure=None)
+
     state: RefereeState | None
     with stop_on_signals() as stop:
         server.stop = stop
@@ -135,9 +146,10 @@ def play_match(
             setup = setup if wish.paced else setup.at_rate(0.0)
             state, failure = _play_in_process(setup, folder, show, stop, paced=wish.paced)
         else:
-            security = Security(wanted=secured, given=wish.keys)
-            state, failure = play_processes(setup, folder, show, stop, server, security)
-    _conclude(setup, folder, show, state, interrupted=stop.is_set(), failure=failure)
+            state, failure = play_processes(setup, folder, show, stop, server, security, over)
+    # After a window, once more with what the processes have counted and the end of the recording, and without a word.
+    last = replace(show, console=Console(quiet=True)) if shown else show
+    _conclude(setup, folder, last, state, interrupted=stop.is_set(), failure=failure)
     if failure is not None:
         raise failure
 
@@ -168,7 +180,7 @@ def _for_developers(setup: MatchSetup) -> MatchSetup:
     """
     if WINDOW in setup.place:
         raise ConfigError(
-            [f"--developer: the window of this match is on {setup.place[WINDOW]}: type `vrg developer` there instead"]
+            [f"--developer: the window is on {setup.place[WINDOW]}: `vrg show developer` opens one there"]
         )
     return setup.for_developers()
 
@@ -211,8 +223,8 @@ def _conclude(
     show: Show,
     state: RefereeState | None,
     *,
-    interrupted: bool,
     failure: LaunchError | None,
+    interrupted: bool = False,
 ) -> None:
     """Write the result and print how the match ended.
 

@@ -9,16 +9,19 @@ from typing import Annotated
 import tomlkit
 import typer
 
-from vrg.commands.options import RunsOption, whole_target
-from vrg.commands.play import (
+from vrg.commands.options import (
     EngineOption,
     HeadlessOption,
     InProcessOption,
+    PoseOption,
     RateOption,
     RecordOption,
+    RunsOption,
     SeedOption,
-    rate_of,
+    lasting,
+    whole_target,
 )
+from vrg.commands.play import rate_of
 from vrg.errors import ConfigError
 from vrg.launch.fork_server import fork_server
 from vrg.types import Pose
@@ -29,19 +32,18 @@ _STEP = 1.5
 
 def practice(
     strategy: Annotated[
-        str | None, typer.Argument(help="What they play by, such as mine.py:Mine. Without it you drive them.")
+        str | None,
+        typer.Argument(
+            metavar="[STRATEGY]", help="What they play by, such as mine.py:Mine. Without it you drive them."
+        ),
     ] = None,
     map_: Annotated[str, typer.Option("--map", help="A map's name, or the path of its file.")] = "courtyard",
     robots: Annotated[int, typer.Option(min=1, max=32, help="How many.")] = 1,
     model: Annotated[str, typer.Option(help="The model of the robots.")] = "P2AT",
-    at: Annotated[
-        tuple[float, float, float] | None,
-        typer.Option(
-            metavar="X Y HEADING", help="Where the first one begins, in m and degrees; the middle if missing."
-        ),
-    ] = None,
+    pose: PoseOption = None,
     seconds: Annotated[
-        float | None, typer.Option("--for", min=1, help="How long, s; until Ctrl-C if missing, 60 in one process.")
+        float | None,
+        lasting("How long; until Ctrl-C if missing, 60 s in one process.", 1),
     ] = None,
     in_process: InProcessOption = False,
     engine: EngineOption = None,
@@ -51,7 +53,10 @@ def practice(
     runs: RunsOption = Path("runs"),
     record: RecordOption = True,
 ) -> None:
-    """Try a player on a map: nobody judges it. In the window TAB and the arrow keys drive a robot by hand."""
+    """Try a player on a map: nobody judges it. In the window TAB and the arrow keys drive a robot by hand.
+
+    The first robot begins at --pose, or in the middle; the others stand around it.
+    """
     speed = rate_of(rate, in_process)
     with fork_server(wanted=not in_process) as server, tempfile.TemporaryDirectory() as folder:
         from vrg.commands.playing import Wish, play_match
@@ -63,7 +68,7 @@ def practice(
             with trial(server) as tried:
                 tried.find(target, Path.cwd())  # a mistake is told before anything starts
         file = Path(folder, "practice.toml")
-        file.write_text(match_text(map_, robots, model, target, lasting, at), encoding="utf-8")
+        file.write_text(match_text(map_, robots, model, target, lasting, pose), encoding="utf-8")
         wish = Wish(in_process=in_process, paced=rate not in (None, "max"), window=not headless, record=record)
         play_match(str(file), runs, wish, server, engine=engine, seed=seed, rate=speed, base=Path.cwd())
 
@@ -93,7 +98,7 @@ def match_text(
         if ground.footprint_clear(pose, body.length, body.width):
             places.append(pose)
         elif at is not None and not places:
-            raise ConfigError([f"--at: expected a place on map {ground.name!r} that is free of walls, got {at}"])
+            raise ConfigError([f"--pose: expected a place on map {ground.name!r} that is free of walls, got {at}"])
         if len(places) == robots:
             break
     if len(places) < robots:

@@ -1,16 +1,16 @@
-"""The command `vrg replay`, which shows a recorded match in a window."""
+"""The command `vrg run replay`, which shows a recorded match in a window."""
 
 import contextlib
 import json
 import sys
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from vrg.commands.after import RunArgument, ended_run
-from vrg.commands.options import RunsOption, has_display
+from vrg.commands.matches import ended_run, need_recording
+from vrg.commands.options import AtOption, JsonOption, RunArgument, RunsOption, has_display, need_display
 from vrg.errors import ConfigError, LaunchError, MessageError
 
 if TYPE_CHECKING:
@@ -25,37 +25,38 @@ _TELL: Final = 0.5
 
 
 def replay(
-    run: RunArgument,
-    since: Annotated[
-        float | None, typer.Option("--from", help="Play on from this match time in s, with another strategy (--play).")
-    ] = None,
+    run: RunArgument = None,
+    at: AtOption = None,
     play: Annotated[
-        str | None, typer.Option(metavar="PLAYER=STRATEGY", help="Who plays by another strategy from then on.")
+        str | None,
+        typer.Option(metavar="PLAYER=STRATEGY", help="Play on from --at with another strategy."),
     ] = None,
     runs: RunsOption = Path("runs"),
-    as_json: Annotated[bool, typer.Option("--json", help="With --from: print JSON lines, and open no window.")] = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Watch a recorded match in a window: pause it, go through it step by step, or from call to call.
 
     In the window, ? lists the keys. A match of one process can also be played on from any instant with another strategy
-    for one player: `--from 35.2 --play ann=mine.py:Mine`, or the key F.
+    for one player: `--at 1:20 --play ann=mine.py:Mine`, or the key F. With --json that prints lines of JSON, and no
+    window is opened; without --play it prints what was recorded as one object.
     """
-    from vrg.commands.options import need_display
-    from vrg.ui.replay import show
-
-    folder, setup = ended_run(run)
-    if (since is None) != (play is None):
-        raise LaunchError("expected both --from and --play, such as `--from 35.2 --play ann=mine.py:Mine`")
-    if since is not None and play is not None:
-        folder = _take_up(folder, since, play, runs, as_json=as_json)
+    folder, setup = ended_run(run, runs)
+    if play is not None:
+        if at is None:
+            raise LaunchError("--play: expected --at too, such as `--at 1:20 --play ann=mine.py:Mine`")
+        folder = _take_up(folder, at, play, runs, as_json=as_json)
         if as_json or not has_display():
             return
-    if not folder.recordings():
-        raise LaunchError(f"{run}: expected a recording (recording.mcap), found none: was --no-record given?")
+    need_recording(folder)
+    if as_json:
+        typer.echo(json.dumps(_told(folder, setup)))
+        return
     need_display()
+    from vrg.ui.replay import show
+
     window = window_of(folder, setup, runs=runs)
-    if since is not None:
-        window.playback = window.playback.to(since)
+    if at is not None:
+        window.playback = window.playback.to(at)
     if window.note:
         typer.echo(window.note)
     show(window)
@@ -134,6 +135,14 @@ def window_of(folder: "RunFolder", setup: "MatchSetup", *, runs: Path = Path("ru
     title = f"VRG: {setup.name}, recorded"
     brancher = ProcessBrancher(folder, setup, runs, opened)
     return ReplayWindow(first.timeline, title=title, note=note, run=folder.path, brancher=brancher)
+
+
+def _told(folder: "RunFolder", setup: "MatchSetup") -> dict[str, Any]:
+    """What a recording shows: its first and last instant, match time in s, and the calls."""
+    taken = _read(folder, setup)
+    calls = [{"time": round(call.time, 3), "text": call.text} for call in taken.timeline.calls]
+    ends = {"begin": round(taken.timeline.begin, 3), "end": round(taken.timeline.end, 3)}
+    return {"run": str(folder.path), **ends, "calls": calls, "note": taken.note}
 
 
 def _read(folder: "RunFolder", setup: "MatchSetup") -> "Taken":

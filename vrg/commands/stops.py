@@ -1,16 +1,15 @@
-"""The command `vrg stops`, which tells how the robots of a run stopped when they had to."""
+"""The command `vrg run stops`, which tells how the robots of a run stopped when they had to."""
 
 import json
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 from rich.markup import escape
-from rich.table import Table
 
-from vrg.commands.after import RunArgument, ended_run
-from vrg.commands.options import table_console
+from vrg.commands.matches import ended_run
+from vrg.commands.options import JsonOption, RunArgument, make_console, print_table
 
 if TYPE_CHECKING:
     from vrg.launch.certificate import Certificate
@@ -18,8 +17,8 @@ if TYPE_CHECKING:
 
 
 def stops(
-    run: RunArgument,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON in place of a table.")] = False,
+    run: RunArgument = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Tell how long each robot took to stop, and how far it rolled, after each HALT, emergency stop, death and loss."""
     from vrg.launch.certificate import certificate_of, data_of, sentence
@@ -29,18 +28,14 @@ def stops(
     if as_json:
         typer.echo(json.dumps(data_of(certificate), indent=2))
         return
-    console = table_console()
+    console = make_console()
     for note in certificate.notes:
         console.print(f"[yellow]{escape(note)}[/yellow]", soft_wrap=True)
     if not certificate.incidents:
         console.print("No HALT, no emergency stop, no death of a process and no lost machine is known of this run.")
         return
-    table = Table()
-    for number, head in enumerate(("at, s", "what", "robot", "stood after, s", "rolled, m", "from, m/s")):
-        table.add_column(head, justify="left" if number in (1, 2) else "right", overflow="fold")
-    for row in rows(certificate):
-        table.add_row(*map(escape, row))
-    console.print(table)
+    heads = ("at, s", "what", "robot", "stood after, s", "rolled, m", "from, m/s")
+    print_table(console, heads, list(rows(certificate)), right=(0, 3, 4, 5))
     for text in remarks(certificate):
         console.print(escape(text), soft_wrap=True)
     console.print(f"[bold]{escape(sentence(certificate))}[/bold]", soft_wrap=True)

@@ -6,8 +6,7 @@ import queue
 import sys
 import time
 from collections import Counter, deque
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
@@ -18,10 +17,11 @@ import typer
 from vrg.bus.codec import decode
 from vrg.bus.names import name_of
 from vrg.bus.seats import Seat, SeatKind
-from vrg.bus.session import Session, open_session
+from vrg.bus.session import Session
 from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys, key_matches
-from vrg.commands.options import EndpointOption, KeysOption, NameOption, credentials_for, stoppable, which_match
+from vrg.commands.matches import connected, which_match
+from vrg.commands.options import JsonOption, KeysOption, MatchArgument, RouterOption, lasting
 from vrg.errors import MessageError
 from vrg.hal.sensors import message_of
 
@@ -30,10 +30,11 @@ MOST = 1000
 QUIET = 3.0
 """The real time in s without a message after which `echo` says that none has come."""
 
-app = typer.Typer(no_args_is_help=True, help="Look at what goes over the bus of a running match.")
+app = typer.Typer(no_args_is_help=True)
 
-KeyArgument = Annotated[str, typer.Argument(help="Key below vrg/<match>/, such as clock or robot/*/state.")]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object per line.")]
+KeyArgument = Annotated[
+    str, typer.Argument(metavar="KEY", help="Key below vrg/<match>/, such as clock or robot/*/state.")
+]
 CountOption = Annotated[int | None, typer.Option("--count", "-n", min=1, help="Stop after this many lines.")]
 
 
@@ -62,16 +63,9 @@ class Newest(queue.Queue[tuple[str, bytes]]):
         self.queue = deque(maxlen=MOST)
 
 
-@contextmanager
-def listening(endpoint: str, seats: Path | None) -> Iterator[tuple[Stop, Session]]:
-    """A session with the router of a running match, and a Stop that Ctrl-C sets.
-
-    Args:
-        seats: the folder of keys that was typed, if one was.
-    """
-    credentials = credentials_for(endpoint, seats, Seat(SeatKind.OFFICIAL), Seat(SeatKind.WINDOW))
-    with stoppable() as stop, open_session(endpoint, patience=3.0, stop=stop, credentials=credentials) as session:
-        yield stop, session
+def listening(endpoint: str, typed_keys: Path | None) -> AbstractContextManager[tuple[Stop, Session]]:
+    """A session that listens to a running match; see `connected`."""
+    return connected(endpoint, typed_keys, Seat(SeatKind.OFFICIAL), Seat(SeatKind.WINDOW))
 
 
 def arrivals_on(session: Session, *expressions: str) -> queue.Queue[tuple[str, bytes]]:
@@ -84,15 +78,15 @@ def arrivals_on(session: Session, *expressions: str) -> queue.Queue[tuple[str, b
 
 @app.command("list")
 def list_topics(
-    match: NameOption = None,
-    router: EndpointOption = None,
-    seats: KeysOption = None,
-    seconds: Annotated[float, typer.Option(min=0.1, max=60, help="How long to listen, real time.")] = 2.0,
+    match: MatchArgument = None,
+    router: RouterOption = None,
+    keys: KeysOption = None,
+    seconds: Annotated[float, lasting("How long to listen, real time.", 0.1, 60)] = 2.0,
     as_json: JsonOption = False,
 ) -> None:
     """List the keys that carry messages now, with their type, rate and size, and the nodes that are alive."""
     name, endpoint = which_match(match, router)
-    keys = Keys(name)
+    on = Keys(name)
     counts: Counter[str] = Counter()
     sizes: Counter[str] = Counter()
 
@@ -100,13 +94,13 @@ def list_topics(
         counts[key] += 1
         sizes[key] += len(payload)
 
-    with listening(endpoint, seats) as (stop, session):
-        session.watch_raw(f"{keys.root}/**", arrived)
+    with listening(endpoint, keys) as (stop, session):
+        session.watch_raw(f"{on.root}/**", arrived)
         stop.wait(seconds)
-        nodes = sorted("/".join(map(name_of, key.split("/")[3:5])) for key in session.alive(keys.alive()))
+        nodes = sorted("/".join(map(name_of, key.split("/")[3:5])) for key in session.alive(on.alive()))
     rows = []
     for key in sorted(counts):
-        topic = keys.topic_of(key, message_of)
+        topic = on.topic_of(key, message_of)
         kind = topic.type.__name__ if topic else "unknown"
         rows.append({"key": key, "type": kind, "hz": counts[key] / seconds, "bytes": sizes[key] // counts[key]})
     if as_json:
@@ -120,26 +114,26 @@ def list_topics(
 @app.command()
 def echo(
     key: KeyArgument,
-    match: NameOption = None,
-    router: EndpointOption = None,
-    seats: KeysOption = None,
+    match: MatchArgument = None,
+    router: RouterOption = None,
+    keys: KeysOption = None,
     count: CountOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Print messages as they come."""
     name, endpoint = which_match(match, router)
-    keys = Keys(name)
+    on = Keys(name)
     shown = 0
     quiet_at = time.monotonic() + QUIET
-    with listening(endpoint, seats) as (stop, session):
-        arrivals = arrivals_on(session, _full_key(keys, key))
+    with listening(endpoint, keys) as (stop, session):
+        arrivals = arrivals_on(session, _full_key(on, key))
         while not stop.is_set() and (count is None or shown < count):
             try:
-                message = _plain(keys, *arrivals.get(timeout=0.1))
+                message = _plain(on, *arrivals.get(timeout=0.1))
             except queue.Empty:
                 if not shown and time.monotonic() > quiet_at:
                     quiet_at = math.inf
-                    typer.echo(f"nothing on {_full_key(keys, key)} yet: `vrg topic list` shows what there is", err=True)
+                    typer.echo(f"nothing on {_full_key(on, key)} yet: `vrg topic list` shows what there is", err=True)
                 continue
             shown += 1
             text = json.dumps(message)
@@ -149,16 +143,16 @@ def echo(
 @app.command()
 def hz(
     key: KeyArgument,
-    match: NameOption = None,
-    router: EndpointOption = None,
-    seats: KeysOption = None,
+    match: MatchArgument = None,
+    router: RouterOption = None,
+    keys: KeysOption = None,
     count: CountOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Measure how often messages come, in real time, each second."""
     name, endpoint = which_match(match, router)
-    keys = Keys(name)
-    expression = _full_key(keys, key)
+    on = Keys(name)
+    expression = _full_key(on, key)
     times: deque[float] = deque(maxlen=10_000)
 
     def arrived(key: str, _payload: bytes) -> None:
@@ -166,7 +160,7 @@ def hz(
             times.append(time.monotonic())
 
     reports = 0
-    with listening(endpoint, seats) as (stop, session):
+    with listening(endpoint, keys) as (stop, session):
         session.watch_raw(expression, arrived)
         while not stop.wait(1.0) and (count is None or reports < count):
             since = time.monotonic() - 1.0

@@ -82,7 +82,7 @@ def follow(outcome: "Outcome", runs: Path) -> None:
     if outcome.play is not None:
         run(["play", outcome.play], runs)
     elif outcome.watch is not None:
-        run(["replay", str(outcome.watch)], runs)
+        run(["run", "replay", str(outcome.watch)], runs)
 
 
 def run(words: Sequence[str], runs: Path) -> None:

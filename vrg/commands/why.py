@@ -1,4 +1,4 @@
-"""The command `vrg why`, which shows why the referee made a call."""
+"""The command `vrg run why`, which shows why the referee made a call."""
 
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -6,7 +6,8 @@ import msgspec
 import typer
 from msgspec import Struct
 
-from vrg.commands.after import RunArgument, run_of
+from vrg.commands.matches import run_of
+from vrg.commands.options import JsonOption, RunArgument
 from vrg.errors import LaunchError
 from vrg.games import game_of
 
@@ -34,11 +35,9 @@ class Explanation(Struct, frozen=True):
 
 
 def why(
-    run: RunArgument,
-    call: Annotated[
-        int | None, typer.Argument(metavar="CALL", help="Number of the call; without it, list them.")
-    ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    run: RunArgument = None,
+    call: Annotated[int | None, typer.Option("--call", help="Number of the call; without it, list them.")] = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Show why the referee made a call: the rule, who and where, the number that decided, and a picture to scale."""
     from vrg.coordinator.journal import read_journal
@@ -55,7 +54,7 @@ def why(
         return
     if call not in calls:
         known = f"a call from 1 to {max(calls)}" if calls else "a run with calls"
-        raise LaunchError(f"{run}: expected {known}, got {call}")
+        raise LaunchError(f"{folder.path}: expected {known}, got {call}")
     found = explain(setup, folder, records, calls[call])
     if as_json:
         typer.echo(msgspec.json.encode(found))

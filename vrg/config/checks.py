@@ -15,7 +15,7 @@ from vrg.hal.sensors.camera import Camera
 from vrg.hal.sim.config import WorldConfig
 from vrg.hal.sim.map import Map, load_map
 from vrg.regions import Polygon, touch
-from vrg.registry import expected_one_of
+from vrg.registry import did_you_mean, expected_one_of
 
 
 def machine_problems(file: MatchFile, companions: Collection[str]) -> list[Problem]:
@@ -95,7 +95,8 @@ def radio_problems(radio: RadioTable, names: Collection[str] | None) -> list[Pro
         where = ("radio", "links", number, "between")
         for name in link.between:
             if names is not None and name not in names:
-                problems.append(Problem(f"expected a player of this match, got {name!r}", where))
+                guess = did_you_mean(name, names)
+                problems.append(Problem(f"expected a player of this match, got {name!r}{guess}", where))
         pair = frozenset(link.between)
         if len(pair) == 1:
             problems.append(Problem(f"expected two players, got {link.between[0]!r} twice", where))

@@ -21,7 +21,8 @@ from vrg.hal.backends import BACKENDS
 from vrg.hal.companions import Companion
 from vrg.hal.sim.config import check_setup
 from vrg.hal.sim.map import load_map
-from vrg.registry import expected_one_of
+from vrg.modules import classes_in, no_method
+from vrg.registry import did_you_mean, expected_one_of
 from vrg.tables import Table, located, parsed, problems_of
 from vrg.toml_text import with_value
 
@@ -51,7 +52,10 @@ def match_path(game_or_path: str) -> Path:
         for file in GAMES.get(game).default_match().parent.glob("*.toml"):
             if game_or_path == f"{game}-{file.stem}":
                 return file
-    raise ConfigError(f"expected a match file (*.toml) or a game ({', '.join(GAMES.names())}), got {game_or_path!r}")
+    guess = did_you_mean(game_or_path, GAMES.names())
+    raise ConfigError(
+        f"expected a match file (*.toml) or a game ({', '.join(GAMES.names())}), got {game_or_path!r}{guess}"
+    )
 
 
 def read_match(path: Path) -> MatchFile:
@@ -296,12 +300,15 @@ class _Checker:
 
     def _check_strategy(self, strategy: str | None, where: Place) -> None:
         """Check that there is a strategy of this name or a file at this place, for the table at `where`."""
-        path, colon, _ = (strategy or "").rpartition(":")
+        path, colon, name = (strategy or "").rpartition(":")
         if strategy is not None and not colon and strategy not in STRATEGIES:
             text = f"{STRATEGIES.expected(strategy)}; or `module:Class`, or `file.py:Class`"
             self.problems.append(Problem(text, (*where, "strategy")))
         if path.endswith(".py") and not (self._base / path).is_file():
             self.problems.append(Problem(f"{strategy}: no such file: {self._base / path}", (*where, "strategy")))
+        # What needs no import is told before anything starts, also where strategies are imported in a sandbox only.
+        elif path.endswith(".py") and (found := classes_in(self._base / path).get(name)) and found.acts is False:
+            self.problems.append(Problem(no_method(str(strategy), "act", found.methods), (*where, "strategy")))
 
     def _check_backends(self, file: MatchFile) -> list[Companion]:
         """Check the tables [backends.*] and return the companions of the players' robots.

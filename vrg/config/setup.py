@@ -23,6 +23,7 @@ from vrg.hal.models.settings import with_settings
 from vrg.hal.sim.config import RobotSetup, WorldConfig
 from vrg.modules import module_in
 from vrg.regions import Region
+from vrg.registry import did_you_mean
 
 if TYPE_CHECKING:
     from vrg.hal.settings import BackendSettings
@@ -219,8 +220,9 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
         for player in self.players:
             if player.name == name:
                 return player
-        known = ", ".join(p.name for p in self.players)
-        raise ConfigError(f"expected the name of a player of this match ({known}), got {name!r}")
+        names = [player.name for player in self.players]
+        known, guess = ", ".join(names), did_you_mean(name, names)
+        raise ConfigError(f"expected the name of a player of this match ({known}), got {name!r}{guess}")
 
     def substituted(self, name: str, strategy: str) -> "MatchSetup":
         """Return the same match in which a player plays by another strategy.

@@ -12,6 +12,7 @@ from vrg.coordinator.match import Match
 from vrg.coordinator.outcome import Outcome, announce
 from vrg.coordinator.rulebook import NOBODY, Field
 from vrg.errors import ConfigError
+from vrg.registry import did_you_mean
 from vrg.types import Pose
 
 
@@ -134,7 +135,8 @@ def _place(match: Match, official: Official, now: Field, who: str, silent: Colle
 
 def _player(match: Match, name: str) -> str:
     if name not in match.names:
-        raise ConfigError([f"expected a player of this match ({', '.join(match.names)}), got {name!r}"])
+        known, guess = ", ".join(match.names), did_you_mean(name, match.names)
+        raise ConfigError([f"expected a player of this match ({known}), got {name!r}{guess}"])
     return name
 
 

@@ -16,6 +16,7 @@ from vrg.errors import ConfigError
 from vrg.geometry import circumradius
 from vrg.hal.sensors.spec import Sweep
 from vrg.regions import Region
+from vrg.registry import expected_one_of
 from vrg.types import Pose
 
 MARK_REACH = 0.4
@@ -299,7 +300,7 @@ class RuleBook(Generic[S]):
         """
         known = self.score(state) if action is OfficialAction.SET_SCORE else self.contestants
         if subject not in known:
-            raise ConfigError([f"{action}: expected one of {', '.join(sorted(known))}, got {subject!r}"])
+            raise ConfigError([f"{action}: {expected_one_of(sorted(known), subject)}"])
         if action is OfficialAction.SET_SCORE:
             if not (value.isascii() and value.isdigit() and len(value) <= 6):
                 raise ConfigError([f"{action}: expected a whole number from 0 to 999999, got {value!r}"])
@@ -309,7 +310,7 @@ class RuleBook(Generic[S]):
         if not allowed:
             raise ConfigError([f"{action} {subject}: its {'role' if roles else 'state'} cannot be set in this game"])
         if value not in allowed:
-            raise ConfigError([f"{action}: expected {' or '.join(allowed)}, got {value!r}"])
+            raise ConfigError([f"{action}: {expected_one_of(sorted(allowed), value)}"])
         return self.with_role(state, subject, value) if roles else self.put_into(state, subject, value)
 
     def roles_of(self, name: str) -> Sequence[str]:

@@ -44,11 +44,18 @@ class Experiment:
         """Some match of the experiment."""
         return next(iter(self._setups.values()))
 
-    def run(self, workers: Workers, stop: StopSignal, told: Callable[[Row], None]) -> None:
+    def run(
+        self,
+        workers: Workers,
+        stop: StopSignal,
+        told: Callable[[Row], None],
+        looked: Callable[[int], None] = lambda _: None,
+    ) -> None:
         """Play until every series is over, or until `stop` is set.
 
         Args:
             workers: what plays the games; it is closed. told: called with each game that was played.
+            looked: called again and again with the number of games that run.
 
         Raises:
             LaunchError: a game cannot be recorded, or no game can be played any more.
@@ -56,6 +63,7 @@ class Experiment:
         with workers:
             while not stop.is_set():
                 self._fill(workers)
+                looked(len(workers.games()))
                 if not workers.games():
                     return
                 for game, played in workers.finished(_LOOK):

@@ -1,8 +1,8 @@
 """A process that the supervisor has started: `python -P -m vrg.launch.child JOB`.
 
-It does the same as `vrg world`, `vrg player` and so on, but it reads the set-up that the launcher has checked already,
-and it does not load the command line. In most cases it is forked from the fork server and needs no new interpreter. So
-twelve processes start in about the time of one.
+It does the same as `vrg node world`, `vrg node player` and so on, but it reads the set-up that the launcher has checked
+already, and it does not load the command line. In most cases it is forked from the fork server and needs no new
+interpreter. So twelve processes start in about the time of one.
 """
 
 import os

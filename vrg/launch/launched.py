@@ -33,6 +33,7 @@ from vrg.launch.listening import Listening
 from vrg.launch.run_folder import RunFolder, write_json
 from vrg.launch.running import RunningMatch, registered
 from vrg.launch.seats import LAUNCHER, Seats
+from vrg.types import few
 
 LINGER = 1.0
 """The real time in s that all processes go on after the game is over, so that everybody hears how it ended."""
@@ -133,7 +134,7 @@ class LaunchedMatch:
         progress: Callable[[str], None],
         started: Callable[[Session], None],
         ending: Callable[[], None],
-        until_closed: bool,
+        until_closed: Callable[[], None] | None,
     ) -> None:
         """Start, supervise and stop the processes of the match. No process is left behind, whatever happens.
 
@@ -142,7 +143,8 @@ class LaunchedMatch:
             progress: called with the name of each process that is ready.
             started: called with the launcher's session when all processes are ready.
             ending: called before the processes are stopped.
-            until_closed: go on after the game is over until the window is closed.
+            until_closed: called once when the game is over, and then all goes on until the window is closed; None ends
+                the match with the game.
 
         Raises:
             LaunchError: a process does not start or dies too often.
@@ -160,18 +162,21 @@ class LaunchedMatch:
                     return
                 started(session)
                 over_since: float | None = None
+                told = False
                 while not stop.wait(POLL_PERIOD):
                     for host in self._hosts:
                         host.poll()
                         self._look_for_trouble(host, session)
                     self._look(session)
                     if self.state is not None and self.state.stage is Stage.GAME_OVER:
-                        shown = until_closed and WINDOW in self.names
-                        if over_since is None and shown:
-                            self._announce("the game is over: close the window (Q) to end the match")
                         over_since = over_since or time.monotonic()
-                        if not shown and time.monotonic() - over_since >= LINGER:
+                        if time.monotonic() - over_since < LINGER:
+                            continue
+                        if until_closed is None or WINDOW not in self.names:
                             break
+                        if not told:
+                            told = True
+                            until_closed()
         finally:
             try:
                 ending()
@@ -207,8 +212,8 @@ class LaunchedMatch:
                         heard = time.monotonic()
                 if time.monotonic() - heard > _AWAITED:
                     heard = time.monotonic()
-                    awaited = ", ".join(name for host in self._hosts for name in host.starting)
-                    self._announce(f"waiting for {awaited} to start (logs: {self.folder.logs})")
+                    awaited = [name for host in self._hosts for name in host.starting]
+                    self._announce(f"waiting for {few(awaited)} to start (logs: {self.folder.logs})")
                 self._look(session)
                 if stop.wait(_LOOK):
                     return False

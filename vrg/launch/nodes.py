@@ -13,6 +13,7 @@ from vrg.bus.mailbox import Mailbox
 from vrg.config.setup import MatchSetup, radio_seed, team_seed
 from vrg.errors import ConfigError, StrategyError
 from vrg.launch.run_folder import RunFolder
+from vrg.modules import no_method
 
 if TYPE_CHECKING:
     from vrg.agents.player import Player
@@ -93,6 +94,8 @@ def strategy_class(target: str, base: Path) -> "type[Strategy]":
     kind = import_object(target, base) if ":" in target else STRATEGIES.get(target)
     if not (isinstance(kind, type) and issubclass(kind, Strategy)):
         raise ConfigError(f"{target}: expected a subclass of vrg.agents.Strategy, got {kind!r}")
+    if lacking := sorted(kind.__abstractmethods__):
+        raise ConfigError(no_method(target, lacking[0], vars(kind)))
     return kind
 
 

@@ -13,6 +13,7 @@ from typing import TextIO
 import platformdirs
 
 from vrg.errors import ConfigError
+from vrg.registry import did_you_mean
 
 log = logging.getLogger(__name__)
 
@@ -117,16 +118,16 @@ def find(match: str | None, router: str | None, default_router: str) -> tuple[st
     if len(found) == 1:
         return found[0].match, found[0].router
     if len(found) > 1:
-        listed = "\n".join(f"  --match {m.match} --router {m.router}   ({m.run})" for m in found)
+        listed = "\n".join(f"  {m.match} --router {m.router}   ({m.run})" for m in found)
         raise ConfigError(f"several matches run on this machine; say which:\n{listed}")
     if match is None:
-        raise ConfigError("no match runs on this machine; name one with --match (and --router)")
+        raise ConfigError("no match runs on this machine; one elsewhere needs its name and --router")
     of_others = {m.router.partition("/")[2] for m in everywhere}
     if router is None and (default_router.partition("/")[2] in of_others or not _answers(default_router)):
-        names = ", ".join(m.match for m in everywhere) or "none"
+        names = [m.match for m in everywhere]
         raise ConfigError(
-            f"expected a match that runs on this machine ({names}), got {match!r}; name the router of a match on "
-            "another machine with --router"
+            f"expected a match that runs on this machine ({', '.join(names) or 'none'}), got {match!r}; name the "
+            f"router of a match on another machine with --router{did_you_mean(match, names)}"
         )
     return match, router or default_router
 

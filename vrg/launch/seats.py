@@ -17,6 +17,7 @@ from vrg.bus.messages import (
 )
 from vrg.bus.topics import Keys
 from vrg.errors import LaunchError
+from vrg.registry import expected_one_of
 
 LAUNCHER = "launcher"
 """Who decides that a player has failed, for the journal."""
@@ -101,7 +102,7 @@ class Seats:
         """Let a player play by another strategy, in a new process."""
         names = list(self._pulses.values())
         if request.player not in names:
-            self._answer(request, f"expected a player of this match ({', '.join(names)}), got {request.player!r}")
+            self._answer(request, f"PLAYER: {expected_one_of(names, request.player)}")
             return
         self._announce(f"{request.player} is replaced: it plays by {request.strategy} (asked by {request.by})")
         try:

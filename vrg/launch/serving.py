@@ -106,7 +106,7 @@ def serve(
         idle = None
         if kind == "coordinator":
             if not folder.setup.exists():
-                # Where no launcher has written it, `vrg result` and `vrg plot` need it.
+                # Where no launcher has written it, `vrg run result` and `vrg run plot` need it.
                 write_setup(setup, folder.setup)
             journal = stack.enter_context(nodes.open_journal(setup, folder, aside=True))
             node = nodes.coordinator_node(setup, journal)

@@ -144,11 +144,11 @@ def _command(setup: MatchSetup, process: str, at: Installation) -> list[str]:
     if kind == "router":
         upstream = ["--upstream", at.upstream] if process != "router" and at.upstream else []
         seats = [match, *keys] if keys else []
-        return [str(at.vrg), "router", *seats, "--router", at.router, *upstream]
+        return [str(at.vrg), "node", "router", *seats, "--router", at.router, *upstream]
     if kind == "hud":
-        return [str(at.vrg), kind, window_of(setup)[1], match, "--router", at.router, *keys]
-    name = [process] if kind == "player" else []
-    return [str(at.vrg), kind, match, *name, "--router", at.router, "--run", run, *keys]
+        return [str(at.vrg), "show", kind, window_of(setup)[1], match, "--router", at.router, *keys]
+    words = ["show", "window"] if kind == "spectator" else ["node", kind, *([process] if kind == "player" else [])]
+    return [str(at.vrg), *words, match, "--router", at.router, "--run", run, *keys]
 
 
 def _quoted(word: str) -> str:
@@ -194,7 +194,7 @@ def install_commands(
     if keys is not None:
         seats = " ".join(map(str, seats_at(setup, machine, window=window, record=True)))
         own = shlex.quote(f"{units_in}/keys")
-        lines += [f"vrg keys hand {seats} --to {own}", bring(f"{own}/*", f"{keys}/")]
+        lines += [f"vrg keys hand {seats} --output {own}", bring(f"{own}/*", f"{keys}/")]
     lines.append(bring(shlex.join(str(units_in / name) for name in names), f"{staged}/"))
     sources = shlex.join(f"{staged}/{name}" for name in names)
     lines.append(there(f"sudo install -m 644 -t /etc/systemd/system {sources} && sudo systemctl daemon-reload"))

@@ -1,4 +1,4 @@
-"""Works out why the referee made a call, for a window that must not wait: `vrg why` runs in a process of its own."""
+"""Works out why the referee made a call, for a window that must not wait: `vrg run why` in a process of its own."""
 
 import json
 import subprocess
@@ -55,12 +55,14 @@ class Explainer:
         lines = () if text is None else (f"Rule{f' ({text.source})' if text.source else ''}: {text.words}",)
         heading = f"Call {call.number}, {clock_text(call.clock)}: {call.text}"
         if self._run is None:
-            further = f"What decided it is with the referee: type `vrg why RUN {call.number}` where the run folder is."
+            where = f"`vrg run why RUN --call {call.number}`"
+            further = f"What decided it is with the referee: type {where} where the run folder is."
             self.card = Card(heading, (*lines, further))
             return
         self.card = Card(heading, lines, busy=True)
+        words = ["run", "why", str(self._run.resolve()), "--call", str(call.number), "--json"]
         self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "vrg", "why", str(self._run.resolve()), str(call.number), "--json"],
+            [sys.executable, "-P", "-m", "vrg", *words],
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         )  # fmt: skip
 
@@ -74,7 +76,7 @@ class Explainer:
             picture = None if found["picture"] is None else Path(found["picture"])
             self.card = replace(self.card, lines=tuple(found["lines"]), picture=picture, busy=False)
         else:
-            told = problem.strip().splitlines()[-1:] or ["vrg why has ended without a word"]
+            told = problem.strip().splitlines()[-1:] or ["vrg run why has ended without a word"]
             self.card = replace(self.card, lines=(*self.card.lines, *told), busy=False)
         self._process = None
         return True

@@ -17,9 +17,11 @@ from vrg.bus.topics import Keys
 from vrg.colours import Rgb
 from vrg.games import game_of
 from vrg.games.game import Game, Marker, title
+from vrg.types import few
 from vrg.ui import palette
 from vrg.ui.banner import Help, banners
 from vrg.ui.builder import SceneBuilder, SceneInlets
+from vrg.ui.headline import result
 from vrg.ui.pace import Pace
 from vrg.ui.processes import Board, process_table
 from vrg.ui.scene import Scene, ScenePlayer, clock_text, speed_text
@@ -116,7 +118,9 @@ class TerminalTable(Node):
             self._line(f"{clock_text(call.clock)}  {call.rule}: {call.text}")
         if scene.stage is None:
             return
-        found = banners(scene, Help.COMMANDS)
+        # The call tells that the game is over, and what follows tells how it ended.
+        over = result(scene)[0] if scene.stage is Stage.GAME_OVER else ""
+        found = [banner for banner in banners(scene, Help.COMMANDS) if banner.heading != over]
         told = {banner.heading for banner in found}
         if scene.stage is Stage.GAME_OVER and told <= self._alarms:
             return  # all is told
@@ -128,7 +132,8 @@ class TerminalTable(Node):
         # What hinders the match is told when it begins and with each status: its words change all the time.
         for banner in found:
             if status or banner.heading not in self._alarms:
-                self._line(": ".join([banner.heading, banner.text] if banner.lines else [banner.heading]))
+                text = few(banner.text.split("; "), "; ") if banner.brief else banner.text
+                self._line(f"{banner.heading}: {text}" if text else banner.heading)
         self._alarms = told
 
     def _line(self, text: str) -> None:

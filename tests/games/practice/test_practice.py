@@ -96,7 +96,7 @@ def test_a_strategy_is_tried(tmp_path: Path) -> None:
         "    def act(self, view):\n        return Twist(v=0.5, w=0.0)\n"
     )
     command = ["practice", f"{tmp_path}/mine.py:Mine", "--in-process", "--engine", "planar", "--for", "3"]
-    done = CliRunner().invoke(make_app("practice"), [*command, "--no-record", "--runs", str(tmp_path / "runs")])
+    done = CliRunner().invoke(make_app(), [*command, "--no-record", "--runs", str(tmp_path / "runs")])
     assert done.exit_code == 0, done.output
     assert "Over (" in done.output
     result = json.loads(next((tmp_path / "runs").glob("*/result.json")).read_text())

@@ -12,5 +12,5 @@ class Passenger(Waiting):
 
     @staticmethod
     def agent() -> Agent[Any, Any]:
-        """The automaton by which the display drives, for `vrg diagram`."""
+        """The automaton by which the display drives, for `vrg show diagram`."""
         return helm()

@@ -114,7 +114,7 @@ def check_setup(config: WorldConfig) -> list[Problem]:
             problems += [Problem(problem.text, where) for problem in error.problems]
             continue
         if robot.name in names:
-            problems.append(Problem("expected a name of its own, got one that is taken", where))
+            problems.append(Problem("expected a name of its own, got one that is taken", (*where, "name")))
         names.add(robot.name)
         placed.append((robot, model))
         why = None if map_ is None else place_problems(map_, robot.name, model, robot.pose)

@@ -80,7 +80,7 @@ class Connection:
         self._machine = machine
         self._log = log
         self._log_begins = log.stat().st_size if log.exists() else 0
-        command = [*_ssh(), *_OPTIONS, machine.host, "--", f"exec {machine.vrg} host"]
+        command = [*_ssh(), *_OPTIONS, machine.host, "--", f"exec {machine.vrg} node host"]
         try:
             said = log.open("ab")
         except OSError as error:

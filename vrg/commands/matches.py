@@ -1,0 +1,292 @@
+"""Finds the running match, or the recorded run, that a command means, and opens sessions with it."""
+
+import os
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from vrg.bus.credentials import Credentials, find_credentials
+from vrg.bus.seats import Seat
+from vrg.bus.session import DEFAULT_ENDPOINT, Session, open_session
+from vrg.bus.stopping import Stop
+from vrg.bus.topics import Keys
+from vrg.commands.options import KEYS_VARIABLE, stoppable
+from vrg.errors import ConfigError, LaunchError
+from vrg.launch import running
+from vrg.regions import Region
+from vrg.registry import did_you_mean
+
+if TYPE_CHECKING:
+    from vrg.config.setup import MatchSetup
+    from vrg.launch.run_folder import RunFolder
+
+
+@dataclass(frozen=True)
+class Attached:
+    """A running match.
+
+    Args:
+        name: its name. endpoint: of its router.
+        setup: its set-up; None if nobody on this machine knows it.
+        run: its run folder; None if that is not on this machine.
+    """
+
+    name: str
+    endpoint: str
+    setup: "MatchSetup | None" = None
+    run: Path | None = None
+
+    @property
+    def keys(self) -> Keys:
+        """Its keys on the bus."""
+        return Keys(self.name)
+
+    @property
+    def sizes(self) -> Mapping[str, tuple[float, float]]:
+        """The length and width of the robots, m, by name."""
+        return {} if self.setup is None else {player.name: player.robot.size for player in self.setup.players}
+
+    @property
+    def obstacles(self) -> Sequence[Region]:
+        """The ground that the map's walls and obstacles cover, m."""
+        return () if self.setup is None else self.setup.obstacles
+
+    def known_setup(self) -> "MatchSetup":
+        """Its set-up.
+
+        Raises:
+            ConfigError: nobody here knows it.
+        """
+        if self.setup is None:
+            raise ConfigError([f"{self.name} runs on another machine: type its match file in place of its name"])
+        return self.setup
+
+
+def which_match(typed: str | None, router: str | None) -> tuple[str, str]:
+    """The (name, endpoint) of the running match that is meant.
+
+    Raises:
+        ConfigError: it is not clear which match is meant.
+    """
+    name, router, _ = _named(typed, router)
+    return running.find(name, router, DEFAULT_ENDPOINT)
+
+
+def attached(typed: str | None, router: str | None) -> Attached:
+    """The running match that is meant. One that runs on this machine has left its set-up in its run folder.
+
+    Args:
+        typed: its name, its match file, a game, or its run folder. router: the endpoint of its router.
+
+    Raises:
+        ConfigError: it is not clear which match is meant.
+    """
+    from vrg.config.setup import read_setup  # a decision needs no set-up
+    from vrg.launch.run_folder import RunFolder
+
+    name, router, setup = _named(typed, router)
+    found, endpoint = running.find(name, router, DEFAULT_ENDPOINT)
+    here = next((m for m in running.running() if (m.match, m.router) == (found, endpoint)), None)
+    if here is None:
+        return Attached(found, endpoint, setup)
+    run = RunFolder(Path(here.run))
+    try:
+        return Attached(found, endpoint, setup or read_setup(run.setup), run.path)
+    except LaunchError:
+        return Attached(found, endpoint)
+
+
+def _named(typed: str | None, router: str | None) -> "tuple[str | None, str | None, MatchSetup | None]":
+    """The name of the match that was typed, the endpoint of its router, and its set-up if a match file was typed.
+
+    Raises:
+        ConfigError: there is no such match file, or the match of the run folder does not run.
+    """
+    here = running.running()
+    if typed is None or any(match.match == typed for match in here):
+        return typed, router, None
+    if Path(typed, "setup.json").is_file():
+        run = str(Path(typed).resolve())
+        match = next((match for match in here if match.run == run), None)
+        if match is None:
+            raise ConfigError([f"{typed}: the match of this run does not run any more: `vrg run` looks at it"])
+        return match.match, router or match.router, None
+    setup = setup_named(typed)
+    return typed if setup is None else setup.name, router, setup
+
+
+def setup_named(typed: str) -> "MatchSetup | None":
+    """The set-up of a match file, or of the match that a game ships with; None for another name.
+
+    Raises:
+        ConfigError: there is no such file, or it has problems.
+    """
+    from vrg.games import GAMES  # a match that runs here needs none
+
+    if typed.endswith(".toml") or any(typed == game or typed.startswith(f"{game}-") for game in GAMES.names()):
+        from vrg.config.loading import load_match, match_path
+
+        try:
+            path = match_path(typed)
+        except ConfigError:
+            if typed.endswith(".toml"):
+                raise
+            return None  # a name that only begins like a game's
+        return load_match(path)
+    return None
+
+
+def own_match(typed: str | None, router: str | None, what: str) -> tuple[str, str]:
+    """The (name, endpoint) of the running match that a command means which changes it.
+
+    If it is not named, and was started in another folder, the person is asked: it may be somebody else's.
+
+    Args:
+        what: is to be done, in words.
+
+    Raises:
+        ConfigError: it is not clear which match is meant, or nobody can be asked.
+        typer.Exit: the person does not want it.
+    """
+    name, endpoint = which_match(typed, router)
+    found = next((m for m in running.running() if (m.match, m.router) == (name, endpoint)), None)
+    if typed is None and router is None and found is not None and not found.is_own:
+        told = f"the only match that runs here is {name}, started in {found.folder}"
+        if not sys.stdin.isatty():
+            raise ConfigError([f"{told}: if you mean it, add its name, {name}"])
+        if not typer.confirm(f"{told}: {what}?"):
+            raise typer.Exit(1)
+    return name, endpoint
+
+
+def keys_of(endpoint: str, typed: Path | None) -> Path | None:
+    """The folder of the keys of a running match; None where its router wants none, or nobody knows the folder.
+
+    Args:
+        typed: what was typed with --keys, or is in VRG_KEYS. If a match that runs on this machine has told where its
+            keys are, only what was typed stands above that: the variable may be meant for another match.
+    """
+    if typed is not None and str(typed) != os.environ.get(KEYS_VARIABLE):
+        # An endpoint that has no use for them is told.
+        return typed
+    if not endpoint.startswith("tls/"):
+        return None
+    return next((Path(m.keys) for m in running.running() if m.router == endpoint and m.keys), typed)
+
+
+def credentials_for(endpoint: str, typed: Path | None, *seats: Seat) -> Credentials | None:
+    """The keys with which a command on a running match opens a session; None where the router wants none.
+
+    Args:
+        typed: as for `keys_of`. seats: the seats that will do, the preferred one first.
+
+    Raises:
+        CredentialsError: there are no keys of such a seat.
+    """
+    keys = keys_of(endpoint, typed)
+    return None if keys is None else find_credentials(keys, seats)
+
+
+@contextmanager
+def connected(
+    endpoint: str, typed_keys: Path | None, *seats: Seat, patience: float = 3.0
+) -> Iterator[tuple[Stop, Session]]:
+    """A session with the router of a running match, and a Stop that Ctrl-C sets.
+
+    Args:
+        typed_keys: the folder of keys that was typed, if one was. seats: as for `credentials_for`.
+        patience: the real time in s to wait for the router.
+
+    Raises:
+        BusError: the router does not answer. CredentialsError: there are no keys of such a seat.
+        typer.Exit: at the end, with status 130, if Ctrl-C was pressed.
+    """
+    credentials = credentials_for(endpoint, typed_keys, *seats)
+    with stoppable() as stop, open_session(endpoint, patience=patience, stop=stop, credentials=credentials) as session:
+        yield stop, session
+
+
+def ended_run(run: Path | None, runs: Path = Path("runs")) -> "tuple[RunFolder, MatchSetup]":
+    """A run folder whose match does not run any more, and the set-up of the match.
+
+    Args:
+        run: the folder, or its name in `runs`; None for the newest whose match has ended.
+
+    Raises:
+        LaunchError: it is no run folder, or its match runs.
+    """
+    folder, setup = run_of(run, runs, ended=True)
+    if is_running(folder.path):
+        raise LaunchError(f"{folder.path}: this match still runs: ask again when it has ended")
+    return folder, setup
+
+
+def run_of(run: Path | None, runs: Path = Path("runs"), *, ended: bool = False) -> "tuple[RunFolder, MatchSetup]":
+    """A run folder, and the set-up of its match, which may still run.
+
+    Args:
+        run: the folder, or its name in `runs`; None for the newest. ended: True passes by those that still run.
+
+    Raises:
+        LaunchError: it is no run folder.
+    """
+    from vrg.config.setup import read_setup
+    from vrg.launch.run_folder import RunFolder
+
+    whole = [path for path in run_folders(runs) if RunFolder(path).setup.is_file()]
+    there = [path for path in whole if not (ended and run is None and is_running(path))]
+    if run is None:
+        if not there:
+            raise LaunchError(f"{runs}: expected a run folder in it, found none: `vrg play` makes one")
+        run = there[0]
+        typer.echo(f"{run}:", err=True)
+    elif not run.exists() and len(run.parts) == 1:
+        run = runs / run
+    folder = RunFolder(run)
+    if not folder.setup.is_file():
+        hint = did_you_mean(run.name, [path.name for path in there])
+        raise LaunchError(f"{run}: expected a run folder with a {folder.setup.name}, found none{hint}")
+    return folder, read_setup(folder.setup)
+
+
+def need_recording(folder: "RunFolder") -> None:
+    """Make sure that a run has a recording.
+
+    Raises:
+        LaunchError: it has none.
+    """
+    if not folder.recordings():
+        raise LaunchError(f"{folder.path}: expected a recording (recording.mcap), found none: was --no-record given?")
+
+
+def run_folders(runs: Path) -> list[Path]:
+    """The folders in a folder that hold a match file or a set-up, the newest first."""
+    found = []
+    with suppress(OSError):
+        for path in runs.iterdir():
+            with suppress(OSError):
+                if (path / "match.toml").is_file() or (path / "setup.json").is_file():
+                    found.append((played_at(path), path))
+    return [path for _, path in sorted(found, reverse=True)]
+
+
+def played_at(run: Path) -> float:
+    """When the match of a run folder began, as seconds since 1970: what a run writes first is the match file.
+
+    Raises:
+        OSError: the folder is gone.
+    """
+    for first in (run / "match.toml", run / "setup.json"):
+        with suppress(FileNotFoundError):
+            return first.stat().st_mtime
+    return run.stat().st_mtime
+
+
+def is_running(run: Path) -> bool:
+    """Whether the match of a run folder runs on this machine."""
+    return any(Path(match.run) == run.resolve() for match in running.running())

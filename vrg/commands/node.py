@@ -1,0 +1,125 @@
+"""The commands `vrg node router`, `world`, `coordinator`, `player`, `recorder` and `host`: each runs one process."""
+
+import os
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vrg.bus.session import DEFAULT_ENDPOINT
+from vrg.commands.options import (
+    GameArgument,
+    KeysOption,
+    LeashOption,
+    PlayerArgument,
+    RouterOption,
+    RunOption,
+    ended,
+    whole_target,
+)
+from vrg.errors import ConfigError
+from vrg.launch.serving import child_process, serve, serve_router
+
+
+def router(
+    match: Annotated[
+        str | None, typer.Argument(metavar="[GAME|match.toml]", help="The match whose seats may connect; needs --keys.")
+    ] = None,
+    endpoint: RouterOption = None,
+    upstream: Annotated[str | None, typer.Option(metavar="ENDPOINT", help="Another router to be linked with.")] = None,
+    keys: KeysOption = None,
+    leash: LeashOption = False,
+) -> None:
+    """Serve as the router that all processes of a match connect to. With keys, it lets only seats in."""
+    at = endpoint or DEFAULT_ENDPOINT
+    if match is None:
+        if keys is not None:
+            raise ConfigError(
+                [
+                    f"expected the match file whose seats have the keys in {keys}, got none: `vrg node router "
+                    f"match.toml --keys {keys}`; a router that lets everybody in needs neither --keys nor VRG_KEYS"
+                ]
+            )
+        ended(serve_router(at, upstream=upstream, leash=leash))
+        return
+    from vrg.config.loading import load_match, match_path  # a router without seats needs no match file
+
+    if keys is None:
+        raise ConfigError(["expected the folder of the match's keys, with --keys or in VRG_KEYS: see `vrg keys init`"])
+    setup = load_match(match_path(match))
+    ended(serve_router(at, upstream=upstream, setup=setup, keys=keys, leash=leash))
+
+
+def _serve(
+    kind: str,
+    match: str,
+    router: str | None,
+    run: Path | None,
+    keys: Path | None,
+    name: str = "",
+    strategy: str | None = None,
+) -> None:
+    """Read the match file and run the node until it is stopped."""
+    from vrg.config.loading import load_match, match_path  # the router needs no match file
+
+    setup, at = load_match(match_path(match)), router or DEFAULT_ENDPOINT
+    if kind == "player":
+        setup.player(name)
+    if strategy is not None:
+        setup = setup.substituted(name, whole_target(strategy))
+    ended(serve(kind, setup, router=at, run=run, name=name, keys=keys if at.startswith("tls/") else None))
+
+
+def world(match: GameArgument, router: RouterOption = None, run: RunOption = None, keys: KeysOption = None) -> None:
+    """Run the world: physics, sensors and the match clock. Goes on from the run folder's snapshot, if there is one."""
+    _serve("world", match, router, run, keys)
+
+
+def coordinator(
+    match: GameArgument, router: RouterOption = None, run: RunOption = None, keys: KeysOption = None
+) -> None:
+    """Run the referee. Goes on from the run folder's journal, in HALT, if there is one."""
+    _serve("coordinator", match, router, run, keys)
+
+
+def recorder(match: GameArgument, router: RouterOption = None, run: RunOption = None, keys: KeysOption = None) -> None:
+    """Record a match to the run folder, for Foxglove."""
+    _serve("recorder", match, router, run, keys)
+
+
+def player(
+    name: PlayerArgument,
+    match: GameArgument,
+    router: RouterOption = None,
+    run: RunOption = None,
+    keys: KeysOption = None,
+    strategy: Annotated[
+        str | None, typer.Option(help="Strategy in place of the match file's, such as mine.py:Mine.")
+    ] = None,
+) -> None:
+    """Run one player with its robot. A match that runs takes it in, if nobody else plays for it."""
+    # A process with threads cannot be sealed, and the library of numpy, which reads match files, starts some.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    _serve("player", match, router, run, keys, name, strategy)
+
+
+def host() -> None:
+    """Supervise processes of a match on this machine; `vrg play` starts it by ssh on the machines of a match."""
+    if sys.stdin.isatty():
+        raise SystemExit("vrg node host is started by `vrg play` on the machines that a match file names")
+    import platformdirs  # only this process of them has a place of its own
+
+    from vrg.launch.remote.agent import Agent
+    from vrg.launch.remote.channel import Channel
+    from vrg.launch.remote.wire import Frames, ToAgent
+
+    # What is printed by mistake goes to the log, and not between the frames.
+    reader, writer = os.dup(0), os.dup(1)
+    nothing = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(nothing, 0)
+    os.dup2(2, 1)
+    frames: Frames[ToAgent] = Frames(ToAgent)  # type: ignore[arg-type]  # a union is no class
+    home = platformdirs.user_state_path("vrg") / "hosted"
+    with child_process(leash=False) as stop:
+        Agent(Channel(reader, writer, frames), home, stop).run()

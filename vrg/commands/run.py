@@ -1,0 +1,172 @@
+"""The commands `vrg run list`, `result`, `plot` and `judge`, on matches that were recorded."""
+
+import json
+import tomllib
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from vrg.bus.messages import Stage
+from vrg.commands.matches import ended_run, is_running, need_recording, played_at, run_folders
+from vrg.commands.options import JsonOption, RunArgument, make_console, print_table
+from vrg.config.rules import rulebook_of
+from vrg.coordinator.journal import read_standing
+from vrg.coordinator.match import Match
+from vrg.coordinator.rulebook import Field
+from vrg.errors import LaunchError
+from vrg.launch import result as results
+from vrg.launch.run_folder import RunFolder
+
+if TYPE_CHECKING:
+    from vrg.coordinator.judging import Disagreement, Judgement
+
+
+@dataclass(frozen=True)
+class Listed:
+    """A run in a list.
+
+    Args:
+        run: the name of its folder. game: empty if nobody can read it. began: when, in local time, as ISO 8601.
+        ended: how the match ended, in a few words. duration: of play, s of match time; None if that is not known.
+    """
+
+    run: str
+    game: str
+    began: str
+    ended: str
+    duration: float | None
+
+
+def list_runs(
+    runs: Annotated[Path, typer.Argument(metavar="[FOLDER]", help="Folder of the run folders.")] = Path("runs"),
+    as_json: JsonOption = False,
+) -> None:
+    """List the runs in a folder, the newest first: game, when, how the match ended, and how long play took."""
+    found = list(listed(runs))
+    if as_json:
+        typer.echo(json.dumps([asdict(run) for run in found], indent=2))
+        return
+    if not found:
+        typer.echo(f"{runs}: no runs; `vrg play` makes one")
+        return
+    rows = [
+        (run.run, run.game, run.began.replace("T", " ")[:16], run.ended, "" if run.duration is None else _clock(run))
+        for run in found
+    ]
+    print_table(make_console(), ("run", "game", "began", "ended", "play"), rows, right=(4,))
+
+
+def _clock(run: Listed) -> str:
+    minutes, seconds = divmod(round(run.duration or 0.0), 60)
+    return f"{minutes}:{seconds:02d}"
+
+
+def listed(runs: Path) -> Iterator[Listed]:
+    """The runs in a folder. One that disappears or is torn while it is read is passed by, or told as far as it goes."""
+    for path in run_folders(runs):
+        with suppress(OSError):
+            yield _listed(RunFolder(path))
+
+
+def _listed(folder: RunFolder) -> Listed:
+    began = datetime.fromtimestamp(played_at(folder.path)).isoformat(timespec="seconds")
+    table: dict[str, Any] = {}
+    with suppress(OSError, ValueError):
+        table = tomllib.loads(folder.match_file.read_text(encoding="utf-8"))
+    game = str(table.get("game", ""))
+    with suppress(OSError, ValueError, KeyError, TypeError, AttributeError):
+        result = json.loads(folder.result.read_text(encoding="utf-8"))
+        played = result["play_time"]
+        seconds = float(played) if played is not None else None
+        return Listed(folder.path.name, str(result["game"]), began, results.headline(result), seconds)
+    ended = "still running" if is_running(folder.path) else "never ended: `vrg run result` makes its result"
+    return Listed(folder.path.name, game, began, ended, None)
+
+
+def result(run: RunArgument = None) -> None:
+    """Make result.json from the journal of a run, and print how the match ended."""
+    folder, setup = ended_run(run)
+    standing = read_standing(folder.journal)
+    if standing is None:
+        raise LaunchError(f"{folder.journal}: nothing was decided in this match")
+    state = Match(rulebook_of(setup), standing).state(Field({}), estop=False)
+    over = state.stage is Stage.GAME_OVER
+    ended = results.ended_of(state) if over else "broken off: its launcher ended before the match"
+    found = results.write_result(setup, folder, state, ended)
+    typer.echo(f"{results.conclusion(found)}{results.summary(found)}")
+    if found["stops"]["sentence"]:
+        typer.echo(found["stops"]["sentence"])
+    typer.echo(f"Written to {folder.result}.")
+
+
+def plot(run: RunArgument = None) -> None:
+    """Draw the trajectories of a run from its recording."""
+    folder, setup = ended_run(run)
+    need_recording(folder)
+    try:
+        results.plot(setup, folder)
+    except (OSError, ValueError) as error:
+        raise LaunchError(f"{folder.path}: cannot be plotted: {error}") from None
+    typer.echo(f"Written to {folder.plot}.")
+
+
+def judge(run: RunArgument = None) -> None:
+    """Let the rule book judge a run again, and print where the referee's calls or the recording disagree with it.
+
+    The exit status is 1 if there is a disagreement.
+    """
+    from vrg.launch.judged import judge_run
+
+    folder, setup = ended_run(run)
+    if not folder.evidence.is_file():
+        raise LaunchError(
+            f"{folder.path}: expected {folder.evidence.name}, found none: an earlier VRG has played this match"
+        )
+    judgement, wrong = judge_run(setup, folder)
+    seen, compared = _recorded(folder)
+    found = sorted([*wrong, *seen], key=lambda d: d.time)
+    for disagreement in found:
+        typer.echo(str(disagreement))
+    typer.echo(_sentence(judgement, len(found), compared))
+    if found:
+        raise typer.Exit(1)
+
+
+def _recorded(folder: RunFolder) -> "tuple[list[Disagreement], int]":
+    """Where the recording, if there is one, shows something else than the referee saw; and how much was compared."""
+    from vrg.coordinator.evidence import read_evidence
+    from vrg.launch.crosscheck import cross_check
+    from vrg.recording.reader import read_tracks
+
+    parts = folder.recordings()
+    if not parts:
+        return [], 0
+    torn: list[Path] = []
+    try:
+        found = cross_check(list(read_tracks(parts, torn).values()), read_evidence(folder.evidence))
+    except OSError as error:
+        raise LaunchError(f"{folder.path}: its recording cannot be read: {error}") from None
+    for part in torn:
+        typer.echo(f"{part.name} ends in the middle: what it lacks was not compared.")
+    return found
+
+
+def _sentence(judgement: "Judgement", wrong: int, compared: int) -> str:
+    """What came of it, in a sentence or two.
+
+    Args:
+        wrong: the number of disagreements. compared: the number of poses of the recording that were compared.
+    """
+    text = (
+        f"{judgement.calls} calls were judged again, by {judgement.ticks} looks at the field; "
+        f"{compared} recorded poses were compared: "
+    )
+    text += "no disagreement." if not wrong else f"{wrong} disagreement{'s' if wrong > 1 else ''}."
+    if judgement.unjudged:
+        text += f" The evidence ends early: {judgement.unjudged} further calls could not be judged."
+    return text

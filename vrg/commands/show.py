@@ -1,0 +1,144 @@
+"""The windows and tables of `vrg show`. Each loads what it shows only when it is asked for."""
+
+import os
+
+import typer
+from rich.console import Console
+
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import RefereeState
+from vrg.bus.process import run_node
+from vrg.bus.seats import Seat, SeatKind, seats_of_node
+from vrg.bus.session import Session
+from vrg.bus.stopping import Stop
+from vrg.bus.topics import Keys
+from vrg.commands.matches import attached, connected, credentials_for, keys_of, setup_named, which_match
+from vrg.commands.options import (
+    KeysOption,
+    MatchArgument,
+    PlayerArgument,
+    RouterOption,
+    RunOption,
+    TeamArgument,
+    ended,
+    make_console,
+    need_display,
+)
+from vrg.errors import DuplicateNodeError, LaunchError
+from vrg.registry import expected_one_of
+
+POLL = 0.05
+"""The real time in s between two looks at whether the referee has spoken."""
+
+
+def window(
+    match: MatchArgument = None, router: RouterOption = None, run: RunOption = None, keys: KeysOption = None
+) -> None:
+    """Watch a match in a window; several may. Closing the window does not end the match."""
+    need_display()
+    from vrg.launch.serving import WINDOW_PERIOD
+    from vrg.ui.spectator import Spectator  # pygame takes half a second to load
+
+    found = attached(match, router)
+    seats = seats_of_node("spectator", "")
+    credentials = credentials_for(found.endpoint, keys, *seats)
+    with connected(found.endpoint, keys, *seats, patience=10.0) as (stop, session):
+        node = Spectator(
+            f"window-{os.getpid()}",
+            Mailbox(),
+            found.keys,
+            sizes=found.sizes,
+            obstacles=found.obstacles,
+            run=run or found.run,
+            official=credentials is None or credentials.common_name == SeatKind.OFFICIAL,
+        )
+        run_node(node, session, found.keys, stop, finished=lambda: node.closed, idle=WINDOW_PERIOD)
+
+
+def hud(
+    player: PlayerArgument, match: MatchArgument = None, router: RouterOption = None, keys: KeysOption = None
+) -> None:
+    """Open the head-up display of a player: what it knows, and Goto, Manual and Reset by button, key and gamepad."""
+    from vrg.launch.serving import serve
+
+    found = attached(match, router)
+    setup, endpoint = found.known_setup(), found.endpoint
+    setup.player(player)
+    need_display()
+    try:
+        ended(serve("hud", setup, router=endpoint, name=player, keys=keys_of(endpoint, keys)))
+    except DuplicateNodeError:
+        raise LaunchError(f"{player} has a head-up display already, and a player has only one") from None
+
+
+def developer(match: MatchArgument = None, router: RouterOption = None, keys: KeysOption = None) -> None:
+    """Open the developers' view: all players and the referee, sensors, streams and processes; an official's buttons."""
+    from vrg.launch.serving import serve
+
+    found = attached(match, router)
+    setup = found.known_setup()
+    need_display()
+    ended(serve("developer", setup, router=found.endpoint, run=found.run, keys=keys_of(found.endpoint, keys)))
+
+
+def commander(
+    team: TeamArgument, match: MatchArgument = None, router: RouterOption = None, keys: KeysOption = None
+) -> None:
+    """Command a team with a gamepad or the keyboard: set its priority, or drive one of its players by hand."""
+    need_display()
+    from vrg.launch.serving import WINDOW_PERIOD
+    from vrg.ui.commander.node import Commander  # pygame takes half a second to load
+
+    found, seat = attached(match, router), Seat(SeatKind.COMMANDER, team)
+    credentials = credentials_for(found.endpoint, keys, seat)
+    with connected(found.endpoint, keys, seat, patience=10.0) as (stop, session):
+        state = first_state(session, found.keys, stop)
+        if state is None:
+            return
+        teams = list(dict.fromkeys(player.team for player in state.players))
+        if team not in teams:
+            raise LaunchError(f"TEAM: {expected_one_of(teams, team)}")
+        own = None if credentials is None else [p.name for p in state.players if p.team == team]
+        node = Commander(team, Mailbox(), found.keys, sizes=found.sizes, obstacles=found.obstacles, seated=own)
+        try:
+            run_node(node, session, found.keys, stop, finished=lambda: node.closed, idle=WINDOW_PERIOD)
+        except DuplicateNodeError:
+            raise LaunchError(f"the team {team} has a commander already, and a team has only one") from None
+
+
+def processes(match: MatchArgument = None, router: RouterOption = None, keys: KeysOption = None) -> None:
+    """Show the processes of a match on all its machines, until Ctrl-C; once, where the output is no terminal."""
+    from vrg.ui.processes import ProcessTable
+
+    name, endpoint = which_match(match, router)
+    with connected(endpoint, keys, Seat(SeatKind.OFFICIAL), Seat(SeatKind.WINDOW)) as (stop, session):
+        node = ProcessTable(f"processes-{os.getpid()}", Mailbox(), Keys(name), console=make_console())
+        run_node(node, session, Keys(name), stop, finished=lambda: node.printed, idle=0.5)
+
+
+def diagram(player: PlayerArgument, match: MatchArgument = None, router: RouterOption = None) -> None:
+    """Print the statechart of a player as Mermaid. MATCH may also be a match file, or a game, that does not run."""
+    from vrg.agents.diagram import mermaid
+    from vrg.launch.nodes import strategy_of
+
+    setup = (setup_named(match) if match else None) or attached(match, router).known_setup()
+    strategy = strategy_of(setup, player)
+    agent = getattr(strategy, "agent", None)
+    if agent is None:
+        raise typer.BadParameter(f"{player}'s strategy, {type(strategy).__name__}, is no automaton")
+    typer.echo(mermaid(agent()), nl=False)
+
+
+def first_state(session: Session, keys: Keys, stop: Stop) -> RefereeState | None:
+    """The referee's state, as soon as it speaks; None if that was interrupted."""
+    mailbox = Mailbox()
+    states = mailbox.subscribe(keys.referee_state)
+    session.attach(mailbox)
+    with Console(stderr=True).status("waiting for the referee"):
+        while not stop.is_set():
+            session.receive()
+            mailbox.handover(0.0)
+            if states.latest is not None:
+                return states.latest.body
+            stop.wait(POLL)
+    return None
