@@ -1,0 +1,93 @@
+"""Where a viewer looks from, and how the view follows a robot."""
+
+import enum
+import math
+from dataclasses import dataclass
+from typing import Final
+
+from vrg.types import Pose, Vector
+from vrg.ui.three.ground import Extent
+
+Point = tuple[float, float, float]
+"""x, y and z in the map's frame, m."""
+FIELD_OF_VIEW: Final = math.radians(42)
+"""From the lower to the upper edge of the picture, rad."""
+_SLOPE: Final = math.radians(38)
+"""How steeply the stand looks down, rad."""
+SMOOTH: Final = 0.35
+"""s in which most of the way to a new place is made."""
+
+
+class View(enum.Enum):
+    """The ways to look."""
+
+    ORBIT = "Around"
+    FOLLOW = "Follow"
+    EYES = "Inside"
+    TOP = "Above"
+
+
+@dataclass(frozen=True)
+class Shot:
+    """A place to look from and a point to look at, m."""
+
+    eye: Point
+    target: Point
+
+
+def overview(place: Extent, shape: float = 16 / 9) -> Shot:
+    """The field as from a stand, along its longer side.
+
+    Args:
+        shape: the width of the picture as a part of its height.
+    """
+    long, deep = max(place.length, place.width), min(place.length, place.width)
+    tall = math.tan(FIELD_OF_VIEW / 2)
+    distance = max(0.62 * long / (tall * shape), 0.48 * deep / tall) + 0.22 * deep
+    back, up = distance * math.cos(_SLOPE), distance * math.sin(_SLOPE)
+    # Of a field that is longer along y, the stand is in the east, so that the field lies across the picture.
+    if place.width > place.length:
+        return Shot((place.x + back, place.y, up), (place.x + 0.06 * deep, place.y, 0.0))
+    return Shot((place.x, place.y - back, up), (place.x, place.y - 0.06 * deep, 0.0))
+
+
+def above(place: Extent, shape: float = 16 / 9) -> Shot:
+    """The field from straight above, its longer side across the picture."""
+    tall = math.tan(FIELD_OF_VIEW / 2)
+    long, deep = max(place.length, place.width), min(place.length, place.width)
+    height = max(0.55 * long / (tall * shape), 0.66 * deep / tall)
+    # A camera that looks along its own up direction would not know where up is.
+    dx, dy = (-0.04 * deep, 0.0) if place.width > place.length else (0.0, 0.04 * deep)
+    near = 0.001 * height
+    x, y = place.x + dx, place.y + dy
+    return Shot((x - math.copysign(near, dx) * (dx != 0), y - math.copysign(near, dy) * (dy != 0), height), (x, y, 0.0))
+
+
+def behind(pose: Pose, size: float) -> Shot:
+    """Over the shoulder of a robot whose body is `size` m long."""
+    c, s, back = math.cos(pose.theta), math.sin(pose.theta), 1.4 + 2.6 * size
+    return Shot(
+        (pose.x - back * c, pose.y - back * s, 0.7 + 1.6 * size), (pose.x + 1.2 * c, pose.y + 1.2 * s, 0.25)
+    )
+
+
+def inside(pose: Pose, eye: Vector) -> Shot:
+    """What a robot sees ahead; `eye` is how far ahead of its middle and how high it looks from, m."""
+    c, s, (ahead, height) = math.cos(pose.theta), math.sin(pose.theta), eye
+    far = ahead + 6.0
+    return Shot(
+        (pose.x + ahead * c, pose.y + ahead * s, height), (pose.x + far * c, pose.y + far * s, height - 0.9)
+    )
+
+
+def eased(before: Shot, wanted: Shot, seconds: float) -> Shot:
+    """The shot on its way from one to another after so much real time, s. A far way is made at once."""
+    if math.dist(before.eye, wanted.eye) > 15.0:
+        return wanted
+    share = 1.0 - math.exp(-3.0 * seconds / SMOOTH)
+
+    def between(a: Point, b: Point) -> Point:
+        x, y, z = (p + share * (q - p) for p, q in zip(a, b, strict=True))
+        return x, y, z
+
+    return Shot(between(before.eye, wanted.eye), between(before.target, wanted.target))
