@@ -42,6 +42,7 @@ COMMANDS: dict[str, tuple[str, str | None]] = {
     "commander": ("vrg.commands.commander:commander", None),
     "web": ("vrg.commands.web:web", None),
     "foxglove": ("vrg.commands.foxglove:foxglove", None),
+    "3d": ("vrg.commands.three:three", None),
     "camera": ("vrg.commands.camera:camera", None),
     "topic": ("vrg.commands.topic:app", None),
     "keys": ("vrg.commands.keys:app", None),

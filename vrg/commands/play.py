@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from vrg.commands.options import KeysOption, MatchArgument, RunsOption, web_address
+from vrg.commands.three import ThreeOption
 from vrg.launch.fork_server import fork_server
 
 
@@ -100,6 +101,7 @@ def play(
     web_at: WebAtOption = None,
     developer: DeveloperOption = False,
     foxglove: FoxgloveOption = False,
+    three: ThreeOption = False,
 ) -> None:
     """Play a match, show it, and say who won and where the run is recorded."""
     speed = rate_of(rate, in_process)
@@ -108,10 +110,10 @@ def play(
             f"{'--seats' if seats else '--sandbox'} needs processes: a match in one process has no seats and no "
             "sandboxes; leave --in-process out"
         )
-    if in_process and (web or web_at or foxglove):
+    if in_process and (web or web_at or foxglove or three):
         raise typer.BadParameter(
-            f"{'--foxglove' if foxglove else '--web'} needs processes: a match in one process serves nobody; leave "
-            "--in-process out"
+            f"{'--foxglove' if foxglove else '--3d' if three else '--web'} needs processes: a match in one process "
+            "serves nobody; leave --in-process out"
         )
     if in_process and developer:
         raise typer.BadParameter("--developer needs processes: `vrg play` without --in-process has them")
@@ -133,6 +135,7 @@ def play(
             web=address,
             developer=developer,
             foxglove=foxglove,
+            three=three,
         )
         play_match(match, runs, wish, server, engine=engine, seed=seed, rate=speed)
 

@@ -11,6 +11,7 @@ import typer
 
 from vrg.commands.after import RunArgument, ended_run
 from vrg.commands.options import RunsOption, has_display
+from vrg.commands.three import ThreeOption, show_replay
 from vrg.errors import ConfigError, LaunchError, MessageError
 
 if TYPE_CHECKING:
@@ -34,15 +35,13 @@ def replay(
     ] = None,
     runs: RunsOption = Path("runs"),
     as_json: Annotated[bool, typer.Option("--json", help="With --from: print JSON lines, and open no window.")] = False,
+    in_three: ThreeOption = False,
 ) -> None:
     """Watch a recorded match in a window: pause it, go through it step by step, or from call to call.
 
     In the window, ? lists the keys. A match of one process can also be played on from any instant with another strategy
     for one player: `--from 35.2 --play ann=mine.py:Mine`, or the key F.
     """
-    from vrg.commands.options import need_display
-    from vrg.ui.replay import show
-
     folder, setup = ended_run(run)
     if (since is None) != (play is None):
         raise LaunchError("expected both --from and --play, such as `--from 35.2 --play ann=mine.py:Mine`")
@@ -52,6 +51,14 @@ def replay(
             return
     if not folder.recordings():
         raise LaunchError(f"{run}: expected a recording (recording.mcap), found none: was --no-record given?")
+    if in_three:
+        taken = _read(folder, setup)
+        typer.echo(taken.note, nl=bool(taken.note))
+        show_replay(taken.timeline, setup, since)
+        return
+    from vrg.commands.options import need_display
+    from vrg.ui.replay import show
+
     need_display()
     window = window_of(folder, setup, runs=runs)
     if since is not None:

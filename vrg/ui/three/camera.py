@@ -55,7 +55,7 @@ def above(place: Extent, shape: float = 16 / 9) -> Shot:
     """The field from straight above, its longer side across the picture."""
     tall = math.tan(FIELD_OF_VIEW / 2)
     long, deep = max(place.length, place.width), min(place.length, place.width)
-    height = max(0.55 * long / (tall * shape), 0.66 * deep / tall)
+    height = max(0.55 * long / (tall * shape), 0.7 * deep / tall)
     # A camera that looks along its own up direction would not know where up is.
     dx, dy = (-0.04 * deep, 0.0) if place.width > place.length else (0.0, 0.04 * deep)
     near = 0.001 * height
@@ -66,18 +66,14 @@ def above(place: Extent, shape: float = 16 / 9) -> Shot:
 def behind(pose: Pose, size: float) -> Shot:
     """Over the shoulder of a robot whose body is `size` m long."""
     c, s, back = math.cos(pose.theta), math.sin(pose.theta), 1.4 + 2.6 * size
-    return Shot(
-        (pose.x - back * c, pose.y - back * s, 0.7 + 1.6 * size), (pose.x + 1.2 * c, pose.y + 1.2 * s, 0.25)
-    )
+    return Shot((pose.x - back * c, pose.y - back * s, 0.7 + 1.6 * size), (pose.x + 1.2 * c, pose.y + 1.2 * s, 0.25))
 
 
 def inside(pose: Pose, eye: Vector) -> Shot:
     """What a robot sees ahead; `eye` is how far ahead of its middle and how high it looks from, m."""
     c, s, (ahead, height) = math.cos(pose.theta), math.sin(pose.theta), eye
     far = ahead + 6.0
-    return Shot(
-        (pose.x + ahead * c, pose.y + ahead * s, height), (pose.x + far * c, pose.y + far * s, height - 0.9)
-    )
+    return Shot((pose.x + ahead * c, pose.y + ahead * s, height), (pose.x + far * c, pose.y + far * s, height - 0.9))
 
 
 def eased(before: Shot, wanted: Shot, seconds: float) -> Shot:

@@ -1,4 +1,4 @@
-"""What is written over the picture: score, clock, banners and the last call, as HTML. Names in it may come from anybody."""
+"""What is written over the picture as HTML: score, clock, banners and the last call. Names may come from anybody."""
 
 from html import escape
 from typing import Final
@@ -10,12 +10,13 @@ from vrg.ui import palette
 from vrg.ui.banner import banners
 from vrg.ui.scene import Scene, clock_text
 
+
 def headline(scene: Scene) -> str:
     """The score and the clock in the middle above, below them what must not be overlooked."""
     game, clock = game_of(scene.game), clock_text(scene.clock)[:-2]
     teams = [
-        f'<div class="team" style="--c:{_css(palette.mix(game.team_style(team).colour, palette.TEXT, 0.15))}"><b>{points}</b>'
-        f"<span>{escape(title(team))}</span></div>"
+        f'<div class="team" style="--c:{_css(palette.mix(game.team_style(team).colour, palette.TEXT, 0.15))}">'
+        f"<b>{points}</b><span>{escape(title(team))}</span></div>"
         for team, points in scene.score
     ]
     half = (len(teams) + 1) // 2
@@ -60,8 +61,8 @@ STYLE: Final = f"""<style>
 .clock span {{ font-size: 11px; color: var(--muted); text-transform: uppercase; letter-spacing: .12em; }}
 .banner {{ padding: 7px 18px; border-radius: 9px; font-size: 15px; max-width: 76vw; box-shadow: 0 4px 16px #0006; }}
 .banner b {{ margin-right: 8px; }}
-.vrg-call {{ left: 50%; transform: translateX(-50%); bottom: 22px; padding: 9px 20px; border-radius: 10px; font-size: 17px;
-  background: var(--panel); border: 1px solid var(--line); max-width: 70vw;
+.vrg-call {{ left: 50%; transform: translateX(-50%); bottom: 22px; padding: 9px 20px; border-radius: 10px;
+  font-size: 17px; background: var(--panel); border: 1px solid var(--line); max-width: 70vw;
   animation: told 9s ease-in forwards; }}
 @keyframes told {{ 0%, 80% {{ opacity: 1; }} 100% {{ opacity: 0; }} }}
 .vrg-call.marked {{ border-left: 5px solid var(--caution); }}

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 from functools import cache
+from typing import Final
 
 import numpy as np
 
@@ -10,6 +11,9 @@ from vrg.games.game import Marker
 from vrg.hal.models import RobotModel
 from vrg.types import Vector
 from vrg.ui.three.shapes import Mesh, circle, joined, loft, prism, raised, rounded, star
+
+CABIN: Final = -0.2
+"""Where the middle of the cabin is, as a part of the robot's length ahead of its middle."""
 
 
 @dataclass(frozen=True)
@@ -57,13 +61,15 @@ def robot_look(model: RobotModel) -> RobotLook:
     cabin = loft(
         raised(shell, model.height - 0.01), raised(shell, model.height + 0.35 * tall), raised(shell, roof - 0.01, 0.84),
         raised(shell, roof, 0.8),
-    ).moved(-0.2 * length)  # fmt: skip
+    ).moved(CABIN * length)  # fmt: skip
     window = loft(
         raised(shell, model.height + 0.36 * tall, 1.01), raised(shell, roof - 0.012, 0.86)
-    ).moved(-0.2 * length)  # fmt: skip
+    ).moved(CABIN * length)  # fmt: skip
     bumper = prism(rounded(0.05, 0.8 * narrow, 0.02), belly + 0.02, belly + 0.07).moved(0.48 * length)
     lamps = [
-        prism(rounded(0.03, 0.14 * width, 0.012), arch + 0.15 * edge, model.height - edge).moved(0.49 * length, side * 0.3 * width)
+        prism(rounded(0.03, 0.14 * width, 0.012), arch + 0.15 * edge, model.height - edge).moved(
+            0.49 * length, side * 0.3 * width
+        )
         for side in (1, -1)
     ]
     dark, light, eye = [window, bumper], [*lamps], (0.1 * length, roof + 0.1)
@@ -73,9 +79,14 @@ def robot_look(model: RobotModel) -> RobotLook:
         light.append(_housing(model.height - 0.01, beam).moved(mount.x, mount.y))
         dark.append(prism(circle(0.072, 20), beam - 0.022, beam + 0.022).moved(mount.x + 0.018, mount.y))
     return RobotLook(
-        paint=joined([hull, fender, cabin]), dark=joined(dark), light=joined(light), tyre=_tyre(radius, train.wheel_width),
-        hub=_axial(star(0.62 * radius, 0.3 * radius, 5), train.wheel_width + 0.012), roof=roof, eye=eye,
-    )  # fmt: skip
+        paint=joined([hull, fender, cabin]),
+        dark=joined(dark),
+        light=joined(light),
+        tyre=_tyre(radius, train.wheel_width),
+        hub=_axial(star(0.62 * radius, 0.3 * radius, 5), train.wheel_width + 0.012),
+        roof=roof,
+        eye=eye,
+    )
 
 
 def _housing(bottom: float, beam: float) -> Mesh:

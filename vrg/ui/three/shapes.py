@@ -128,13 +128,16 @@ def rounded(length: float, width: float, radius: float, count: int = 5) -> list[
         for step in range(count):
             angle = (corner + step / (count - 1)) * math.pi / 2
             found.append(
-                (sx * (length / 2 - radius) + radius * math.cos(angle), sy * (width / 2 - radius) + radius * math.sin(angle))
+                (
+                    sx * (length / 2 - radius) + radius * math.cos(angle),
+                    sy * (width / 2 - radius) + radius * math.sin(angle),
+                )
             )
     return found
 
 
 def strip(outline: Sequence[Vector], normal: Vector, low: float, high: float) -> list[Vector]:
-    """The part of a convex outline between two lines: where `low` <= normal . point <= `high`; empty if there is none."""
+    """The part of a convex outline where `low` <= normal . point <= `high`; empty if there is none."""
     found = list(outline)
     for sign, bound in ((1.0, low), (-1.0, -high)):
         kept: list[Vector] = []

@@ -1,4 +1,4 @@
-"""What moves on the field, as arrays: a scene becomes the places, turns and colours of solids that are drawn many times."""
+"""What moves on the field: a scene becomes arrays of the places, turns and colours of solids that are drawn often."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -17,7 +17,7 @@ from vrg.hal.sensors.depiction import Rays
 from vrg.types import Pose, Twist, Vector
 from vrg.ui import palette
 from vrg.ui.scene import JUMP, Scene, SceneBody
-from vrg.ui.three.robots import marker_mesh, robot_look
+from vrg.ui.three.robots import CABIN, marker_mesh, robot_look
 from vrg.ui.three.shapes import Floats, Mesh, band, circle, joined, loft, prism, raised, rounded, sheet
 
 Bytes = npt.NDArray[np.uint8]
@@ -119,7 +119,7 @@ class Stage:
         here, wheels = body.pose, model.drivetrain.wheels
         before, angles = self._rolled.get(body.name, (here, np.zeros(len(wheels))))
         dx, dy = here.x - before.x, here.y - before.y
-        if 0.0 < math.hypot(dx, dy) + abs(here.theta - before.theta) and math.hypot(dx, dy) < JUMP:
+        if math.hypot(dx, dy) + abs(here.theta - before.theta) > 0.0 and math.hypot(dx, dy) < JUMP:
             c, s = math.cos(here.theta), math.sin(here.theta)
             way = Twist(c * dx + s * dy, math.remainder(here.theta - before.theta, math.tau), c * dy - s * dx)
             axes = model.drivetrain.speeds(way)
@@ -128,40 +128,33 @@ class Stage:
         return self._rolled[body.name][1]
 
     def _signs(self, scene: Scene, styles: Mapping[str, Style]) -> list[Batch]:
-        """On each robot the sign of its role, below it a ring in its colour, and where players line up their marks."""
+        """On each robot the sign of its role, below it its shade and a ring, and the marks where players line up."""
         bodies = scene.bodies
         if not bodies:
             return []
         places, turns = _poses([body.pose for body in bodies])
-        back = np.array([(-0.2 * self.model(b.name).length, 0.0) for b in bodies], dtype=np.float32)
-        c, s = (f(np.array([b.pose.theta for b in bodies], dtype=np.float32)) for f in (np.cos, np.sin))
-        tops = places + np.column_stack((c * back[:, 0], s * back[:, 0], [robot_look(self.model(b.name)).roof for b in bodies]))
-        sizes = np.array([0.42 * body.width for body in bodies], dtype=np.float32)
-        tints = np.array([styles[body.name].colour for body in bodies], dtype=np.uint8)
-        found = []
+        theta = np.array([body.pose.theta for body in bodies])
+        models = [self.model(body.name) for body in bodies]
+        back = np.array([CABIN * model.length for model in models])
+        roofs = np.array([robot_look(model).roof for model in models])
+        tops = places + _floats(np.column_stack((back * np.cos(theta), back * np.sin(theta), roofs)))
+        white, found = _same(palette.TEXT, len(bodies)), []
         for marker in Marker:
-            worn = np.array([styles[body.name].marker is marker for body in bodies], dtype=np.float32)
-            scales = np.repeat((sizes * worn)[:, None], 3, axis=1)
-            found.append(
-                Batch(f"signs/{marker.value}", marker_mesh(marker), tops.astype(np.float32), turns, scales,
-                      _same(palette.TEXT, len(bodies)), casts=False)
-            )  # fmt: skip
-        wide = np.array([math.hypot(body.length, body.width) for body in bodies], dtype=np.float32)
-        rims = np.array([palette.TEXT if body.physical else styles[body.name].colour for body in bodies], dtype=np.uint8)
-        low = places + np.array((0.0, 0.0, _LIFT), dtype=np.float32)
-        rings = np.column_stack((wide, wide, np.ones_like(wide))) * np.array([[not b.out_of_play] for b in bodies])
-        shade = np.column_stack((long := [b.length for b in bodies], [b.width for b in bodies], np.ones(len(long))))
-        found.append(
-            Batch("shades", _SHADE, places + np.array((0.0, 0.0, 0.8 * _LIFT), np.float32), turns, shade.astype(np.float32),
-                  _same((0, 0, 0), len(bodies)), casts=False, opacity=0.4)
-        )  # fmt: skip
-        found.append(Batch("rings", _RING, low, turns, rings.astype(np.float32), rims, casts=False))
-        marks = {p.name: p.mark for p in scene.players if p.mark is not None}
-        at = [marks.get(body.name, body.pose) for body in bodies]
-        wanted = np.array([[0.8 * (body.name in marks)] for body in bodies]) * np.ones((1, 3))
-        spots, headings = _poses(at)
-        spots[:, 2] = _LIFT
-        found.append(Batch("marks", _MARK, spots, headings, wanted.astype(np.float32), tints, casts=False))
+            worn = [[0.42 * body.width * (styles[body.name].marker is marker)] * 3 for body in bodies]
+            name = f"signs/{marker.value}"
+            found.append(Batch(name, marker_mesh(marker), tops, turns, _floats(worn), white, casts=False))
+        sizes = _floats([(body.length, body.width, 1.0) for body in bodies])
+        black, low = _same((0, 0, 0), len(bodies)), places + _floats((0.0, 0.0, 0.8 * _LIFT))
+        found.append(Batch("shades", _SHADE, low, turns, sizes, black, casts=False, opacity=0.4))
+        tints = np.array([styles[body.name].colour for body in bodies], dtype=np.uint8)
+        physical = np.array([[body.physical] for body in bodies])
+        wide = [math.hypot(body.length, body.width) * (not body.out_of_play) for body in bodies]
+        rings, low = _floats([(size, size, 1.0) for size in wide]), places + _floats((0.0, 0.0, _LIFT))
+        found.append(Batch("rings", _RING, low, turns, rings, np.where(physical, white, tints), casts=False))
+        marks = {player.name: player.mark for player in scene.players if player.mark is not None}
+        spots, headings = _poses([marks.get(body.name, body.pose) for body in bodies])
+        wanted = _floats([[0.8 * (body.name in marks)] * 3 for body in bodies])
+        found.append(Batch("marks", _MARK, spots + _floats((0.0, 0.0, _LIFT)), headings, wanted, tints, casts=False))
         return found
 
 
@@ -256,6 +249,10 @@ def _turned(yaw: npt.NDArray[np.float64], pitch: npt.NDArray[np.float64] | float
     return np.stack((c * cp, -s * sp, c * sp, s * cp), axis=1).astype(np.float32)
 
 
+def _floats(values: npt.ArrayLike) -> Floats:
+    return np.asarray(values, dtype=np.float32)
+
+
 def _same(colour: Rgb, count: int) -> Bytes:
     return np.tile(np.array(colour, dtype=np.uint8), (count, 1))
 
@@ -275,8 +272,9 @@ def _cloth() -> Mesh:
 _SHADE: Final = sheet(rounded(1.18, 1.22, 0.3), 0.0)
 _RING: Final = band(circle(0.62, 40), 0.07, 0.0)
 _MARK: Final = joined([band(circle(0.5, 32), 0.06, 0.0), prism([(0.75, 0.0), (0.55, 0.12), (0.55, -0.12)], 0.0, 0.005)])
-_FLAG_POLE: Final = joined(
-    [prism(circle(0.2, 24), 0.0, 0.06, 0.02), prism(circle(0.02, 10), 0.0, _POLE),
-     loft(*(raised(circle(max(0.05 * math.sin(a), 0.002), 12), _POLE + 0.04 - 0.05 * math.cos(a)) for a in np.linspace(0, math.pi, 7)))]
-)  # fmt: skip
+_BALL: Final = [
+    raised(circle(max(0.05 * math.sin(a), 0.002), 12), _POLE + 0.04 - 0.05 * math.cos(a))
+    for a in np.linspace(0, math.pi, 7)
+]
+_FLAG_POLE: Final = joined([prism(circle(0.2, 24), 0.0, 0.06, 0.02), prism(circle(0.02, 10), 0.0, _POLE), loft(*_BALL)])
 _CLOTH: Final = _cloth()

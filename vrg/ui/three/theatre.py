@@ -13,6 +13,7 @@ import numpy as np
 
 from vrg.colours import Rgb
 from vrg.errors import LaunchError
+from vrg.hal.models import RobotModel, robot_model
 from vrg.hal.sensors.depiction import Rays
 from vrg.types import Pose, Vector
 from vrg.ui import palette
@@ -68,11 +69,12 @@ class Theatre:
     """What browsers see. They choose how they look and can change nothing else.
 
     Args:
-        stage: makes what moves. host: the address to listen on. port: the port. title: of the page.
+        robots: the models of the robots, by name. host: the address to listen on. port: the port. title: of the page.
     """
 
-    def __init__(self, stage: Stage, host: str, port: int, title: str) -> None:
-        self._stage, self._host, self._port, self._title = stage, host, port, title
+    def __init__(self, robots: Mapping[str, RobotModel], host: str, port: int, title: str) -> None:
+        self._stage = Stage(robots, robot_model("P2AT"))
+        self._host, self._port, self._title = host, port, title
         self._viewers: dict[int, Viewer] = {}
         self._lock = threading.Lock()
         self._nodes: dict[str, Any] = {}
@@ -85,6 +87,11 @@ class Theatre:
     def watched(self) -> bool:
         """Whether anybody looks."""
         return bool(self._viewers)
+
+    @property
+    def followed(self) -> set[str]:
+        """The robots that somebody follows."""
+        return {viewer.robot for viewer in list(self._viewers.values()) if viewer.view in (View.FOLLOW, View.EYES)}
 
     @property
     def gui(self) -> viser.GuiApi:
@@ -184,7 +191,7 @@ class Theatre:
         node = self._nodes.get("trails")
         if node is None:
             self._nodes["trails"] = self.server.scene.add_line_segments(
-                "/trails", lines.points, _LINEAR[lines.colours], line_width=3.0
+                "/trails", lines.points, _LINEAR[lines.colours], thickness=0.05, thickness_units="world"
             )
         else:
             node.points, node.colors = lines.points, _LINEAR[lines.colours]
@@ -255,7 +262,7 @@ class Theatre:
         """Send away who is one too many, or comes from a page of another site."""
         live = self.server._websock_server._live_connections
         link = live[connection.client_id]
-        headers = link.request.headers
+        headers = {} if link.request is None else link.request.headers
         try:
             why = foreign(headers.get("Origin"), headers.get("Host", ""), self._host, socket.gethostname())
         except ValueError as problem:
