@@ -57,9 +57,9 @@ class Extent:
 
 
 def extent(scene: Scene) -> Extent:
-    """The field with all its zones; without zones all that is known."""
+    """The field with all its zones, and where robots began; without zones all that is known."""
     boxes = [zone.region.bounds for zone in scene.zones] or [region.bounds for region in scene.obstacles]
-    boxes += [(b.pose.x, b.pose.y, b.pose.x, b.pose.y) for b in scene.bodies if not scene.zones]
+    boxes += [(x, y, x, y) for x, y in scene.starts]
     if not boxes:
         return Extent(0.0, 0.0, 10.0, 10.0)
     x_min, y_min = min(box[0] for box in boxes), min(box[1] for box in boxes)
@@ -106,7 +106,7 @@ def _zone(zone: Zone, game: Game, name: str, layer: int) -> Iterator[Solid]:
     look, outline, z = zone_look(zone, game), zone.region.outline(), layer * LAYER
     strong = look.safe or isinstance(zone.region, Circle)
     # The tint of the flat windows, upon the brighter ground of this one.
-    yield Solid(name, sheet(outline, z), palette.mix(TURF, look.edge, 0.4 if strong else 0.2))
+    yield Solid(name, sheet(outline, z), palette.mix(TURF, look.edge, 0.4 if strong else 0.2 if zone.team else 0.08))
     if look.safe:
         yield Solid(f"{name}/stripes", joined(_stripes(outline)).moved(z=z + LAYER), palette.mix(TURF, look.edge, 0.62))
     yield Solid(f"{name}/edge", band(outline, 0.08 if strong else 0.05, z + 2 * LAYER), look.edge)

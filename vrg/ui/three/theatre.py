@@ -4,7 +4,6 @@ import contextlib
 import io
 import logging
 import socket
-import threading
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
@@ -20,7 +19,7 @@ from vrg.ui import palette
 from vrg.ui.scene import Scene, SceneBody
 from vrg.ui.three import camera
 from vrg.ui.three.camera import Shot, View
-from vrg.ui.three.ground import extent, ground
+from vrg.ui.three.ground import Extent, extent, ground
 from vrg.ui.three.headline import STYLE, headline, last_call
 from vrg.ui.three.robots import robot_look
 from vrg.ui.three.stage import Batch, Lines, Stage, fan, trails
@@ -57,12 +56,19 @@ class _Server(viser.ViserServer):
 
 @dataclass
 class Viewer:
-    """One browser: how it looks, at which robot, and from where it looked last."""
+    """One browser.
+
+    Args:
+        robots: where its person chooses a robot. view, robot: how it looks, and at which robot.
+        shot: from where it looked last; None lets it be aimed anew. place: what it was aimed at.
+    """
 
     client: viser.ClientHandle
+    robots: viser.GuiDropdownHandle[str]
     view: View = View.ORBIT
     robot: str = ""
     shot: Shot | None = None
+    place: Extent | None = None
 
 
 class Theatre:
@@ -76,7 +82,6 @@ class Theatre:
         self._stage = Stage(robots, robot_model("P2AT"))
         self._host, self._port, self._title = host, port, title
         self._viewers: dict[int, Viewer] = {}
-        self._lock = threading.Lock()
         self._nodes: dict[str, Any] = {}
         self._count = 0
         self._still: tuple[object, ...] = ()
@@ -140,15 +145,19 @@ class Theatre:
         """
         self._bodies = {body.name: body for body in scene.bodies}
         with self.server.atomic():
-            if self._still != (scene.game, scene.zones, scene.obstacles):
-                self._still = (scene.game, scene.zones, scene.obstacles)
+            still = (scene.game, scene.zones, scene.obstacles, scene.starts)
+            if self._still != still:
+                self._still = still
                 self._build(scene)
             for batch in self._stage.batches(scene):
                 self._batch(batch)
             self._lines(trails(scene))
             self._labels(scene)
         self._nodes["headline"].content, self._nodes["call"].content = headline(scene), last_call(scene)
+        names = tuple(sorted(self._bodies))
         for viewer in list(self._viewers.values()):
+            if names and viewer.robots.options != names:
+                viewer.robots.options = names
             self._look(viewer, seconds)
             self._scan(viewer, scene, scans or {})
 
@@ -199,7 +208,7 @@ class Theatre:
     def _labels(self, scene: Scene) -> None:
         """Name the robots, and write what the referee has just called where it happened."""
         wanted = {
-            f"label/{body.name}": (body.name, 1.0, (body.pose.x, body.pose.y, self._eye(body)[1] + 0.15))
+            f"label/{body.name}": (body.name, 0.9, (body.pose.x, body.pose.y, self._eye(body)[1] + 0.15))
             for body in scene.bodies
         }
         for news in scene.flashes:
@@ -220,9 +229,14 @@ class Theatre:
         return robot_look(self._stage.model(body.name)).eye
 
     def _look(self, viewer: Viewer, seconds: float) -> None:
-        """Lead the camera of a viewer who follows a robot."""
+        """Aim the camera of a viewer anew: always if it follows a robot, and else where the field has changed."""
+        if viewer.view in (View.ORBIT, View.TOP):
+            if viewer.place != self._place:
+                viewer.place = self._place
+                _aim(viewer, (camera.overview if viewer.view is View.ORBIT else camera.above)(self._place))
+            return
         body = self._bodies.get(viewer.robot)
-        if body is None or viewer.view not in (View.FOLLOW, View.EYES):
+        if body is None:
             return
         if viewer.view is View.FOLLOW:
             wanted = camera.behind(body.pose, body.length)
@@ -253,10 +267,8 @@ class Theatre:
         viewer = self._viewers.get(number)
         if viewer is None:
             return
-        viewer.view, viewer.robot, viewer.shot = view, robot, None
+        viewer.view, viewer.robot, viewer.shot, viewer.place = view, robot, None, None
         viewer.client.camera.fov = camera.FIELD_OF_VIEW * (1.35 if view is View.EYES else 1.0)
-        if view in (View.ORBIT, View.TOP):
-            _aim(viewer, camera.overview(self._place) if view is View.ORBIT else camera.above(self._place))
 
     async def _admit(self, connection: Any) -> None:
         """Send away who is one too many, or comes from a page of another site."""
@@ -274,12 +286,10 @@ class Theatre:
             await link.close(1008, why[:120])
 
     def _enter(self, client: viser.ClientHandle) -> None:
-        viewer = Viewer(client)
-        number, names = client.client_id, sorted(self._bodies)
-        with self._lock:
-            self._viewers[number] = viewer
+        number = client.client_id
         views = client.gui.add_button_group("", [view.value for view in View])
-        robots = client.gui.add_dropdown("Robot", names or ["-"])
+        robots = client.gui.add_dropdown("Robot", sorted(self._bodies) or ["-"])
+        self._viewers[number] = viewer = Viewer(client, robots)
 
         @views.on_click
         def _(_event: Any) -> None:
@@ -291,8 +301,7 @@ class Theatre:
             self._choose(number, view, robots.value)
 
     def _leave(self, client: viser.ClientHandle) -> None:
-        with self._lock:
-            self._viewers.pop(client.client_id, None)
+        self._viewers.pop(client.client_id, None)
         self._nodes.pop(f"scan/{client.client_id}", None)
 
 
