@@ -70,6 +70,7 @@ class Stage:
     def __init__(self, robots: Mapping[str, RobotModel], default: RobotModel) -> None:
         self._robots, self._default = dict(robots), default
         self._rolled: dict[str, tuple[Pose, npt.NDArray[np.float64]]] = {}
+        self._worn: set[Marker] = set()
 
     def model(self, name: str) -> RobotModel:
         """The model of a robot."""
@@ -139,7 +140,8 @@ class Stage:
         roofs = np.array([robot_look(model).roof for model in models])
         tops = places + _floats(np.column_stack((back * np.cos(theta), back * np.sin(theta), roofs)))
         white, found = _same(palette.TEXT, len(bodies)), []
-        for marker in Marker:
+        self._worn.update(style.marker for style in styles.values())
+        for marker in sorted(self._worn, key=lambda marker: marker.value):
             worn = [[0.42 * body.width * (styles[body.name].marker is marker)] * 3 for body in bodies]
             name = f"signs/{marker.value}"
             found.append(Batch(name, marker_mesh(marker), tops, turns, _floats(worn), white, casts=False))
@@ -150,9 +152,10 @@ class Stage:
         physical = np.array([[body.physical] for body in bodies])
         wide = [math.hypot(body.length, body.width) * (not body.out_of_play) for body in bodies]
         rings, low = _floats([(size, size, 1.0) for size in wide]), places + _floats((0.0, 0.0, _LIFT))
-        found.append(Batch("rings", _RING, low, turns, rings, np.where(physical, white, tints), casts=False))
+        still = _turned(np.zeros(len(bodies)))
+        found.append(Batch("rings", _RING, low, still, rings, np.where(physical, white, tints), casts=False))
         marks = {player.name: player.mark for player in scene.players if player.mark is not None}
-        spots, headings = _poses([marks.get(body.name, body.pose) for body in bodies])
+        spots, headings = _poses([marks.get(body.name, Pose(0.0, 0.0, 0.0)) for body in bodies])
         wanted = _floats([[0.8 * (body.name in marks)] * 3 for body in bodies])
         found.append(Batch("marks", _MARK, spots + _floats((0.0, 0.0, _LIFT)), headings, wanted, tints, casts=False))
         return found

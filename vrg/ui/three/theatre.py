@@ -85,6 +85,7 @@ class Theatre:
         self._nodes: dict[str, Any] = {}
         self._count = 0
         self._still: tuple[object, ...] = ()
+        self._drawn: tuple[object, ...] = ()
         self._bodies: dict[str, SceneBody] = {}
         self._place = extent(Scene())
 
@@ -123,11 +124,9 @@ class Theatre:
         gui.add_html(STYLE)
         self._nodes["headline"], self._nodes["call"] = gui.add_html(""), gui.add_html("")
         scene.configure_default_lights(enabled=False)
-        scene.configure_environment_map("studio", environment_intensity=0.25)
-        scene.add_light_hemisphere("/lights/sky", sky_color=(205, 222, 255), ground_color=(60, 66, 74), intensity=0.7)
-        scene.add_light_directional(
-            "/lights/sun", color=(255, 240, 218), intensity=1.85, cast_shadow=True, position=(-5.0, -8.0, 12.0)
-        )
+        scene.configure_environment_map(None)
+        scene.add_light_hemisphere("/lights/sky", sky_color=(205, 222, 255), ground_color=(96, 100, 108), intensity=2.3)
+        _shine(scene, shadows=True)
         scene.set_background_image(_sky())
 
     def close(self) -> None:
@@ -151,7 +150,10 @@ class Theatre:
                 self._build(scene)
             for batch in self._stage.batches(scene):
                 self._batch(batch)
-            self._lines(trails(scene))
+            drawn = ([(body.trail, body.state) for body in scene.bodies], scene.strokes)
+            if self._drawn != drawn:
+                self._drawn = drawn
+                self._lines(trails(scene))
             self._labels(scene)
         self._nodes["headline"].content, self._nodes["call"].content = headline(scene), last_call(scene)
         names = tuple(sorted(self._bodies))
@@ -289,6 +291,7 @@ class Theatre:
         number = client.client_id
         views = client.gui.add_button_group("", [view.value for view in View])
         robots = client.gui.add_dropdown("Robot", sorted(self._bodies) or ["-"])
+        shadows = client.gui.add_checkbox("Shadows", initial_value=True)
         self._viewers[number] = viewer = Viewer(client, robots)
 
         @views.on_click
@@ -299,6 +302,11 @@ class Theatre:
         def _(_event: Any) -> None:
             view = viewer.view if viewer.view is View.EYES else View.FOLLOW
             self._choose(number, view, robots.value)
+
+        @shadows.on_update
+        def _(_event: Any) -> None:
+            # A light of this viewer alone stands in for everybody's of the same name.
+            _shine(client.scene, shadows=shadows.value)
 
     def _leave(self, client: viser.ClientHandle) -> None:
         self._viewers.pop(client.client_id, None)
@@ -311,6 +319,13 @@ def _aim(viewer: Viewer, shot: Shot) -> None:
         lens.up_direction = (0.0, 0.0, 1.0)
         lens.position = shot.eye
         lens.look_at = shot.target
+
+
+def _shine(scene: viser.SceneApi, *, shadows: bool) -> None:
+    """Let the sun shine. Shadows double the work of a computer without a graphics card."""
+    scene.add_light_directional(
+        "/lights/sun", color=(255, 240, 218), intensity=2.5, cast_shadow=shadows, position=(-5.0, -8.0, 12.0)
+    )
 
 
 def _sky() -> np.ndarray[Any, np.dtype[np.uint8]]:
