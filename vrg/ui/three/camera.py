@@ -55,7 +55,7 @@ def above(place: Extent, shape: float = 16 / 9) -> Shot:
     """The field from straight above, its longer side across the picture."""
     tall = math.tan(FIELD_OF_VIEW / 2)
     long, deep = max(place.length, place.width), min(place.length, place.width)
-    height = max(0.55 * long / (tall * shape), 0.7 * deep / tall)
+    height = max(0.55 * long / (tall * shape), 0.65 * deep / tall)
     # A camera that looks along its own up direction would not know where up is.
     dx, dy = (-0.04 * deep, 0.0) if place.width > place.length else (0.0, 0.04 * deep)
     near = 0.001 * height

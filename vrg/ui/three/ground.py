@@ -22,7 +22,7 @@ LAYER: Final = 0.004
 """m between surfaces that lie upon each other, so that none shines through."""
 AROUND: Final = 120.0
 """m of ground around everything."""
-EARTH: Final[Rgb] = palette.mix(palette.BACKGROUND, palette.CALM, 0.28)
+EARTH: Final[Rgb] = palette.mix(palette.BACKGROUND, palette.CALM, 0.42)
 TURF: Final[Rgb] = palette.mix(palette.FIELD, palette.MUTED, 0.3)
 """The field lies in light, so that it is brighter than in flat windows."""
 

@@ -125,7 +125,7 @@ class Theatre:
         self._nodes["headline"], self._nodes["call"] = gui.add_html(""), gui.add_html("")
         scene.configure_default_lights(enabled=False)
         scene.configure_environment_map(None)
-        scene.add_light_hemisphere("/lights/sky", sky_color=(205, 222, 255), ground_color=(96, 100, 108), intensity=2.3)
+        scene.add_light_hemisphere("/lights/sky", sky_color=(205, 222, 255), ground_color=(96, 100, 108), intensity=3.0)
         _shine(scene, shadows=True)
         scene.set_background_image(_sky())
 
@@ -202,7 +202,7 @@ class Theatre:
         node = self._nodes.get("trails")
         if node is None:
             self._nodes["trails"] = self.server.scene.add_line_segments(
-                "/trails", lines.points, _LINEAR[lines.colours], thickness=0.05, thickness_units="world"
+                "/trails", lines.points, _LINEAR[lines.colours], thickness=0.035, thickness_units="world"
             )
         else:
             node.points, node.colors = lines.points, _LINEAR[lines.colours]
