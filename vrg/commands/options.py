@@ -25,6 +25,7 @@ RunsOption = Annotated[Path, typer.Option(help="Folder in which the run folder i
 LeashOption = Annotated[bool, typer.Option("--leash", hidden=True)]
 NameOption = Annotated[str | None, typer.Option("--match", help="Name of the match; needed if several run.")]
 EndpointOption = Annotated[str | None, typer.Option("--router", help="Endpoint of its router; needed if several run.")]
+ThreeOption = Annotated[bool, typer.Option("--3d", help="Show it in three dimensions in browsers on this machine.")]
 
 KEYS_VARIABLE = "VRG_KEYS"
 """The variable that may name the folder of the keys in place of --keys."""

@@ -5,8 +5,7 @@ from typing import Annotated
 
 import typer
 
-from vrg.commands.options import KeysOption, MatchArgument, RunsOption, web_address
-from vrg.commands.three import ThreeOption
+from vrg.commands.options import KeysOption, MatchArgument, RunsOption, ThreeOption, web_address
 from vrg.launch.fork_server import fork_server
 
 

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 
 from vrg.commands.after import RunArgument, ended_run
-from vrg.commands.options import RunsOption, has_display
-from vrg.commands.three import ThreeOption, show_replay
+from vrg.commands.options import RunsOption, ThreeOption, has_display
+from vrg.commands.three import show_replay
 from vrg.errors import ConfigError, LaunchError, MessageError
 
 if TYPE_CHECKING:

@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from vrg.config.setup import MatchSetup
     from vrg.ui.timeline import Timeline
 
-ThreeOption = Annotated[bool, typer.Option("--3d", help="Show it in three dimensions in browsers on this machine.")]
-
 
 def three(
     match: SetupArgument = None,

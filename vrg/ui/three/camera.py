@@ -65,8 +65,8 @@ def above(place: Extent, shape: float = 16 / 9) -> Shot:
 
 def behind(pose: Pose, size: float) -> Shot:
     """Over the shoulder of a robot whose body is `size` m long."""
-    c, s, back = math.cos(pose.theta), math.sin(pose.theta), 1.4 + 2.6 * size
-    return Shot((pose.x - back * c, pose.y - back * s, 0.7 + 1.6 * size), (pose.x + 1.2 * c, pose.y + 1.2 * s, 0.25))
+    c, s, back = math.cos(pose.theta), math.sin(pose.theta), 1.9 + 2.6 * size
+    return Shot((pose.x - back * c, pose.y - back * s, 0.9 + 1.5 * size), (pose.x + 0.5 * c, pose.y + 0.5 * s, 0.1))
 
 
 def inside(pose: Pose, eye: Vector) -> Shot:

@@ -25,6 +25,9 @@ class ThreeNode(Node):
     Args:
         theatre: what browsers see.
         robots: the models of the players' robots, by name. obstacles: the ground that walls and obstacles cover, m.
+
+    Attributes:
+        theatre: as given.
     """
 
     kind: ClassVar[str] = "spectator"
@@ -40,7 +43,7 @@ class ThreeNode(Node):
         obstacles: Sequence[Region] = (),
     ) -> None:
         super().__init__(name, mailbox, FRAME)
-        self._theatre = theatre
+        self.theatre = theatre
         self._inlets = SceneInlets(mailbox, keys)
         self._builder = SceneBuilder(sizes={robot: model.size for robot, model in robots.items()}, obstacles=obstacles)
         self._scans = {
@@ -58,23 +61,23 @@ class ThreeNode(Node):
         Raises:
             LaunchError: it cannot be opened.
         """
-        self._theatre.open()
-        self._theatre.show(self._builder.build(live=False), FRAME)
+        self.theatre.open()
+        self.theatre.show(self._builder.build(live=False), FRAME)
 
     def tick(self, tick: Tick) -> None:
         """Take messages in, and show at most one frame."""
         self._inlets.feed(self._builder)
-        if self._pace.due(tick, self._scene.rate) and self._theatre.watched:
+        if self._pace.due(tick, self._scene.rate) and self.theatre.watched:
             self._scene = self._builder.build(tick.live)
-            self._theatre.show(self._scene, FRAME, self._scanned())
+            self.theatre.show(self._scene, FRAME, self._scanned())
 
     def stop(self) -> None:
         """Close the port. Calling it again does nothing."""
-        self._theatre.close()
+        self.theatre.close()
 
     def _scanned(self) -> dict[str, tuple[Pose, Rays]]:
         """The newest scan of each robot that a viewer follows, with where the robot was when it came."""
-        for robot in self._theatre.followed:
+        for robot in self.theatre.followed:
             spec, inlet = self._scans.get(robot, (None, None))
             newest = None if inlet is None else inlet.latest
             pose = next((body.pose for body in self._scene.bodies if body.name == robot), None)
