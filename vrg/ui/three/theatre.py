@@ -258,7 +258,7 @@ class Theatre:
         mesh = fan(*found)
         if node is None or len(node.vertices) != len(mesh.vertices):
             self._nodes[f"scan/{viewer.client.client_id}"] = viewer.client.scene.add_mesh_simple(
-                "/scan", mesh.vertices, mesh.faces, color=palette.ECHO, opacity=0.22, cast_shadow=False,
+                "/scan", mesh.vertices, mesh.faces, color=palette.ECHO, opacity=0.16, cast_shadow=False,
                 receive_shadow=False,
             )  # fmt: skip
         else:
@@ -299,9 +299,11 @@ class Theatre:
             self._choose(number, View(views.value), robots.value)
 
         @robots.on_update
-        def _(_event: Any) -> None:
-            view = viewer.view if viewer.view is View.EYES else View.FOLLOW
-            self._choose(number, view, robots.value)
+        def _(event: Any) -> None:
+            # Without a client it was this process that has put other robots there.
+            if event.client is not None:
+                view = viewer.view if viewer.view is View.EYES else View.FOLLOW
+                self._choose(number, view, robots.value)
 
         @shadows.on_update
         def _(_event: Any) -> None:
