@@ -9,7 +9,7 @@ from vrg.bus.messages import LARGE_ZONES, Zone
 from vrg.colours import Rgb
 from vrg.games import game_of
 from vrg.games.game import Game
-from vrg.regions import Circle, Region
+from vrg.regions import Circle, Rectangle, Region
 from vrg.types import Vector
 from vrg.ui import palette
 from vrg.ui.scene import Scene
@@ -76,8 +76,11 @@ def ground(scene: Scene) -> list[Solid]:
     for number, region in enumerate(fields):
         outline = region.outline()
         found.append(Solid(f"field/{number}", sheet(outline, 0.0), TURF))
-        found.append(Solid(f"lines/{number}", joined(_grid(region)), palette.mix(TURF, palette.TEXT, 0.12)))
         found.append(Solid(f"border/{number}", band(outline, -0.09, LAYER), palette.BORDER))
+    # Where there is no field, lines on what there is give a feeling for lengths.
+    lined = fields or [zone.region for zone in scene.zones] or [Rectangle(*_bounds(place))]
+    lines = joined(piece for region in lined for piece in _grid(region))
+    found.append(Solid("lines", lines, palette.mix(TURF, palette.TEXT, 0.12)))
     others = [zone for zone in scene.zones if zone.kind != "field"]
     for number, zone in enumerate(others):
         found += _zone(zone, game, f"zone/{number}", 1 if zone.kind in LARGE_ZONES else 4)
@@ -85,6 +88,11 @@ def ground(scene: Scene) -> list[Solid]:
     found.append(Solid("walls", joined(prism(line, 0.0, WALL) for line in walls), palette.WALL, casts=True))
     found.append(Solid("copings", joined(_coping(region) for region in scene.obstacles), palette.WALL_EDGE, casts=True))
     return [solid for solid in found if len(solid.mesh.faces)]
+
+
+def _bounds(place: Extent) -> tuple[float, float, float, float]:
+    along, across = place.length / 2, place.width / 2
+    return place.x - along, place.y - across, place.x + along, place.y + across
 
 
 def _coping(region: Region) -> Mesh:
