@@ -184,9 +184,10 @@ def test_the_ground_shows_every_zone_and_every_wall_from_above(zones) -> None:
 
 
 @pytest.mark.parametrize(("length", "width"), [(10.0, 19.0), (30.0, 8.0), (6.0, 6.0)])
-def test_the_first_views_show_the_whole_field(length: float, width: float) -> None:
+@pytest.mark.parametrize("shape", [16 / 9, 390 / 844], ids=["projector", "telephone"])
+def test_the_first_views_show_the_whole_field(length: float, width: float, shape: float) -> None:
     place = replace(extent(Scene()), x=3.0, y=-4.0, length=length, width=width)
-    for shot in (camera.overview(place), camera.above(place)):
+    for shot in (camera.overview(place, shape), camera.above(place, shape)):
         eye, target = np.array(shot.eye), np.array(shot.target)
         ahead = (target - eye) / np.linalg.norm(target - eye)
         right = np.cross(ahead, (0.0, 0.0, 1.0))
@@ -196,7 +197,7 @@ def test_the_first_views_show_the_whole_field(length: float, width: float) -> No
             way = np.array((3.0 + x * length / 2, -4.0 + y * width / 2, 0.0)) - eye
             deep = way @ ahead
             assert deep > 0.0
-            assert abs(way @ right) / deep < half * 16 / 9
+            assert abs(way @ right) / deep < half * shape
             assert abs(way @ np.cross(right, ahead)) / deep < half
 
 

@@ -36,31 +36,36 @@ class Shot:
 
 
 def overview(place: Extent, shape: float = 16 / 9) -> Shot:
-    """The field as from a stand, along its longer side.
+    """The field as from a stand, so that its longer side lies along that of the picture.
 
     Args:
         shape: the width of the picture as a part of its height.
     """
-    long, deep = max(place.length, place.width), min(place.length, place.width)
+    across, deep, turned = _laid(place, shape)
     tall = math.tan(FIELD_OF_VIEW / 2)
-    distance = max(0.62 * long / (tall * shape), 0.48 * deep / tall) + 0.22 * deep
-    back, up = distance * math.cos(_SLOPE), distance * math.sin(_SLOPE)
-    # Of a field that is longer along y, the stand is in the east, so that the field lies across the picture.
-    if place.width > place.length:
-        return Shot((place.x + back, place.y, up), (place.x + 0.06 * deep, place.y, 0.0))
-    return Shot((place.x, place.y - back, up), (place.x, place.y - 0.06 * deep, 0.0))
+    distance = max(0.62 * across / (tall * shape), 0.48 * deep / tall) + 0.22 * deep
+    back, up, ahead = distance * math.cos(_SLOPE), distance * math.sin(_SLOPE), 0.06 * deep
+    if turned:
+        return Shot((place.x + back, place.y, up), (place.x + ahead, place.y, 0.0))
+    return Shot((place.x, place.y - back, up), (place.x, place.y - ahead, 0.0))
 
 
 def above(place: Extent, shape: float = 16 / 9) -> Shot:
-    """The field from straight above, its longer side across the picture."""
+    """The field from straight above, a little low in the picture; see `overview`."""
+    across, deep, turned = _laid(place, shape)
     tall = math.tan(FIELD_OF_VIEW / 2)
-    long, deep = max(place.length, place.width), min(place.length, place.width)
-    height = max(0.55 * long / (tall * shape), 0.65 * deep / tall)
-    # A camera that looks along its own up direction would not know where up is.
-    dx, dy = (-0.04 * deep, 0.0) if place.width > place.length else (0.0, 0.04 * deep)
-    near = 0.001 * height
-    x, y = place.x + dx, place.y + dy
-    return Shot((x - math.copysign(near, dx) * (dx != 0), y - math.copysign(near, dy) * (dy != 0), height), (x, y, 0.0))
+    height = max(0.55 * across / (tall * shape), 0.65 * deep / tall)
+    # A camera that looks exactly along its own up direction would not know where up is.
+    aside, tilt = 0.04 * deep, 0.001 * height
+    if turned:
+        return Shot((place.x - aside + tilt, place.y, height), (place.x - aside, place.y, 0.0))
+    return Shot((place.x, place.y + aside - tilt, height), (place.x, place.y + aside, 0.0))
+
+
+def _laid(place: Extent, shape: float) -> tuple[float, float, bool]:
+    """How wide and how deep the field lies in the picture, m, and whether one looks along x, from the east."""
+    turned = (place.width > place.length) == (shape >= 1.0)
+    return (place.width, place.length, True) if turned else (place.length, place.width, False)
 
 
 def behind(pose: Pose, size: float) -> Shot:

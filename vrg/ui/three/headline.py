@@ -66,6 +66,7 @@ STYLE: Final = f"""<style>
   animation: told 9s ease-in forwards; }}
 @keyframes told {{ 0%, 80% {{ opacity: 1; }} 100% {{ opacity: 0; }} }}
 .vrg-call.marked {{ border-left: 5px solid var(--caution); }}
+@media (max-width: 600px) {{ .vrg-call {{ bottom: auto; top: 92px; }} }}
 [data-floating-window] div:has(> p > label) {{ width: 4.2em !important; }}
 [data-floating-window] div:has(> p > label:empty) {{ display: none; }}
 #webgl-software-rendering, [data-testid="floating-panel-handle"] button {{ display: none; }}

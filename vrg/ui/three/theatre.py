@@ -235,7 +235,9 @@ class Theatre:
         if viewer.view in (View.ORBIT, View.TOP):
             if viewer.place != self._place:
                 viewer.place = self._place
-                _aim(viewer, (camera.overview if viewer.view is View.ORBIT else camera.above)(self._place))
+                lens = viewer.client.camera
+                shape = lens.image_width / max(lens.image_height, 1)
+                _aim(viewer, (camera.overview if viewer.view is View.ORBIT else camera.above)(self._place, shape))
             return
         body = self._bodies.get(viewer.robot)
         if body is None:
