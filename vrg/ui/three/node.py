@@ -17,6 +17,8 @@ from vrg.ui.three.theatre import Theatre
 
 FRAME: Final = 1 / 30
 """The real time in s between two frames."""
+UNWATCHED: Final = 30
+"""Of so many frames one is shown while nobody looks, so that who comes sees the match at once."""
 
 
 class ThreeNode(Node):
@@ -53,6 +55,7 @@ class ThreeNode(Node):
         }
         self._seen: dict[str, tuple[float, Pose, Rays]] = {}
         self._pace = Pace(FRAME)
+        self._frames = 0
         self._scene = Scene()
 
     def start(self) -> None:
@@ -67,7 +70,10 @@ class ThreeNode(Node):
     def tick(self, tick: Tick) -> None:
         """Take messages in, and show at most one frame."""
         self._inlets.feed(self._builder)
-        if self._pace.due(tick, self._scene.rate) and self.theatre.watched:
+        if not self._pace.due(tick, self._scene.rate):
+            return
+        self._frames += 1
+        if self.theatre.watched or self._frames % UNWATCHED == 0:
             self._scene = self._builder.build(tick.live)
             self.theatre.show(self._scene, FRAME, self._scanned())
 
