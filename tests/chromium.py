@@ -12,6 +12,8 @@ FLAGS = (
     "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
 )  # fmt: skip
+WEBGL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
+"""The flags with which it draws in three dimensions without a graphics card, slowly."""
 PATIENCE = 120_000.0
 """ms of real time for anything to happen on a page."""
 SIZES = ((1280, 720), (1920, 1080), (390, 844))
@@ -19,13 +21,13 @@ SIZES = ((1280, 720), (1920, 1080), (390, 844))
 
 
 @contextmanager
-def chromium() -> Iterator[Browser]:
-    """A browser with an empty profile."""
+def chromium(*flags: str) -> Iterator[Browser]:
+    """A browser with an empty profile; `flags` are further ones."""
     path = shutil.which("chromium")
     if path is None:
         missing("chromium is not installed: no browser for the page")
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, args=list(FLAGS))
+        browser = playwright.chromium.launch(executable_path=path, args=[*FLAGS, *flags])
         try:
             yield browser
         finally:

@@ -25,6 +25,7 @@ ONLY_IN = {
     "ray": ("evaluation/ray_workers.py",),
     "cryptography": ("seats",),
     "aiohttp": ("ui/web/server.py",),
+    "viser": ("ui/three/theatre.py",),
     "tomlkit": ("toml_text.py", "commands/practice.py"),
 }
 """Libraries, and the only room that imports each."""

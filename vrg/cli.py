@@ -33,6 +33,7 @@ SHOW: Table = {
         "developer": ("vrg.commands.show:developer", "All players, sensors, streams and processes"),
         "commander": ("vrg.commands.show:commander", "A team is commanded here, with a gamepad or the keyboard"),
         "web": ("vrg.commands.page:web", "The match in browsers"),
+        "3d": ("vrg.commands.three:three", "The match in three dimensions, in browsers"),
         "foxglove": ("vrg.commands.page:foxglove", "All that a recording holds, in Foxglove"),
         "camera": ("vrg.commands.sensors:camera", "Save a picture of what a robot sees"),
         "sensors": ("vrg.commands.sensors:sensors", "What the sensors of a robot measure"),

@@ -21,8 +21,9 @@ from vrg.bus.process import run_node
 from vrg.bus.seats import Seat, SeatKind, seats_of_node
 from vrg.bus.session import DEFAULT_ENDPOINT, Session, open_session
 from vrg.bus.stopping import Stop
+from vrg.commands import three
 from vrg.commands.page import print_links, told
-from vrg.config.files import HERE, LIVE, WEB
+from vrg.config.files import HERE, LIVE, THREE, WEB
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError
 from vrg.launch.events import EventLog
@@ -53,6 +54,7 @@ class Show:
         window: True opens the spectator. record: True records for Foxglove and the plot.
         page: where browsers see it, and who may do what there; None serves no page.
         live: where Foxglove can connect, such as `127.0.0.1:8765`; None if it cannot.
+        three: where it is shown in three dimensions; None without that.
     """
 
     console: Console
@@ -60,6 +62,7 @@ class Show:
     record: bool
     page: Admission | None = None
     live: str | None = None
+    three: str | None = None
 
     def announce(self, *texts: str) -> None:
         """Print what happens to the processes, unless the terminal is gone: the match does not depend on it."""
@@ -143,6 +146,8 @@ def _run(
                 print_links(show.page, show.console)
             if name == LIVE and show.live is not None:
                 show.console.print(told(show.live), soft_wrap=True)
+            if name == THREE and show.three is not None:
+                show.console.print(three.told(show.three), soft_wrap=True)
 
         def started(_session: Session) -> None:
             progress.stop()
@@ -231,6 +236,7 @@ def _served(
                     keys=keys,
                     page=show.page,
                     live=show.live,
+                    three=show.three,
                 ),
                 endpoint,
                 setup.keys,

@@ -17,6 +17,7 @@ from vrg.commands.options import (
     RunsOption,
     SandboxOption,
     SeedOption,
+    ThreeOption,
     web_address,
 )
 from vrg.launch.fork_server import fork_server
@@ -83,6 +84,7 @@ def play(
     listen: ListenOption = None,
     developer: DeveloperOption = False,
     foxglove: FoxgloveOption = False,
+    three: ThreeOption = False,
 ) -> None:
     """Play a match, show it, and say who won and where the run is recorded."""
     speed = rate_of(rate, in_process)
@@ -91,10 +93,10 @@ def play(
             f"{'--seats' if seats else '--sandbox'} needs processes: a match in one process has no seats and no "
             "sandboxes; leave --in-process out"
         )
-    if in_process and (web or listen or foxglove):
+    if in_process and (web or listen or foxglove or three):
         raise typer.BadParameter(
-            f"{'--foxglove' if foxglove else '--web'} needs processes: a match in one process serves nobody; leave "
-            "--in-process out"
+            f"{'--foxglove' if foxglove else '--3d' if three else '--web'} needs processes: a match in one process "
+            "serves nobody; leave --in-process out"
         )
     if in_process and developer:
         raise typer.BadParameter("--developer needs processes: `vrg play` without --in-process has them")
@@ -116,6 +118,7 @@ def play(
             web=address,
             developer=developer,
             foxglove=foxglove,
+            three=three,
         )
         play_match(match, runs, wish, server, engine=engine, seed=seed, rate=speed)
 

@@ -18,6 +18,7 @@ from vrg.commands.launching import Security, Show, play_processes
 from vrg.commands.options import has_display
 from vrg.commands.page import live_address, open_page
 from vrg.commands.plan import print_plan
+from vrg.commands.three import three_address
 from vrg.config.files import WINDOW
 from vrg.config.loading import check_strategies, load_match, match_path
 from vrg.config.setup import MatchSetup, write_setup
@@ -46,7 +47,7 @@ class Wish:
         sandbox: True seals the processes of players, False does not; None as the match file says.
         web: the address and the port at which browsers see it; None serves no page.
         developer: True opens the developers' view in place of another window.
-        foxglove: True lets Foxglove connect.
+        foxglove: True lets Foxglove connect. three: True shows it in three dimensions.
     """
 
     in_process: bool
@@ -61,6 +62,7 @@ class Wish:
     web: tuple[str, int | None] | None = None
     developer: bool = False
     foxglove: bool = False
+    three: bool = False
 
 
 def play_match(
@@ -99,7 +101,9 @@ def play_match(
     if wish.web is not None and not wish.dry:
         page = open_page(*wish.web, [player.name for player in setup.players])
     live = live_address(None) if wish.foxglove and not wish.dry else None
-    show = Show(console, window=wish.window and (elsewhere or has_display()), record=wish.record, page=page, live=live)
+    three = three_address(None) if wish.three and not wish.dry else None
+    window = wish.window and (elsewhere or has_display())
+    show = Show(console, window=window, record=wish.record, page=page, live=live, three=three)
     if wish.dry:
         print_plan(setup, console, window=show.window, record=show.record, web=wish.web is not None)
         return

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 import typer
 
 from vrg.commands.matches import ended_run, need_recording
-from vrg.commands.options import AtOption, JsonOption, RunArgument, RunsOption, has_display, need_display
+from vrg.commands.options import AtOption, JsonOption, RunArgument, RunsOption, ThreeOption, has_display, need_display
+from vrg.commands.three import show_replay
 from vrg.errors import ConfigError, LaunchError, MessageError
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ def replay(
     ] = None,
     runs: RunsOption = Path("runs"),
     as_json: JsonOption = False,
+    in_three: ThreeOption = False,
 ) -> None:
     """Watch a recorded match in a window: pause it, go through it step by step, or from call to call.
 
@@ -51,8 +53,14 @@ def replay(
     if as_json:
         typer.echo(json.dumps(_told(folder, setup)))
         return
-    need_display()
+    if in_three:
+        taken = _read(folder, setup)
+        typer.echo(taken.note, nl=bool(taken.note))
+        show_replay(taken.timeline, setup, at)
+        return
     from vrg.ui.replay import show
+
+    need_display()
 
     window = window_of(folder, setup, runs=runs)
     if at is not None:

@@ -17,12 +17,12 @@ from vrg.types import Pose
 
 HERE = "here"
 """The name of the machine where the match is launched."""
-WINDOW, WEB, LIVE = "spectator", "web", "foxglove"
+WINDOW, WEB, LIVE, THREE = "spectator", "web", "foxglove", "three"
 """The names of the processes of the window, of the page, and of what Foxglove connects to. The last two run where the
 match is launched."""
 PLACED = ("router", "world", "referee", "recorder", WINDOW)
 """The names of the processes of every match."""
-PROCESS_NAMES = (*PLACED, "drives", WEB, LIVE)
+PROCESS_NAMES = (*PLACED, "drives", WEB, LIVE, THREE)
 """The names of other processes. A player cannot have one of them, as its process and log are named after it."""
 RESERVED = ("router-", "host-", "drives-")
 """What the names of further processes and logs begin with, in a match that spans several machines."""

@@ -4,6 +4,7 @@ Each node is imported when it is made, so that a process loads only what it need
 processes only a player's own process imports a student's code.
 """
 
+import contextlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
     from vrg.ui.developer.node import DeveloperWindow
     from vrg.ui.hud.node import Hud
     from vrg.ui.spectator import Spectator
+    from vrg.ui.three.node import ThreeNode
+    from vrg.ui.three.theatre import Theatre
     from vrg.ui.web.node import WebNode
 
 T = TypeVar("T")
@@ -213,6 +216,41 @@ def live_node(setup: MatchSetup, address: str) -> "LiveRecorder":
         models={player.name: player.robot for player in setup.players},
         obstacles=setup.obstacles,
     )
+
+
+def three_node(setup: MatchSetup, address: str) -> "ThreeNode":
+    """Make the node that shows a match in three dimensions.
+
+    Args:
+        address: where it is served, such as `127.0.0.1:8090`.
+
+    Raises:
+        LaunchError: viser is not installed.
+    """
+    from vrg.config.files import THREE
+    from vrg.ui.three.node import ThreeNode
+
+    robots = {player.name: player.robot for player in setup.players}
+    return ThreeNode(THREE, Mailbox(), setup.keys, theatre(setup, address), robots=robots, obstacles=setup.obstacles)
+
+
+def theatre(setup: MatchSetup, address: str) -> "Theatre":
+    """Make what browsers see of a match in three dimensions, running or recorded.
+
+    Args:
+        address: where it is served, such as `127.0.0.1:8090`.
+
+    Raises:
+        LaunchError: viser is not installed.
+    """
+    from vrg.ui.three.theatre import Theatre
+
+    robots, (host, _, port) = {}, address.rpartition(":")
+    for player in setup.players:
+        # A recording may name a model that is not installed here.
+        with contextlib.suppress(ConfigError):
+            robots[player.name] = player.robot
+    return Theatre(robots, host.strip("[]"), int(port), setup.name)
 
 
 def spectator_node(setup: MatchSetup, name: str, run: Path | None, *, official: bool = True) -> "Spectator":

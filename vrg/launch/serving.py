@@ -40,7 +40,7 @@ LEASH_PATIENCE = 10.0
 STUCK = 30.0
 """The processor time in s that a node may use while no thread of Python comes to run, as in a loop in C code, before it
 is ended. This does not need a supervisor."""
-SHOWN = ("spectator", "developer", "hud", "web", "foxglove")
+SHOWN = ("spectator", "developer", "hud", "web", "foxglove", "three")
 """The kinds of nodes that show the match to people."""
 KINDS = ("world", "coordinator", "recorder", *SHOWN, "player")
 """The kinds of nodes that `serve` can run."""
@@ -135,6 +135,8 @@ def _shown(
         return nodes.web_node(setup, secret), _never
     if kind == "foxglove":
         return nodes.live_node(setup, name), _never
+    if kind == "three":
+        return nodes.three_node(setup, name), _never
     if kind == "hud":
         display = nodes.hud_node(setup, name)
         return display, lambda: display.closed

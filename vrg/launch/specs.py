@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vrg.bus.seats import Seat, seats_of_node
-from vrg.config.files import HERE, LIVE, WEB, WINDOW
+from vrg.config.files import HERE, LIVE, THREE, WEB, WINDOW
 from vrg.config.setup import MatchSetup
 from vrg.games import game_of
 from vrg.launch.child import Job
@@ -14,18 +14,21 @@ if TYPE_CHECKING:
     from vrg.ui.web.admission import Admission
 
 
-def placed(setup: MatchSetup, *, window: bool, record: bool, web: bool = False, live: bool = False) -> dict[str, str]:
+def placed(
+    setup: MatchSetup, *, window: bool, record: bool, web: bool = False, live: bool = False, three: bool = False
+) -> dict[str, str]:
     """The machine of each process of a match, by the process' name, in the order in which they are started.
 
     Args:
         window: True opens the spectator. record: True runs the recorder. web: True serves the page. live: True lets
-            Foxglove connect.
+            Foxglove connect. three: True serves the view in three dimensions.
     """
     names = ["world", "referee", *(companion.name for companion in setup.companions)]
     names += ["recorder"] if record else []
     names += [WINDOW] if window else []
     names += [WEB] if web else []
     names += [LIVE] if live else []
+    names += [THREE] if three else []
     names += [player.name for player in setup.players]
     routers = {"router": setup.place.get("router", HERE)}
     routers |= {f"router-{name}": name for name, machine in setup.machines.items() if machine.router}
@@ -43,7 +46,7 @@ def kind_of(setup: MatchSetup, process: str) -> str | None:
     if process in [companion.name for companion in setup.companions]:
         return None
     kinds = {"world": "world", "referee": "coordinator", "recorder": "recorder"}
-    kinds |= {WINDOW: window_of(setup)[0], WEB: "web", LIVE: "foxglove"}
+    kinds |= {WINDOW: window_of(setup)[0], WEB: "web", LIVE: "foxglove", THREE: "three"}
     return kinds.get(process, "router")
 
 
@@ -81,6 +84,7 @@ def specs(
     keys: Path | None = None,
     page: "Admission | None" = None,
     live: str | None = None,
+    three: str | None = None,
 ) -> list[ProcessSpec]:
     """The processes of a match that run on one machine, the router first.
 
@@ -95,6 +99,7 @@ def specs(
         keys: the folder of the keys of the seats on that machine; None in a match without them.
         page: where the page is served, and for whom; None without one.
         live: where Foxglove can connect, such as `127.0.0.1:8765`; None if it cannot.
+        three: where the view in three dimensions is served; None without one.
     """
     run, given = str(folder.resolve()), None if keys is None else str(keys)
     companions = {companion.name: companion for companion in setup.companions}
@@ -107,13 +112,13 @@ def specs(
         if kind == "router":
             job = Job(kind=kind, router=endpoint, run=run, keys=given, upstream=upstream)
             return ProcessSpec(process, job.arguments, None, 0, 3)
-        name = {WINDOW: window_of(setup)[1], WEB: "", LIVE: live or ""}.get(process, process)
+        name = {WINDOW: window_of(setup)[1], WEB: "", LIVE: live or "", THREE: three or ""}.get(process, process)
         # Most of what shows the match is a spectator on the bus.
-        shown = "spectator" if kind in ("developer", "web", "foxglove") else kind
+        shown = "spectator" if kind in ("developer", "web", "foxglove", "three") else kind
         return ProcessSpec(
             process,
             Job(kind=kind, router=endpoint, run=run, name=name, keys=given).arguments,
-            setup.keys.pulse(shown, process if process in (WEB, LIVE) else name).key,
+            setup.keys.pulse(shown, process if process in (WEB, LIVE, THREE) else name).key,
             group=2 if process in setup.physical and companions else 1,
             stop_order={"player": 0, "world": 2}.get(kind, 1),
             essential=kind in ("world", "coordinator", "player"),
@@ -122,5 +127,7 @@ def specs(
             secret=page.encoded() if page is not None and process == WEB else "",
         )
 
-    where = placed(setup, window=window, record=record, web=page is not None, live=live is not None)
+    where = placed(
+        setup, window=window, record=record, web=page is not None, live=live is not None, three=three is not None
+    )
     return [spec(process) for process, at in where.items() if at == machine]

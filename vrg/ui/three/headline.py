@@ -1,0 +1,73 @@
+"""What is written over the picture as HTML: score, clock, banners and the last call. Names may come from anybody."""
+
+from html import escape
+from typing import Final
+
+from vrg.colours import Rgb
+from vrg.games import game_of
+from vrg.games.game import sentence, title
+from vrg.ui import palette
+from vrg.ui.banner import banners
+from vrg.ui.scene import Scene, clock_text
+
+
+def headline(scene: Scene) -> str:
+    """The score and the clock in the middle above, below them what must not be overlooked."""
+    game, clock = game_of(scene.game), clock_text(scene.clock)[:-2]
+    teams = [
+        f'<div class="team" style="--c:{_css(palette.mix(game.team_style(team).colour, palette.TEXT, 0.15))}">'
+        f"<b>{points}</b><span>{escape(title(team))}</span></div>"
+        for team, points in scene.score
+    ]
+    half = (len(teams) + 1) // 2
+    stage = f"{sentence(game.round_word)} {scene.round}" if scene.round else title(scene.game)
+    told = "".join(
+        f'<div class="banner" style="background:{_css(banner.colour)};color:{_css(palette.ink_on(banner.colour))}">'
+        f"<b>{escape(banner.heading)}</b> {escape(banner.text)}</div>"
+        for banner in banners(scene)
+    )
+    middle = f'<div class="clock"><b>{clock}</b><span>{escape(stage)}</span></div>'
+    board = "".join((*teams[:half], middle, *teams[half:])) if scene.stage is not None else ""
+    return f'<div class="vrg-top"><div class="board">{board}</div>{told}</div>'
+
+
+def last_call(scene: Scene) -> str:
+    """What the referee has called last. The browser lets it fade, and shows it anew if it is another text."""
+    if not scene.calls:
+        return ""
+    call = scene.calls[-1]
+    marked = " marked" if call.rule in game_of(scene.game).marked else ""
+    return f'<div class="vrg-call{marked}">{escape(sentence(call.text))}</div>'
+
+
+def _css(colour: Rgb) -> str:
+    return "#{:02x}{:02x}{:02x}".format(*colour)
+
+
+STYLE: Final = f"""<style>
+:root {{ --panel: {_css(palette.PANEL)}dd; --line: {_css(palette.LINE)}; --text: {_css(palette.TEXT)};
+  --muted: {_css(palette.MUTED)}; --caution: {_css(palette.CAUTION)}; }}
+.vrg-top, .vrg-call {{ position: fixed; pointer-events: none; color: var(--text); z-index: 5;
+  font-family: "Inter", "Segoe UI", "DejaVu Sans", system-ui, sans-serif; }}
+.vrg-top {{ top: 14px; left: 0; right: 0; display: flex; flex-direction: column; align-items: center; gap: 8px; }}
+.board {{ display: flex; background: var(--panel); border: 1px solid var(--line); border-radius: 12px; overflow: hidden;
+  box-shadow: 0 6px 24px #0008; }}
+.board:empty {{ display: none; }}
+.team {{ display: flex; align-items: center; gap: 12px; padding: 8px 20px; border-bottom: 4px solid var(--c); }}
+.team span {{ font-size: 15px; letter-spacing: .02em; }}
+.team b {{ font-size: 30px; color: var(--c); line-height: 1; }}
+.clock {{ display: flex; flex-direction: column; align-items: center; padding: 7px 22px; background: #0006; }}
+.clock b {{ font-size: 26px; line-height: 1.1; font-variant-numeric: tabular-nums; }}
+.clock span {{ font-size: 11px; color: var(--muted); text-transform: uppercase; letter-spacing: .12em; }}
+.banner {{ padding: 7px 18px; border-radius: 9px; font-size: 15px; max-width: 76vw; box-shadow: 0 4px 16px #0006; }}
+.banner b {{ margin-right: 8px; }}
+.vrg-call {{ left: 50%; transform: translateX(-50%); bottom: 22px; padding: 9px 20px; border-radius: 10px;
+  font-size: 17px; background: var(--panel); border: 1px solid var(--line); max-width: 70vw;
+  animation: told 9s ease-in forwards; }}
+@keyframes told {{ 0%, 80% {{ opacity: 1; }} 100% {{ opacity: 0; }} }}
+.vrg-call.marked {{ border-left: 5px solid var(--caution); }}
+@media (max-width: 600px) {{ .vrg-call {{ bottom: auto; top: 92px; }} }}
+[data-floating-window] div:has(> p > label) {{ width: 4.2em !important; }}
+[data-floating-window] div:has(> p > label:empty) {{ display: none; }}
+#webgl-software-rendering, [data-testid="floating-panel-handle"] button {{ display: none; }}
+</style>"""
