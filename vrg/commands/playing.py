@@ -156,6 +156,12 @@ def _play(setup: MatchSetup, folder: RunFolder, show: Show, server: ForkServer, 
     _conclude(setup, folder, last, state, interrupted=stop.is_set(), failure=failure)
     if failure is not None:
         raise failure
+    if folder.again.exists():
+        folder.again.unlink()
+        from vrg.commands.replay import window_of as replay_of
+        from vrg.ui.replay import show as watch
+
+        watch(replay_of(folder, setup))
 
 
 def sealing(setup: MatchSetup, *, seats: bool, in_process: bool) -> list[str]:

@@ -270,6 +270,7 @@ def spectator_node(setup: MatchSetup, name: str, run: Path | None, *, official: 
         sizes={p.name: p.robot.size for p in setup.players},
         obstacles=setup.obstacles,
         run=run,
+        again=None if run is None else RunFolder(run).again,
         official=official,
     )
 

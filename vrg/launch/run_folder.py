@@ -119,6 +119,11 @@ class RunFolder:
         """The picture that shows why a call was made."""
         return self.path / f"why-{number}.png"
 
+    @property
+    def again(self) -> Path:
+        """Is there if somebody at the window wants to watch the match again."""
+        return self.path / "watch-again"
+
     def recordings(self) -> list[Path]:
         """Every part of the recording. A recorder that was started again begins a new part."""
         parts = self.path.glob(f"{self.recording.stem}*{self.recording.suffix}")

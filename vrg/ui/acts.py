@@ -20,8 +20,8 @@ class Act(Enum):
     HALT = ("H", "halt")
     CONTINUE = ("C", "start, continue")
     RECOVER = ("R", "recover robots")
-    NEXT = ("TAB", "drive a player")
-    PREVIOUS = ("SHIFT TAB", "drive the one before")
+    NEXT = ("TAB", "next player, next field")
+    PREVIOUS = ("SHIFT TAB", "the one before")
     STEER = ("ARROWS", "steer, SHIFT: fast")
     LEAVE = ("ESC", "give it back, close")
     GOTO = ("G", "drive to the goal")
@@ -47,7 +47,7 @@ class Act(Enum):
     CLOSE = ("Q", "close window")
     ORDER = ("A B X Y", "set the team's priority")
     PLAYER = ("1 to 4", "drive that player")
-    TAKE = ("ENTER", "set, take")
+    TAKE = ("ENTER", "set, watch again")
     PAD_LOST = ("", "")
 
 

@@ -161,12 +161,14 @@ def _signs(surface: pygame.Surface, scene: Scene, game: Game, ui: float, fonts: 
     signs: list[tuple[str, Style | None]] = [*styles, *([("wall", None)] if scene.obstacles else [])]
     if {body.physical for body in scene.bodies} == {True, False}:
         signs.append(("white rim: physical robot", None))
-    for words, style in reversed(signs):
+    widths = [fonts.width(words, size) + side + round(6 * ui) for words, _ in signs]
+    while signs and sum(widths) + gap * (len(signs) - 1) > right - 230 * ui:
+        signs.pop()
+        widths.pop()
+    left = right - sum(widths) - gap * (len(signs) - 1)
+    for (words, style), width in zip(signs, widths, strict=True):
         text = fonts.render(words, size, palette.TEXT)
-        left = right - text.get_width() - (side + round(6 * ui))
-        if left < 250 * ui:
-            return
-        surface.blit(text, text.get_rect(midright=(right, y)))
+        surface.blit(text, text.get_rect(midleft=(left + side + round(6 * ui), y)))
         sign = pygame.Rect(0, 0, side, side)
         sign.midleft = (left, y)
         if style is not None:
@@ -177,4 +179,4 @@ def _signs(surface: pygame.Surface, scene: Scene, game: Game, ui: float, fonts: 
             pygame.draw.rect(surface, palette.WALL_EDGE, sign, 1, border_radius=2)
         else:
             pygame.draw.rect(surface, palette.TEXT, sign, 2, border_radius=4)
-        right = left - gap
+        left += width + gap

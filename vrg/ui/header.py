@@ -59,11 +59,12 @@ class HeaderPainter:
 
     def _words(self, surface: pygame.Surface, place: Rect, head: Headline, news: list[Banner], ui: float) -> None:
         fonts, size = self._fonts, round(21 * ui)
-        title = fonts.render(fonts.shorten(head.title, place.width - round(150 * ui), size, Face.BOLD), size,
-                             palette.TEXT, Face.BOLD)  # fmt: skip
+        room = place.width - fonts.width(head.stage, round(13 * ui), Face.BOLD) - round(30 * ui)
+        words = fonts.shorten(head.title, room, size, Face.BOLD)
+        title = fonts.render(words, size, palette.TEXT, Face.BOLD)
         surface.blit(title, (place.left, place.top + round(2 * ui)))
         if head.stage:
-            at = (place.left + title.get_width() + round(12 * ui), place.top + round(3 * ui))
+            at = (place.left + title.get_width() + round(10 * ui), place.top + round(3 * ui))
             kit.chip(surface, at, head.stage, head.colour, ui, fonts)
         lines, colour = head.about, palette.TEXT
         if news:

@@ -20,6 +20,7 @@ from vrg.ui.text import Fonts
 from vrg.ui.window_node import FRAME, WindowNode
 
 OVER: Final = "Q closes the window, ESC shows the field"
+AGAIN: Final = "ENTER watches it again, Q closes the window, ESC shows the field"
 
 
 class Spectator(WindowNode):
@@ -29,6 +30,7 @@ class Spectator(WindowNode):
         name, mailbox, keys, size, run, official: as for WindowNode.
         sizes: length and width of the robots in m, by name.
         obstacles: the ground that the map's walls and obstacles cover, m.
+        again: the file that asks to watch the match again once the window is closed; None if nothing would.
     """
 
     answers = (
@@ -46,6 +48,7 @@ class Spectator(WindowNode):
         obstacles: Sequence[Region] = (),
         size: tuple[int, int] | None = None,
         run: Path | None = None,
+        again: Path | None = None,
         period: float = FRAME,
         official: bool = True,
     ) -> None:
@@ -54,7 +57,8 @@ class Spectator(WindowNode):
             name, mailbox, keys, keys.match, builder=builder, inlets=SceneInlets(mailbox, keys), size=size, run=run,
             period=period, official=official,
         )  # fmt: skip
-        self._over = OVER
+        self._again = again
+        self._over = OVER if again is None else AGAIN
         fonts = Fonts()
         self._panel = PanelPainter(fonts)
         self._painter = Painter(fonts, self._panel, help_=Help.KEYS if official else Help.NONE)
@@ -75,6 +79,9 @@ class Spectator(WindowNode):
             self._over = ""
         elif press.act is not Act.TAKE:
             super().answer(press)
+        elif self._again is not None and self.scene.stage is Stage.GAME_OVER:
+            self._again.touch()
+            self.close()
 
     def draw(self, window: pygame.Surface, tick: Tick, *, asked: bool) -> None:
         """Draw the match."""

@@ -200,9 +200,8 @@ def open_window(
     """
     # This process makes no sound; SDL would otherwise open the sound card, or complain that there is none.
     os.environ.setdefault("SDL_AUDIODRIVER", "dummy")
-    # What a task bar calls the program; SDL would take the name of the file that Python runs.
-    os.environ.setdefault("SDL_VIDEO_X11_WMCLASS", "VRG")
-    os.environ.setdefault("SDL_VIDEO_WAYLAND_WMCLASS", "VRG")
+    # What a task bar calls the program; pygame has set the name of the file that Python runs when it was imported.
+    os.environ["SDL_VIDEO_X11_WMCLASS"] = os.environ["SDL_VIDEO_WAYLAND_WMCLASS"] = "VRG"
     try:
         pygame.display.init()
         if pygame.display.get_driver() == "x11":

@@ -5,14 +5,13 @@ from typing import Final
 
 import pygame
 
-from vrg.bus.messages import Stage
 from vrg.colours import GREEN, SKY_BLUE, VERMILLION, YELLOW, Rgb
 from vrg.games import game_of
-from vrg.games.game import sentence, title
+from vrg.games.game import title
 from vrg.ui import palette, shapes
 from vrg.ui.commander.deck import BUTTONS, Deck
 from vrg.ui.palette import ink_on
-from vrg.ui.scene import Scene, ScenePlayer, clock_text
+from vrg.ui.scene import Scene, ScenePlayer
 from vrg.ui.text import Face, Fonts
 
 FACES: Final[tuple[tuple[str, Rgb, tuple[int, int]], ...]] = (
@@ -88,19 +87,10 @@ class BoardPainter:
         shapes.pill(surface, bar, colour)
         name = self._fonts.render(f"{title(self._deck.team)} team", round(19 * ui), ink_on(colour), Face.BOLD)
         surface.blit(name, name.get_rect(midleft=(bar.left + round(12 * ui), bar.centery)))
-        clock = self._fonts.render(clock_text(scene.clock), round(18 * ui), ink_on(colour), Face.MONO)
-        surface.blit(clock, clock.get_rect(midright=(bar.right - round(12 * ui), bar.centery)))
-        stage = "waiting for the referee" if scene.stage is None else title(scene.stage.value)
-        if scene.halted is not None and scene.stage is not Stage.GAME_OVER:
-            stage = "Halt"
-        if scene.ended is not None:
-            stage = sentence(scene.ended)
         if self.limited:
-            stage += ", limited view"
-        score = "  ".join(f"{title(team)} {points}" for team, points in scene.score)
-        at = (area.left, bar.bottom + round(6 * ui))
-        self._write(surface, f"{stage}   {score}", at, round(14 * ui), palette.TEXT, room=area.width, bold=False)
-        return bar.bottom + round(30 * ui)
+            text = self._fonts.render("limited view", round(14 * ui), ink_on(colour))
+            surface.blit(text, text.get_rect(midright=(bar.right - round(12 * ui), bar.centery)))
+        return bar.bottom + round(10 * ui)
 
     def _priority(self, surface: pygame.Surface, area: pygame.Rect, y: int, scene: Scene, ui: float) -> int:
         """The priority in large letters, with what it means; or whom the commander drives."""
