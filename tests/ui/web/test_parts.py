@@ -26,7 +26,7 @@ def test_the_ground_has_zones_and_walls_with_the_colours_of_the_window(scene_at)
 def test_the_state_says_stage_score_and_players(scene_at):
     state = parts.state(scene_at(13.0))
     assert state["title"] == "Sharks and Minnows"
-    assert [chip["words"] for chip in state["chips"]] == ["Play Round"]
+    assert [chip["words"] for chip in state["chips"]] == ["Playing, pass 1 of 2"]
     assert [(score["team"], score["points"]) for score in state["scores"]] == [("Sharks", 2), ("Minnows", 0)]
     gill = next(player for player in state["players"] if player["name"] == "gill")
     assert (gill["deed"], gill["out"], gill["marker"]) == ("inactive", True, "cross")

@@ -14,8 +14,9 @@ from vrg.games import game_of
 from vrg.games.game import Game, title
 from vrg.regions import Region
 from vrg.ui import palette
-from vrg.ui.banner import Banner, banners
-from vrg.ui.deeds import LOW_BATTERY, deed, hindrance
+from vrg.ui.banner import Banner, Help, banners
+from vrg.ui.deeds import deed, hindrance
+from vrg.ui.headline import headline
 from vrg.ui.scene import Scene, SceneBody, ScenePlayer, clock_text
 from vrg.ui.view import extent
 from vrg.ui.zones import room, zone_look
@@ -74,22 +75,24 @@ def _zone(zone: Any, game: Game) -> dict[str, Any]:
 
 def state(scene: Scene) -> dict[str, Any]:
     """What is told in words, and how the robots look. It changes now and then, not with each frame."""
-    game = game_of(scene.game)
+    game, head = game_of(scene.game), headline(scene)
     lining_up = scene.stage in (Stage.INITIALIZE, Stage.ROUND_OVER)
     return {
         "t": "state",
-        "title": game.title or title(scene.game),
-        "chips": _chips(scene),
-        "round": f"{game.round_word} {scene.round} of {scene.rounds}" if scene.stage is not None else "",
+        "title": head.title if scene.game else "",
+        "about": head.about,
+        "chips": [] if scene.stage is None else [{"words": head.stage, **_plate(head.colour)}],
+        "count": head.count,
+        "reason": head.reason,
         "scores": [
-            {"team": title(team), "points": points, "colour": hexadecimal(game.team_style(team).colour)}
-            for team, points in scene.score
+            {"team": team.team, "points": team.points, "words": team.words, **_plate(team.colour)}
+            for team in head.teams
         ],
         "objects": [
             {"words": o.words, "colour": hexadecimal(game.team_style(o.team).colour), "carried": bool(o.carrier)}
             for o in scene.objects
         ],
-        "banners": [_banner(banner) for banner in _banners(scene)],
+        "banners": [_banner(*both) for both in _banners(scene)],
         "bodies": [_body(body, game) for body in scene.bodies],
         "players": [_player(scene, player, game) for player in scene.players],
         "marks": [
@@ -107,24 +110,23 @@ def state(scene: Scene) -> dict[str, Any]:
     }
 
 
-def _chips(scene: Scene) -> list[dict[str, str]]:
-    if scene.stage is None:
-        return []
-    found = [(title(scene.stage.value), palette.STAGE_COLOURS[scene.stage])]
-    if scene.halted is not None and scene.stage is not Stage.GAME_OVER:
-        found.append(("Halt", palette.CAUTION))
-    return [{"words": words, **_plate(colour)} for words, colour in found]
-
-
-def _banners(scene: Scene) -> Sequence[Banner]:
+def _banners(scene: Scene) -> Sequence[tuple[Banner, Banner]]:
+    """The banners as viewers read them, each with the same one as officials do."""
     if scene.stage is None and not scene.estop:
         lines = ("The match is starting: the world and the referee have not been heard yet.",)
-        return [Banner("Waiting for", lines, palette.CALM, brief=True)]
-    return banners(scene)
+        waiting = Banner("Waiting for", lines, palette.CALM, brief=True)
+        return [(waiting, waiting)]
+    return list(zip(banners(scene), banners(scene, Help.KEYS), strict=True))
 
 
-def _banner(banner: Banner) -> dict[str, Any]:
-    return {"heading": banner.heading, "lines": banner.lines, "brief": banner.brief, **_plate(banner.colour)}
+def _banner(banner: Banner, officials: Banner) -> dict[str, Any]:
+    return {
+        "heading": banner.heading,
+        "lines": banner.lines,
+        "steps": officials.steps,
+        "brief": banner.brief,
+        **_plate(banner.colour),
+    }
 
 
 def _plate(colour: Rgb) -> dict[str, str]:
@@ -150,13 +152,10 @@ def _player(scene: Scene, player: ScenePlayer, game: Game) -> dict[str, Any]:
     words, colour = deed(player)
     return {
         "name": player.name,
-        "role": player.role,
         "colour": hexadecimal(style.colour),
         "marker": style.marker.value,
         "deed": words,
         "ink": hexadecimal(colour),
-        "battery": None if player.battery is None or player.out_of_play else round(player.battery, 2),
-        "low": player.battery is not None and player.battery < LOW_BATTERY,
         "fault": player.fault,
         "out": player.out_of_play,
         "physical": any(body.physical for body in scene.bodies if body.name == player.name),
@@ -185,14 +184,15 @@ def frame(scene: Scene) -> dict[str, Any]:
     """What moves. The bodies and the players are in the order of the state.
 
     Returns:
-        `time` (match time, s), `clock` (as it is written), `rate`, `bodies` (x, y in m, heading in rad each), `speeds`
-        (of the players, m/s, or None), `objects` (x, y in m each), and `flashes` (x, y in m, word, share of the moment
-        that is over).
+        `time` (match time, s), `clock` (as it is written), `left` (the time that is left, in words), `rate`, `bodies`
+        (x, y in m, heading in rad each), `speeds` (of the players, m/s, or None), `objects` (x, y in m each), and
+        `flashes` (x, y in m, word, share of the moment that is over).
     """
     return {
         "t": "frame",
         "time": round(scene.time, 3),
         "clock": clock_text(scene.clock),
+        "left": headline(scene).left,
         "rate": scene.rate,
         "bodies": [(round(b.pose.x, 3), round(b.pose.y, 3), round(b.pose.theta, 3)) for b in scene.bodies],
         "speeds": [None if p.speed is None or p.out_of_play else round(p.speed, 1) + 0.0 for p in scene.players],

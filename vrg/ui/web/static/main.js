@@ -175,7 +175,13 @@ window.addEventListener("hashchange", () => {
   link.stop();
   link.connect();
 });
+function showPlans() {
+  match.plans = !match.plans;
+  byId("plans").ariaPressed = String(match.plans);
+}
+byId("plans").addEventListener("click", showPlans);
 window.addEventListener("keydown", (event) => {
+  if (event.key.toLowerCase() === "l" && !event.repeat) showPlans();
   if (match.role === "viewer" || event.ctrlKey || event.metaKey || event.altKey) return;
   controls.shift = event.shiftKey;
   const steers = match.role === "seat" && controls.press(event.code);

@@ -10,6 +10,8 @@ export class Match {
     this.forget();
     this.role = "viewer";
     this.player = "";
+    /** What players sketch of their plans is shown. */
+    this.plans = false;
   }
 
   /** Forget what was seen, but for the colours and the role. */

@@ -22,7 +22,7 @@ export function say(id, text) {
 export class Panel {
   constructor() {
     this.shown = {};
-    for (const id of ["halt", "resume", "recover", "end", "release", "fast"]) say(id, WORDS[id]);
+    for (const id of ["halt", "resume", "recover", "end", "release", "fast", "plans"]) say(id, WORDS[id]);
     say("give-back", WORDS.giveBack);
     for (const button of document.querySelectorAll(".estop")) button.textContent = WORDS.estop;
     say("players-heading", WORDS.players);
@@ -35,18 +35,23 @@ export class Panel {
     this.when("colours", match.colours, () => paint(match.colours));
     const { state } = match;
     say("title", state?.title || WORDS.waiting);
-    this.when("chips", [state?.chips, state?.round], () => {
+    say("about", state?.about ?? "");
+    say("count", state?.count ?? "");
+    say("reason", state?.reason ?? "");
+    this.when("chips", state?.chips, () => {
       const chips = (state?.chips ?? []).map(({ words, colour, ink }) => {
         const chip = make("span", "chip", words);
         chip.style.background = colour;
         chip.style.color = ink;
         return chip;
       });
-      byId("chips").replaceChildren(...chips, make("span", "round", state?.round ?? ""));
+      byId("chips").replaceChildren(...chips);
     });
     this.when("scores", state?.scores, () => byId("scores").replaceChildren(...(state?.scores ?? []).map(score)));
     this.when("objects", state?.objects, () => byId("objects").replaceChildren(...(state?.objects ?? []).map(thing)));
-    this.when("banners", state?.banners, () => byId("banners").replaceChildren(...(state?.banners ?? []).map(banner)));
+    this.when("banners", [state?.banners, match.role], () => {
+      byId("banners").replaceChildren(...(state?.banners ?? []).map((told) => banner(told, match.role)));
+    });
     this.when("players", [state?.players, match.player], () => {
       const rows = (state?.players ?? []).flatMap((player) => row(player, match));
       byId("players").tBodies[0].replaceChildren(...rows);
@@ -59,12 +64,12 @@ export class Panel {
     if (frame && state?.title) {
       say("clock", frame.clock);
       const minutes = Math.floor(frame.time / 60), seconds = (frame.time % 60).toFixed(1).padStart(4, "0");
-      const notes = [WORDS.playClock, WORDS.matchTime(`${minutes}:${seconds}`)];
+      const notes = [frame.left || WORDS.playClock, WORDS.matchTime(`${minutes}:${seconds}`)];
       if (frame.rate !== 1) notes.push(WORDS.speed(frame.rate));
       say("notes", notes.join("\n"));
       frame.speeds.forEach((speed, index) => {
         const cell = byId("players").tBodies[0].querySelector(`[data-index="${index}"] .speed`);
-        const text = speed === null ? "" : speed.toFixed(1);
+        const text = speed === null ? "" : `${speed.toFixed(1)} m/s`;
         if (cell && cell.textContent !== text) cell.textContent = text;
       });
     }
@@ -84,9 +89,11 @@ function paint(colours) {
   for (const [name, colour] of Object.entries(colours)) document.documentElement.style.setProperty(`--${name}`, colour);
 }
 
-function score({ team, points, colour }) {
+function score({ team, points, words, colour, ink }) {
   const card = make("div", "score", "", make("span", "team", team), make("span", "points", String(points)));
-  card.style.borderColor = colour;
+  card.title = words;
+  card.style.background = colour;
+  card.style.color = ink;
   return card;
 }
 
@@ -96,10 +103,11 @@ function thing({ words, colour, carried }) {
   return make("div", carried ? "thing carried" : "thing", "", flag, words);
 }
 
-function banner({ heading, lines, colour, ink, brief }) {
+function banner({ heading, lines, steps, colour, ink, brief }, role) {
   const plate = make("div", brief ? "banner brief" : "banner", "", make("strong", "", heading));
   if (brief) plate.append(make("span", "", lines.join(" · ")));
   else plate.append(...lines.map((line) => make("p", "", line)));
+  if (role === "official") plate.append(...steps.map((step) => make("p", "step", step)));
   plate.style.background = colour;
   plate.style.color = ink;
   return plate;
@@ -114,24 +122,16 @@ function row(player, match) {
   c.translate(18, 18);
   c.rotate(-Math.PI / 2);
   drawMarker(c, player.marker, 11, match.colours.ink);
-  const role = make("td", "role", player.role), deed = make("td", "deed", player.deed);
-  role.style.color = player.out ? "" : player.colour;
+  const deed = make("td", "deed", player.deed);
   deed.style.color = player.ink;
-  const gauge = make("td", "gauge");
-  if (player.battery !== null) {
-    const charge = make("span", player.low ? "charge low" : "charge", "", make("i"));
-    charge.firstChild.style.width = `${Math.round(100 * player.battery)}%`;
-    charge.title = `${Math.round(100 * player.battery)} %`;
-    gauge.append(charge);
-  }
-  const line = make("tr", "player", "", make("td", "sign", "", badge), make("td", "name", player.name), role, deed, make("td", "speed"), gauge);
+  const line = make("tr", "player", "", make("td", "sign", "", badge), make("td", "name", player.name), deed, make("td", "speed"));
   line.dataset.index = index;
   line.classList.toggle("out", player.out);
   line.classList.toggle("faulty", Boolean(player.fault));
   line.classList.toggle("own", player.name === match.player);
   if (!player.fault) return [line];
   const fault = make("td", "fault", player.fault);
-  fault.colSpan = 6;
+  fault.colSpan = 4;
   return [line, make("tr", "", "", fault)];
 }
 

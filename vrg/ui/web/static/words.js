@@ -30,6 +30,7 @@ export const WORDS = {
   padNone: "No gamepad: use the stick or the arrow keys.",
   pad: (name) => `Gamepad: ${name}. Hold RB to drive.`,
   padLost: "The gamepad is lost, so the robot stands.",
+  plans: "Plans",
   fast: "Full speed",
   giveBack: "Give it back",
   displaced: (player) => `Another page has taken the seat of ${player}. You may watch.`,
