@@ -32,13 +32,12 @@ class Solid:
     """Something that does not move.
 
     Args:
-        name: its own. opacity: 0 to 1. casts: it casts a shadow.
+        name: its own. casts: it casts a shadow.
     """
 
     name: str
     mesh: Mesh
     colour: Rgb
-    opacity: float = 1.0
     casts: bool = False
 
 
