@@ -180,7 +180,7 @@ class Theatre:
             self._nodes.pop(name).remove()
         for solid in ground(scene):
             self._nodes[f"ground/{solid.name}"] = self.server.scene.add_mesh_simple(
-                f"/ground/{solid.name}", solid.mesh.vertices, solid.mesh.faces, color=solid.colour, flat_shading=True,
+                f"/ground/{solid.name.replace('/', '-')}", solid.mesh.vertices, solid.mesh.faces, color=solid.colour, flat_shading=True,
                 cast_shadow=solid.casts,
             )  # fmt: skip
 
