@@ -179,10 +179,16 @@ class Theatre:
         for name in [name for name in self._nodes if name.startswith("ground/")]:
             self._nodes.pop(name).remove()
         for solid in ground(scene):
+            # With a slash it would be a part of another one.
+            name = f"/ground/{solid.name.replace('/', '-')}"
             self._nodes[f"ground/{solid.name}"] = self.server.scene.add_mesh_simple(
-                f"/ground/{solid.name.replace('/', '-')}", solid.mesh.vertices, solid.mesh.faces, color=solid.colour, flat_shading=True,
+                name,
+                solid.mesh.vertices,
+                solid.mesh.faces,
+                color=solid.colour,
+                flat_shading=True,
                 cast_shadow=solid.casts,
-            )  # fmt: skip
+            )
 
     def _batch(self, batch: Batch) -> None:
         node = self._nodes.get(batch.name)
