@@ -106,7 +106,7 @@ def _grid(region: Region) -> Iterator[Mesh]:
         for metre in range(math.ceil(low), math.floor(high) + 1):
             piece = strip(outline, normal, metre - 0.012, metre + 0.012)
             if piece:
-                yield sheet(piece, 3 * LAYER)
+                yield sheet(piece, 4.5 * LAYER)
 
 
 def _zone(zone: Zone, game: Game, name: str, layer: int) -> Iterator[Solid]:
