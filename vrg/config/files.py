@@ -17,7 +17,7 @@ from vrg.types import Pose
 
 HERE = "here"
 """The name of the machine where the match is launched."""
-WINDOW, WEB, LIVE, THREE = "spectator", "web", "foxglove", "three"
+WINDOW, WEB, LIVE, THREE = "spectator", "web", "foxglove", "3d"
 """The names of the processes of the window, of the page, and of what Foxglove connects to. The last two run where the
 match is launched."""
 PLACED = ("router", "world", "referee", "recorder", WINDOW)

@@ -16,6 +16,7 @@ from vrg.bus.topics import Keys
 from vrg.errors import LaunchError
 from vrg.hal.models import robot_model
 from vrg.recording.recorded import read_match
+from vrg.ui.scene import Scene
 from vrg.ui.three import theatre as module
 from vrg.ui.three.node import FRAME, ThreeNode
 from vrg.ui.three.replay import ThreeReplay
@@ -75,6 +76,15 @@ def test_one_page_too_many_is_told_so(theatre: Theatre, monkeypatch: pytest.Monk
         assert first.recv(timeout=30)
         with visit(theatre) as second, pytest.raises(ConnectionClosed, match="close one"):
             second.recv(timeout=30)
+
+
+def test_what_is_no_more_on_the_field_is_taken_away(theatre: Theatre) -> None:
+    nodes = theatre.server.scene
+    assert nodes.get_handle_by_name("/robots/P2AT/paint") is not None
+    theatre.show(Scene(), FRAME)
+    assert nodes.get_handle_by_name("/robots/P2AT/paint") is None
+    theatre.show(scene_at(5.0), FRAME)
+    assert nodes.get_handle_by_name("/robots/P2AT/paint") is not None
 
 
 def test_no_viewer_opens_a_tunnel_to_the_internet(theatre: Theatre) -> None:

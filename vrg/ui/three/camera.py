@@ -71,7 +71,7 @@ def _laid(place: Extent, shape: float) -> tuple[float, float, bool]:
 def behind(pose: Pose, size: float) -> Shot:
     """Over the shoulder of a robot whose body is `size` m long."""
     c, s, back = math.cos(pose.theta), math.sin(pose.theta), 1.9 + 2.6 * size
-    return Shot((pose.x - back * c, pose.y - back * s, 0.9 + 1.5 * size), (pose.x + 0.5 * c, pose.y + 0.5 * s, 0.1))
+    return Shot((pose.x - back * c, pose.y - back * s, 0.9 + 1.5 * size), (pose.x + 0.9 * c, pose.y + 0.9 * s, 0.15))
 
 
 def inside(pose: Pose, eye: Vector) -> Shot:

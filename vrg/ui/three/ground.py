@@ -32,13 +32,12 @@ class Solid:
     """Something that does not move.
 
     Args:
-        name: its own. opacity: 0 to 1. casts: it casts a shadow.
+        name: its own. casts: it casts a shadow.
     """
 
     name: str
     mesh: Mesh
     colour: Rgb
-    opacity: float = 1.0
     casts: bool = False
 
 
@@ -107,7 +106,7 @@ def _grid(region: Region) -> Iterator[Mesh]:
         for metre in range(math.ceil(low), math.floor(high) + 1):
             piece = strip(outline, normal, metre - 0.012, metre + 0.012)
             if piece:
-                yield sheet(piece, 3 * LAYER)
+                yield sheet(piece, 4.5 * LAYER)
 
 
 def _zone(zone: Zone, game: Game, name: str, layer: int) -> Iterator[Solid]:

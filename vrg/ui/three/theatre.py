@@ -4,7 +4,7 @@ import contextlib
 import io
 import logging
 import socket
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -83,6 +83,7 @@ class Theatre:
         self._host, self._port, self._title = host, port, title
         self._viewers: dict[int, Viewer] = {}
         self._nodes: dict[str, Any] = {}
+        self._batches: dict[str, Batch] = {}
         self._count = 0
         self._still: tuple[object, ...] = ()
         self._drawn: tuple[object, ...] = ()
@@ -148,7 +149,11 @@ class Theatre:
             if self._still != still:
                 self._still = still
                 self._build(scene)
-            for batch in self._stage.batches(scene):
+            batches = {batch.name: batch for batch in self._stage.batches(scene)}
+            for name in self._batches.keys() - batches.keys():
+                self._nodes.pop(name).remove()
+            self._batches = batches
+            for batch in batches.values():
                 self._batch(batch)
             drawn = ([(body.trail, body.state) for body in scene.bodies], scene.strokes)
             if self._drawn != drawn:
@@ -161,7 +166,7 @@ class Theatre:
             if names and viewer.robots.options != names:
                 viewer.robots.options = names
             self._look(viewer, seconds)
-            self._scan(viewer, scene, scans or {})
+            self._scan(viewer, scans or {})
 
     def _build(self, scene: Scene) -> None:
         """Build what stands still, and choose the first view."""
@@ -174,10 +179,16 @@ class Theatre:
         for name in [name for name in self._nodes if name.startswith("ground/")]:
             self._nodes.pop(name).remove()
         for solid in ground(scene):
+            # With a slash it would be a part of another one.
+            name = f"/ground/{solid.name.replace('/', '-')}"
             self._nodes[f"ground/{solid.name}"] = self.server.scene.add_mesh_simple(
-                f"/ground/{solid.name}", solid.mesh.vertices, solid.mesh.faces, color=solid.colour, flat_shading=True,
-                cast_shadow=solid.casts, opacity=None if solid.opacity == 1.0 else solid.opacity,
-            )  # fmt: skip
+                name,
+                solid.mesh.vertices,
+                solid.mesh.faces,
+                color=solid.colour,
+                flat_shading=True,
+                cast_shadow=solid.casts,
+            )
 
     def _batch(self, batch: Batch) -> None:
         node = self._nodes.get(batch.name)
@@ -194,9 +205,10 @@ class Theatre:
         if batch.robots:
 
             @node.on_click
-            def _(event: Any, names: Sequence[str] = batch.robots) -> None:
-                if event.instance_index is not None and event.instance_index < len(names):
-                    self._choose(event.client.client_id, View.FOLLOW, names[event.instance_index])
+            def _(event: Any, name: str = batch.name) -> None:
+                now = self._batches.get(name)
+                if now is not None and event.instance_index in range(len(now.robots)):
+                    self._choose(event.client.client_id, View.FOLLOW, now.robots[event.instance_index])
 
     def _lines(self, lines: Lines) -> None:
         node = self._nodes.get("trails")
@@ -249,7 +261,7 @@ class Theatre:
             shot = camera.inside(body.pose, self._eye(body))
         _aim(viewer, shot)
 
-    def _scan(self, viewer: Viewer, scene: Scene, scans: Scans) -> None:
+    def _scan(self, viewer: Viewer, scans: Scans) -> None:
         """Lay the scan of the robot that a viewer follows on the ground."""
         node = self._nodes.get(f"scan/{viewer.client.client_id}")
         found = scans.get(viewer.robot) if viewer.view in (View.FOLLOW, View.EYES) else None
