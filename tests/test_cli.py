@@ -10,6 +10,7 @@ import pytest
 
 from vrg import __version__
 from vrg.cli import main
+from vrg.commands.options import duration
 from vrg.config.loading import match_path
 
 GOOD = match_path("sharks-and-minnows").read_text(encoding="utf-8")
@@ -229,3 +230,44 @@ def test_a_folder_of_keys_that_is_not_there_is_told(vrg: Callable[..., Done]) ->
     done = vrg("estop", "two", "--router", "tls/127.0.0.1:7447", "--keys", "keyz")
     assert done.status == 1
     assert "keyz: expected the folder of the keys, found none" in done.err
+
+
+def test_the_help_page_fits_on_a_screen(vrg: Callable[..., Done]) -> None:
+    done = vrg("--help")
+    assert done.status == 0
+    assert len(done.out.splitlines()) <= 30
+    assert max(map(len, done.out.splitlines())) <= 80
+    for page in ("show", "run", "node"):
+        assert vrg(page).out == vrg(page, "--help").out != ""
+
+
+@pytest.mark.parametrize(
+    ("typed", "said"),
+    [
+        ("plya", "vrg play'?"),
+        ("replay", "vrg run replay'?"),
+        ("show widnow", "vrg show window'?"),
+        ("official hlat", "'halt'?"),
+        ("play shark-and-minnows", "did you mean 'sharks-and-minnows'?"),
+        ("practice --map courtyrd", "did you mean 'courtyard'?"),
+        ("practice sharks-and-minnow", "did you mean 'sharks-and-minnows'?"),
+        ("node player playr1 sharks-and-minnows", "did you mean 'player1'?"),
+    ],
+)
+def test_a_name_that_is_misspelled_comes_with_the_one_that_is_meant(
+    vrg: Callable[..., Done], typed: str, said: str
+) -> None:
+    done = vrg(*typed.split())
+    assert done.status != 0
+    assert said in " ".join(done.err.split())
+
+
+@pytest.mark.parametrize("text", ["", "x", "1:2:3:4", "-1", "nan", "1:-2", "61"])
+def test_what_is_no_time_within_the_bounds_is_refused(vrg: Callable[..., Done], text: str) -> None:
+    done = vrg("topic", "list", "--for", text)
+    assert done.status == 2
+    assert "expected a time from 0.1 to 60 s, such as 80 or 1:20" in " ".join(done.err.replace("│", "").split())
+
+
+def test_a_time_may_be_typed_in_minutes() -> None:
+    assert [duration()(text) for text in ("80", "1:20", "0:01:20.5", 3.0)] == [80.0, 80.0, 80.5, 3.0]

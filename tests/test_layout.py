@@ -219,3 +219,11 @@ def test_tests_on_a_can_interface_are_where_make_vcan_looks_for_them() -> None:
     assert len(marked) > 5
     folders = (tests / "hal" / "can", tests / "system", tests / "test_layout.py")
     assert [path for path in marked if not any(path.is_relative_to(folder) for folder in folders)] == []
+
+
+def test_a_command_does_not_load_the_others() -> None:
+    code = "from typer.main import get_command\nfrom vrg.cli import make_app\n"
+    code += "app = get_command(make_app())\nshow = app.get_command(None, 'show')\nshow.list_commands(None)\n"
+    modules = tuple(f"vrg.commands.{name}" for name in ("show", "page", "sensors", "run", "replay", "play", "official"))
+    assert _loaded(code, modules) == []
+    assert _loaded(f"{code}show.get_command(None, 'window')", modules) == ["vrg.commands.show"]

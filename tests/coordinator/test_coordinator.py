@@ -127,7 +127,7 @@ def table(tmp_path: Path) -> Table:
 
 def test_the_round_begins_when_all_report_and_stand_still(table: Table) -> None:
     table.silent = {"m1"}
-    assert table.ticks(3).waiting == ("starting: 4 of 5 players are ready",)
+    assert table.ticks(3).waiting == ("starting: m1 (4 of 5 players are ready)",)
     table.silent = set()
     assert table.tick().stage is m.Stage.PLAY_ROUND
 

@@ -59,7 +59,7 @@ class KillsParent(Strategy):
         return STILL
 """
 HAS_RAY = importlib.util.find_spec("ray") is not None
-WITH_RAY = pytest.mark.skipif(not HAS_RAY, reason="ray is not installed: pip install 'vrg[cluster]'")
+WITH_RAY = pytest.mark.skipif(not HAS_RAY, reason="ray is not installed: pip install -e '.[cluster]'")
 KINDS = ["processes", "fake ray", pytest.param("ray", marks=WITH_RAY)]
 CLUSTERS = KINDS[1:]
 
@@ -339,7 +339,7 @@ def test_files_that_would_lie_outside_the_folder_are_refused(tmp_path: Path) -> 
 
 def test_without_ray_the_message_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda _: None)
-    with pytest.raises(LaunchError, match=r"pip install 'vrg\[cluster\]'"):
+    with pytest.raises(LaunchError, match=r"pip install -e '\.\[cluster\]'"):
         require_ray()
 
 

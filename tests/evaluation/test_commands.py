@@ -151,7 +151,7 @@ def lives(process: psutil.Process) -> bool:
 RAY = pytest.param(
     ("--ray", "local"),
     marks=pytest.mark.skipif(
-        importlib.util.find_spec("ray") is None, reason="ray is not installed: pip install 'vrg[cluster]'"
+        importlib.util.find_spec("ray") is None, reason="ray is not installed: pip install -e '.[cluster]'"
     ),
     id="ray",
 )

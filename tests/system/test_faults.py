@@ -75,7 +75,7 @@ def test_broken_players_are_named_and_out_and_can_be_replaced(start: Callable[..
     match.wait_replaced("ann", old)
     observer.wait_until(lambda: observer.mode("ann") == "mended", "the other strategy")
     nobody = match.vrg("official", "substitute", "nemo", f"{mended}:Mended", "faults")
-    assert "expected a player of this match" in nobody.stderr
+    assert "PLAYER: expected one of shark, ann" in nobody.stderr
 
     # One that is out is back from the next pass.
     match.command("official", "substitute", "raiser", f"{mended}:Mended", "faults")

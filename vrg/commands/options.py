@@ -6,16 +6,16 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 
 from vrg.bus.messages import REASON_LENGTH
 from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.errors import ConfigError, LaunchError
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 
 def duration(least: float = 0.0, most: float = math.inf) -> Callable[[str | float], float]:
@@ -156,21 +156,26 @@ def ended(stop: Stop) -> None:
         raise typer.Exit(130)
 
 
-def make_console() -> Console:
+def make_console() -> "Console":
     """The console of a command. Names are printed as they are: `mine.py:Shark:` is no picture.
 
     Where the output is no terminal, whose width is known, there is room for all columns of a table.
     """
+    from rich.console import Console  # a decision of an official shows no table
+
     wide = None if sys.stdout.isatty() or "COLUMNS" in os.environ else 160
     return Console(highlight=False, emoji=False, width=wide)
 
 
-def print_table(console: Console, heads: Sequence[str], rows: Sequence[Sequence[str]], right: Sequence[int]) -> None:
+def print_table(console: "Console", heads: Sequence[str], rows: Sequence[Sequence[str]], right: Sequence[int]) -> None:
     """Print a table of texts.
 
     Args:
         right: the numbers of the columns that stand at the right.
     """
+    from rich.markup import escape
+    from rich.table import Table
+
     table = Table()
     for number, head in enumerate(heads):
         table.add_column(escape(head), justify="right" if number in right else "left", overflow="fold")

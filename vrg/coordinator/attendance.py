@@ -9,6 +9,7 @@ from vrg.bus.messages import Report
 from vrg.bus.node import Tick, is_fresh
 from vrg.bus.topics import Keys
 from vrg.coordinator.match import LONGEST
+from vrg.types import few
 
 SILENCE = 1.0
 """The match time in s without a report after which a player counts as absent."""
@@ -72,14 +73,14 @@ class Attendance:
         Args:
             out: the players that are disqualified, for whom nobody waits.
         """
-        reasons, passing, starting = [], [], 0
+        reasons, passing, starting = [], [], list[str]()
         for name in self._names:
             report = self.report(name)
             # A robot whose player is out, but still runs, may yet have a fault that somebody must look at.
             if name in out and not (report is not None and report.body.latched and self.reports_now(name, tick)):
                 continue
             if report is None:
-                starting += 1
+                starting.append(name)
             elif not self.reports_now(name, tick):
                 passing.append(f"{name} does not report")
             elif fault := _fault(name, report.body):
@@ -88,7 +89,8 @@ class Attendance:
                 else:
                     passing.append(fault)
         if starting:
-            passing.insert(0, f"starting: {len(self._names) - starting} of {len(self._names)} players are ready")
+            ready = f"{len(self._names) - len(starting)} of {len(self._names)} players are ready"
+            passing.insert(0, f"starting: {few(starting)} ({ready})")
         passing += [_lost(name) for name in self.lost if name not in out]
         return reasons, passing
 

@@ -1,4 +1,4 @@
-"""Games on a cluster of Ray (https://www.ray.io), an optional part of VRG: `pip install vrg[cluster]`.
+"""Games on a cluster of Ray (https://www.ray.io), an optional part of VRG: its extra `cluster`.
 
 A task of Ray calls `play` in a worker of Ray's, and this plays the game in a process of its own below the worker, as on
 this computer: a strategy that ends its process, or hangs, does not harm the worker. Ray itself does not repeat tasks,
@@ -176,8 +176,8 @@ def require_ray() -> None:
     """
     if importlib.util.find_spec("ray") is None:
         raise LaunchError(
-            "expected the package ray for --ray, found none: install it by `pip install 'vrg[cluster]'` here and on "
-            "every computer of the cluster, or leave out --ray to play on this computer"
+            "expected the package ray for --ray, found none: install it by `.venv/bin/pip install -e '.[cluster]'` in "
+            "the folder of VRG, here and on every computer of the cluster, or leave out --ray to play on this computer"
         )
 
 

@@ -10,8 +10,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TextIO
 
-import platformdirs
-
 from vrg.errors import ConfigError
 from vrg.registry import did_you_mean
 
@@ -46,6 +44,8 @@ class RunningMatch:
 
 
 def _folder() -> Path:
+    import platformdirs  # noqa: PLC0415 - a help page needs no list
+
     return platformdirs.user_state_path("vrg")
 
 

@@ -19,7 +19,9 @@ try:
     import foxglove
     from foxglove.websocket import Capability, ChannelView, Client, ServerListener, WebSocketServer
 except ImportError as error:
-    raise LaunchError("Foxglove's SDK is not installed: pip install 'vrg[foxglove]'") from error
+    raise LaunchError(
+        "Foxglove's SDK is not installed: type `.venv/bin/pip install -e '.[foxglove]'` in the folder of VRG"
+    ) from error
 
 PORT: Final = 8765
 """The port at which Foxglove looks for a server."""

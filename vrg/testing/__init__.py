@@ -8,5 +8,5 @@ A package outside VRG subclasses a suite, gives it what it asks for by a fixture
         @pytest.fixture
         def bench(self): ...
 
-They need pytest, which `pip install vrg[testing]` brings.
+They need pytest, which the extra `testing` of VRG brings.
 """

@@ -1,0 +1,122 @@
+"""How a command finds the match or the run that is meant, and what `vrg run list` tells of a folder of runs."""
+
+import json
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from click.testing import Result
+from typer.testing import CliRunner
+
+from vrg.cli import make_app
+from vrg.commands.matches import attached, ended_run
+from vrg.commands.run import listed
+from vrg.config.loading import load_match, match_path
+from vrg.config.setup import write_setup
+from vrg.errors import ConfigError, LaunchError
+from vrg.launch.running import RunningMatch, registered
+
+GAME = match_path("sharks-and-minnows")
+
+
+@pytest.fixture(autouse=True)
+def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.chdir(tmp_path)
+
+
+def made(name: str, played: float, **result: object) -> Path:
+    """A run folder of the default match; its result has these fields, if any."""
+    run = Path("runs", name)
+    run.mkdir(parents=True)
+    text = GAME.read_text(encoding="utf-8")
+    (run / "match.toml").write_text(text, encoding="utf-8")
+    write_setup(load_match(run / "match.toml"), run / "setup.json")
+    if result:
+        (run / "result.json").write_text(json.dumps({"match": "m", "game": "sharks-and-minnows", **result}))
+    os.utime(run / "match.toml", (played, played))
+    return run
+
+
+@contextmanager
+def running(run: Path, name: str = "courtyard", port: int = 1) -> Iterator[None]:
+    entry = RunningMatch(name, f"tcp/127.0.0.1:{port}", str(run.resolve()), os.getpid(), folder=str(Path.cwd()))
+    with registered(entry):
+        yield
+
+
+def invoke(*arguments: str) -> Result:
+    return CliRunner().invoke(make_app(), list(arguments))
+
+
+def test_runs_are_listed_with_how_each_ended_the_newest_first() -> None:
+    made("old", 1e9, ended="game over", winner="sharks", play_time=75.4)
+    made("broken", 1.1e9, ended="interrupted", winner=None, play_time=3.0)
+    made("killed", 1.2e9)
+    going = made("going", 1.3e9)
+    with running(going):
+        found = {run.run: (run.ended.partition(":")[0], run.duration) for run in listed(Path("runs"))}
+        done = invoke("run", "list", "--json")
+    assert list(found.items()) == [
+        ("going", ("still running", None)),
+        ("killed", ("never ended", None)),
+        ("broken", ("Interrupted", 3.0)),
+        ("old", ("Sharks win", 75.4)),
+    ]
+    assert [run["run"] for run in json.loads(done.stdout)] == list(found)
+    assert "1:15" in invoke("run", "list").stdout
+
+
+@pytest.mark.parametrize("torn", ["{", "[]", '{"game": 3}', '{"game": "x", "play_time": "y", "ended": "z"}', "\x00"])
+def test_a_torn_result_is_told_as_far_as_it_goes(torn: str) -> None:
+    run = made("torn", 1e9)
+    (run / "result.json").write_text(torn)
+    (run / "match.toml").write_text("game = [")
+    Path("runs", "file").touch()
+    Path("runs", "empty").mkdir()
+    [only] = listed(Path("runs"))
+    assert (only.run, only.ended.partition(":")[0]) == ("torn", "never ended")
+    assert list(listed(Path("nowhere"))) == []
+
+
+def test_the_newest_run_that_has_ended_is_meant_if_none_is_named() -> None:
+    made("old", 1e9)
+    newest = made("new", 1.1e9)
+    going = made("going", 1.2e9)
+    with running(going):
+        assert ended_run(None)[0].path == newest
+        assert ended_run(Path("old"))[0].path == Path("runs/old")
+        with pytest.raises(LaunchError, match="still runs"):
+            ended_run(Path("going"))
+    with pytest.raises(LaunchError, match=r"found none, did you mean 'old'\?"):
+        ended_run(Path("olt"))
+
+
+def test_a_replay_is_told_as_json_without_a_display(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    made("old", 1e9)
+    done = invoke("run", "replay", "old", "--json")
+    assert "expected a recording" in str(done.exception), "and no display"
+
+
+def test_a_running_match_is_meant_by_name_file_game_or_run_folder() -> None:
+    run = made("now", 1e9)
+    name = load_match(GAME).name
+    with running(run, name):
+        for typed in (None, name, str(run), str(run / "match.toml"), "sharks-and-minnows"):
+            found = attached(typed, None)
+            assert (found.name, found.endpoint, found.run) == (name, "tcp/127.0.0.1:1", run.resolve())
+            assert len(found.known_setup().players) == 7
+        with pytest.raises(ConfigError, match=f"did you mean '{name}'"):
+            attached(f"{name}s", None)
+    with pytest.raises(ConfigError, match="does not run any more"):
+        attached(str(run), None)
+
+
+def test_a_match_elsewhere_is_known_by_its_file() -> None:
+    found = attached("sharks-and-minnows", "tcp/lab:7447")
+    assert (found.endpoint, found.run, len(found.known_setup().players)) == ("tcp/lab:7447", None, 7)
+    with pytest.raises(ConfigError, match="type its match file"):
+        attached("final", "tcp/lab:7447").known_setup()
