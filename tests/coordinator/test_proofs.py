@@ -3,8 +3,10 @@
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
+import pygame
 import pytest
 from msgspec import structs
 from typer.testing import CliRunner
@@ -23,11 +25,15 @@ from vrg.coordinator.judging import judge_again, unproved
 from vrg.coordinator.proof import Case, Measure, Relation
 from vrg.coordinator.rulebook import Field
 from vrg.games import game_of
+from vrg.launch.explaining import explain
 from vrg.launch.in_process import play
 from vrg.launch.nodes import open_journal, recorder_node
 from vrg.launch.run_folder import RunFolder
 from vrg.types import Pose
+from vrg.ui import palette
+from vrg.ui.card import CardPainter
 from vrg.ui.explaining import Explainer
+from vrg.ui.text import Fonts
 
 
 def played(folder: Path, setup: MatchSetup, seconds: float) -> RunFolder:
@@ -190,11 +196,17 @@ def test_a_call_is_told_with_its_rule_its_number_and_a_picture(
 def test_a_window_shows_the_same_on_a_card(runs: Mapping[str, tuple[MatchSetup, RunFolder]]) -> None:
     _, run = runs["sharks-and-minnows"]
     tag = next(call for record in read_journal(run.journal)[1] for call in record.calls if call.rule == "tag")
-    explainer = Explainer(run.path)
+    explainer = Explainer(partial(explain, run.path))
     explainer.ask(tag, "sharks-and-minnows")
     card = worked_out(explainer)
     assert any("distance between the outlines" in line for line in card.lines)
-    assert card.picture == run.explanation(tag.number).resolve()
+    assert card.proof is not None
+    assert card.proof.now is not None
+    assert {body.name for body in card.proof.now.bodies} >= set(tag.players)
+    surface = pygame.Surface((900, 700))
+    CardPainter(Fonts()).draw(surface, surface.get_rect(), card, 1.0)
+    shown = pygame.surfarray.array3d(surface)
+    assert (shown == palette.CAUTION).all(axis=-1).sum() > 50, "what decided is marked"
 
 
 def test_calls_are_listed_and_one_that_was_not_made_is_told(

@@ -10,6 +10,7 @@ import pytest
 from tests.ui import synthetic
 from vrg.recording.recorded import read_match
 from vrg.ui.branching import Choice, Taken
+from vrg.ui.proof import Proof
 from vrg.ui.replay import ReplayWindow
 from vrg.ui.timeline import Timeline
 
@@ -100,7 +101,7 @@ def test_f_asks_and_the_match_that_comes_of_it_is_shown_from_that_instant(window
     card = window._overlay.card
     assert card is not None
     assert card.lines == ("10 s of match time are played",)
-    brancher.said = [Taken(window._timeline, "Bob wins.", Path("new"))]
+    brancher.said = [Taken(window._timeline, "Bob wins.", lambda number: Proof(f"Call {number}", ()))]
     window.frame(0.0)
     assert window._overlay.card is None
     assert window.note == "Bob wins."

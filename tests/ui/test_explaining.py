@@ -1,7 +1,7 @@
 """The card that tells why a call was made: how it is asked for, worked out and drawn."""
 
+import threading
 import time
-from pathlib import Path
 
 import pygame
 import pytest
@@ -10,8 +10,14 @@ from tests.ui import synthetic
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Call
 from vrg.bus.topics import Keys
+from vrg.coordinator.proof import Measure, Relation
+from vrg.errors import LaunchError
+from vrg.types import Pose
+from vrg.ui import palette
 from vrg.ui.card import CardPainter
 from vrg.ui.explaining import Card, Explainer
+from vrg.ui.proof import Proof
+from vrg.ui.scene import Scene, SceneBody
 from vrg.ui.spectator import Spectator
 from vrg.ui.text import Fonts
 
@@ -35,49 +41,51 @@ def test_without_a_run_folder_the_rule_is_told_and_where_to_ask() -> None:
     assert card is not None
     assert card.heading == "Call 7, 0:12.3: ann is tagged by bob"
     assert card.lines[0].startswith("Rule (thesis 4.3): A minnow whose outline")
-    assert "`vrg run why RUN --call 7`" in card.lines[1]
+    assert "`vrg run why`" in card.lines[1]
     assert not card.busy
     assert not explainer.look()
 
 
-def test_what_cannot_be_told_is_said_on_the_card(tmp_path: Path) -> None:
-    explainer = Explainer(tmp_path)
+def refusing(number: int) -> Proof:
+    raise LaunchError(f"expected a run folder, found none for call {number}")
+
+
+def test_what_cannot_be_known_stands_on_the_card() -> None:
+    explainer = Explainer(refusing)
     explainer.ask(CALL, "sharks-and-minnows")
     assert explainer.card is not None
     assert explainer.card.busy
-    assert "expected a run folder" in worked_out(explainer).lines[-1]
+    assert "expected a run folder, found none for call 7" in worked_out(explainer).lines[-1]
 
 
-def test_closing_it_ends_what_is_being_worked_out(tmp_path: Path) -> None:
-    explainer = Explainer(tmp_path)
+def test_a_card_that_was_closed_shows_nothing_when_its_proof_comes() -> None:
+    goes_on = threading.Event()
+
+    def slow(_number: int) -> Proof:
+        goes_on.wait(60.0)
+        return Proof("late", ())
+
+    explainer = Explainer(slow)
     explainer.ask(CALL, "sharks-and-minnows")
-    process = explainer._process
-    assert process is not None
     explainer.close()
+    goes_on.set()
     assert explainer.card is None
-    assert process.returncode is not None
     assert not explainer.look()
 
 
 @pytest.mark.parametrize("size", [(1280, 720), (1920, 1080), (400, 300)])
-def test_a_card_with_its_picture_stays_inside_its_area(size: tuple[int, int], tmp_path: Path) -> None:
-    picture = pygame.Surface((800, 600))
-    picture.fill((255, 0, 255))
-    pygame.image.save(picture, tmp_path / "why-7.png")
+def test_a_card_with_its_picture_stays_inside_its_area(size: tuple[int, int]) -> None:
     surface, area = pygame.Surface(size), pygame.Rect(0, 0, size[0] * 2 // 3, size[1])
-    card = Card("Call 7: " + "ann is tagged by bob " * 5, ("A line. " * 30, "Another one."), tmp_path / "why-7.png")
-    plate = CardPainter(Fonts()).draw(surface, area, card, 1.0)
+    bodies = [SceneBody("ann", Pose(1.0, 1.0, 0.0), 0.5, 0.4, "minnow", "active", False, ())]
+    measure = Measure("distance", 0.3, Relation.AT_MOST, 0.3, ends=((1.0, 1.0), (2.0, 1.0)))
+    proof = Proof("Call 7", (), Scene(bodies=tuple(bodies)), (0.0, 0.0, 3.0, 2.0), (measure,), ((1.0, None),))
+    lines = ("A line. " * 30, "Another one.")
+    plate = CardPainter(Fonts()).draw(surface, area, Card("Call 7: " + "tagged " * 25, lines, proof), 1.0)
     assert area.contains(plate)
-    pixels = [(x, y) for x in range(0, size[0], 5) for y in range(0, size[1], 5)]
-    coloured = [place for place in pixels if surface.get_at(place)[0] > 200 and surface.get_at(place)[1] < 60]
-    assert all(plate.collidepoint(place) for place in coloured)
-    assert bool(coloured) == (size[1] > 400), "where there is no room, the words come first"
-
-
-def test_a_picture_that_cannot_be_read_is_left_out(tmp_path: Path) -> None:
-    (tmp_path / "why-7.png").write_bytes(b"no picture")
-    surface = pygame.Surface((800, 600))
-    CardPainter(Fonts()).draw(surface, surface.get_rect(), Card("Call 7", (), tmp_path / "why-7.png"), 1.0)
+    pixels = pygame.surfarray.array3d(surface)
+    xs, ys = (pixels == palette.CAUTION).all(axis=-1).nonzero()
+    assert all(plate.collidepoint(x, y) for x, y in zip(xs, ys, strict=True))
+    assert bool(len(xs)) == (size[1] > 400), "where there is no room, the words come first"
 
 
 def test_a_click_on_a_call_in_the_window_asks_why_and_another_click_closes_the_card(keys: Keys) -> None:

@@ -120,7 +120,12 @@ def play(
             foxglove=foxglove,
             three=three,
         )
-        play_match(match, runs, wish, server, engine=engine, seed=seed, rate=speed)
+        again = play_match(match, runs, wish, server, engine=engine, seed=seed, rate=speed)
+    if again is not None:
+        from vrg.commands.replay import window_of
+        from vrg.ui.replay import show
+
+        show(window_of(*again, runs=runs))
 
 
 def rate_of(rate: str | None, one_process: bool) -> float | None:

@@ -75,8 +75,8 @@ def play_match(
     seed: int | None,
     rate: float | None,
     base: Path | None = None,
-) -> None:
-    """Play a match, show it, and say who won and where the run is recorded.
+) -> tuple[RunFolder, MatchSetup] | None:
+    """Play a match, show it, and print who won and where the run is recorded.
 
     Args:
         match: a match file, or a game's name. runs: the folder for run folders.
@@ -84,6 +84,9 @@ def play_match(
         server: the fork server that starts the match's processes.
         engine, seed, rate: these replace the values of the match file; None keeps the file's value.
         base: the folder that relative paths in the match file start from; its own if missing.
+
+    Returns:
+        the run and the set-up, if the user of the window wants to watch the match again.
 
     Raises:
         ConfigError: the match file has problems.
@@ -106,7 +109,7 @@ def play_match(
     show = Show(console, window=window, record=wish.record, page=page, live=live, three=three)
     if wish.dry:
         print_plan(setup, console, window=show.window, record=show.record, web=wish.web is not None)
-        return
+        return None
     secured = not wish.in_process and (wish.keys is not None or (setup.has_seats if wish.seats is None else wish.seats))
     show.announce(*sealing(setup, seats=secured, in_process=wish.in_process))
     if wish.in_process:
@@ -132,6 +135,10 @@ def play_match(
     if setup.rate != setup.wanted_rate:
         console.print(f"rate {setup.rate:g}, not {setup.wanted_rate:g}: {', '.join(setup.physical)} cannot be hurried")
     _play(setup, folder, show, server, wish, Security(wanted=secured, given=wish.keys))
+    if not folder.again.exists():
+        return None
+    folder.again.unlink()
+    return folder, setup
 
 
 def _play(setup: MatchSetup, folder: RunFolder, show: Show, server: ForkServer, wish: Wish, security: Security) -> None:
@@ -156,12 +163,6 @@ def _play(setup: MatchSetup, folder: RunFolder, show: Show, server: ForkServer, 
     _conclude(setup, folder, last, state, interrupted=stop.is_set(), failure=failure)
     if failure is not None:
         raise failure
-    if folder.again.exists():
-        folder.again.unlink()
-        from vrg.commands.replay import window_of as replay_of
-        from vrg.ui.replay import show as watch
-
-        watch(replay_of(folder, setup))
 
 
 def sealing(setup: MatchSetup, *, seats: bool, in_process: bool) -> list[str]:

@@ -4,6 +4,7 @@ import contextlib
 import json
 import sys
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
@@ -128,12 +129,13 @@ def window_of(folder: "RunFolder", setup: "MatchSetup", *, runs: Path = Path("ru
     """
     from vrg.commands.branching import ProcessBrancher, compared
     from vrg.launch.branch import branch_of
+    from vrg.launch.explaining import explain
     from vrg.ui.branching import Taken
     from vrg.ui.replay import ReplayWindow
 
     def opened(new: "RunFolder") -> Taken:
         taken = _read(new, setup)
-        return Taken(taken.timeline, f"{compared(folder, new)} {taken.note}".strip(), new.path)
+        return Taken(taken.timeline, f"{compared(folder, new)} {taken.note}".strip(), partial(explain, new.path))
 
     first = _read(folder, setup)
     branch = branch_of(folder)
@@ -142,7 +144,9 @@ def window_of(folder: "RunFolder", setup: "MatchSetup", *, runs: Path = Path("ru
     )
     title = f"VRG: {setup.name}, recorded"
     brancher = ProcessBrancher(folder, setup, runs, opened)
-    return ReplayWindow(first.timeline, title=title, note=note, run=folder.path, brancher=brancher)
+    return ReplayWindow(
+        first.timeline, title=title, note=note, run=folder.path, explain=first.explain, brancher=brancher
+    )
 
 
 def _told(folder: "RunFolder", setup: "MatchSetup") -> dict[str, Any]:
@@ -159,6 +163,7 @@ def _read(folder: "RunFolder", setup: "MatchSetup") -> "Taken":
     Raises:
         LaunchError: the recording cannot be shown.
     """
+    from vrg.launch.explaining import explain
     from vrg.recording.recorded import read_match
     from vrg.ui.branching import Taken
     from vrg.ui.timeline import Timeline
@@ -175,7 +180,7 @@ def _read(folder: "RunFolder", setup: "MatchSetup") -> "Taken":
     except ValueError as error:
         raise LaunchError(f"{folder.path}: its recording cannot be shown: {error}") from None
     note = " ".join([*_missing(folder, match, timeline.end), *_unknown(setup), *strange])
-    return Taken(timeline, note, folder.path)
+    return Taken(timeline, note, partial(explain, folder.path))
 
 
 def _sizes(setup: "MatchSetup") -> tuple[dict[str, tuple[float, float]], list[str]]:

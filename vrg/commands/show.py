@@ -1,6 +1,7 @@
 """The windows and tables of `vrg show`. Each loads what it shows only when it is asked for."""
 
 import os
+from functools import partial
 
 import typer
 from rich.console import Console
@@ -36,6 +37,7 @@ def window(
 ) -> None:
     """Watch a match in a window; several may. Closing the window does not end the match."""
     need_display()
+    from vrg.launch.explaining import explain
     from vrg.launch.serving import WINDOW_PERIOD
     from vrg.ui.spectator import Spectator  # pygame takes half a second to load
 
@@ -50,6 +52,7 @@ def window(
             sizes=found.sizes,
             obstacles=found.obstacles,
             run=run or found.run,
+            explain=None if found.run is None else partial(explain, found.run),
             official=credentials is None or credentials.common_name == SeatKind.OFFICIAL,
         )
         run_node(node, session, found.keys, stop, finished=lambda: node.closed, idle=WINDOW_PERIOD)

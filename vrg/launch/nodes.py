@@ -6,6 +6,7 @@ processes only a player's own process imports a student's code.
 
 import contextlib
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
@@ -261,6 +262,7 @@ def spectator_node(setup: MatchSetup, name: str, run: Path | None, *, official: 
         run: the run folder, for pictures that its user takes and to explain calls; None if it is not on this machine.
         official: False if its user may only watch and stop everything.
     """
+    from vrg.launch.explaining import explain
     from vrg.ui.spectator import Spectator
 
     return Spectator(
@@ -270,6 +272,7 @@ def spectator_node(setup: MatchSetup, name: str, run: Path | None, *, official: 
         sizes={p.name: p.robot.size for p in setup.players},
         obstacles=setup.obstacles,
         run=run,
+        explain=None if run is None else partial(explain, run),
         again=None if run is None else RunFolder(run).again,
         official=official,
     )
@@ -283,6 +286,7 @@ def developer_node(setup: MatchSetup, name: str, run: Path | None, *, official: 
         official: whether it has an official's seat.
     """
     from vrg.bus.traffic import Traffic
+    from vrg.launch.explaining import explain
     from vrg.ui.developer.node import DeveloperWindow
 
     return DeveloperWindow(
@@ -293,6 +297,7 @@ def developer_node(setup: MatchSetup, name: str, run: Path | None, *, official: 
         robots={player.name: player.robot for player in setup.players},
         obstacles=setup.obstacles,
         run=run,
+        explain=None if run is None else partial(explain, run),
         official=official,
     )
 

@@ -2,10 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Final, Protocol
 
-from vrg.ui.explaining import Card
+from vrg.ui.explaining import Card, Explain
 from vrg.ui.scene import clock_text
 from vrg.ui.timeline import Timeline
 
@@ -19,12 +18,13 @@ class Taken:
     """A match that was taken up.
 
     Args:
-        timeline: of the new recording. note: what the user must know of it, in a sentence. run: its run folder.
+        timeline: of the new recording. note: what the user must know of it, in a sentence.
+        explain: works out why its calls were made.
     """
 
     timeline: Timeline
     note: str
-    run: Path
+    explain: Explain
 
 
 class Brancher(Protocol):

@@ -1,12 +1,12 @@
 """Draws the card that explains a call, over the field."""
 
-from pathlib import Path
 from typing import Final
 
 import pygame
 
-from vrg.ui import palette, shapes
+from vrg.ui import kit, palette
 from vrg.ui.explaining import Card
+from vrg.ui.proof import ProofPainter
 from vrg.ui.text import Face, Fonts
 
 BUSY: Final = "working it out …"
@@ -16,7 +16,7 @@ _SHARE: Final = 0.92
 
 
 class CardPainter:
-    """Draws cards, and keeps the picture of the last one.
+    """Draws cards.
 
     Args:
         fonts: to write with.
@@ -24,11 +24,16 @@ class CardPainter:
 
     def __init__(self, fonts: Fonts) -> None:
         self._fonts = fonts
-        self._loaded: tuple[Path, pygame.Surface | None] | None = None
-        self._scaled: tuple[Path, pygame.Surface] | None = None
+        self._proof = ProofPainter(fonts)
 
-    def draw(self, surface: pygame.Surface, area: pygame.Rect, card: Card, ui: float) -> pygame.Rect:
-        """Draw a card in the middle of an area, and return where it is."""
+    def draw(
+        self, surface: pygame.Surface, area: pygame.Rect, card: Card, ui: float, *, turned: bool | None = None
+    ) -> pygame.Rect:
+        """Draw a card in the middle of an area, and return where it is.
+
+        Args:
+            turned: whether the window shows the field a quarter turn clockwise.
+        """
         pad, size = round(16 * ui), round(13 * ui)
         width = round(_SHARE * area.width)
         room = width - 2 * pad
@@ -41,12 +46,13 @@ class CardPainter:
         step = round(1.4 * size)
         words = round(22 * ui) * len(heading) + step * (len(lines) + 1) + round(10 * ui)
         most = round(_SHARE * area.height)
-        picture = self._picture(card.picture, room, most - words - 3 * pad)
+        tall = most - words - 3 * pad
+        shown = card.proof is not None and tall >= 60
+        picture = self._proof.picture(card.proof, (room, tall), ui, turned=turned) if shown and card.proof else None
         height = min(most, words + 2 * pad + (picture.get_height() + pad if picture is not None else 0))
         plate = pygame.Rect(0, 0, width, height)
         plate.center = area.center
-        shapes.pill(surface, plate, palette.PANEL, 248, 10)
-        pygame.draw.rect(surface, palette.LINE, plate, 1, border_radius=10)
+        kit.plate(surface, plate, ui)
         before = surface.get_clip()
         surface.set_clip(plate.clip(before))
         x, y = plate.left + pad, plate.top + pad
@@ -62,22 +68,3 @@ class CardPainter:
         surface.blit(hint, hint.get_rect(bottomright=(plate.right - pad, plate.bottom - pad // 2)))
         surface.set_clip(before)
         return plate
-
-    def _picture(self, path: Path | None, width: int, height: int) -> pygame.Surface | None:
-        """The picture, as large as there is room; None if there is none, or no room."""
-        if path is None or height < 60:
-            return None
-        if self._loaded is None or self._loaded[0] != path:
-            try:
-                self._loaded = path, pygame.image.load(path)
-            except (OSError, pygame.error):
-                self._loaded = path, None
-            self._scaled = None
-        whole = self._loaded[1]
-        if whole is None:
-            return None
-        scale = min(width / whole.get_width(), height / whole.get_height())
-        wanted = (max(1, round(whole.get_width() * scale)), max(1, round(whole.get_height() * scale)))
-        if self._scaled is None or self._scaled[1].get_size() != wanted:
-            self._scaled = path, pygame.transform.smoothscale(whole, wanted)
-        return self._scaled[1]

@@ -95,7 +95,7 @@ class Painter:
             self._panel.draw(surface, pygame.Rect(width - panel, top, panel, height - top), scene, ui, driving)
         result = card is None and bool(over) and scene.stage is Stage.GAME_OVER
         if card is not None:
-            self._card.draw(surface, area, card, ui)
+            self._card.draw(surface, area, card, ui, turned=view.turned)
         elif result:
             self._result.draw(surface, area, scene, over, ui)
         # Nothing covers what must be seen.

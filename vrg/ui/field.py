@@ -11,6 +11,7 @@ from vrg.bus.messages import Stage
 from vrg.colours import Rgb
 from vrg.games import UNKNOWN, game_of
 from vrg.games.game import Style
+from vrg.regions import Bounds
 from vrg.types import Pose
 from vrg.ui import palette, shapes
 from vrg.ui.ground import draw_ground, strip_height
@@ -47,6 +48,9 @@ class FieldPainter:
         below: Callable[[View], None] = lambda _view: None,
         around: float = 0.0,
         names: bool = True,
+        box: Bounds | None = None,
+        turned: bool | None = None,
+        strip: bool = True,
     ) -> View:
         """Draw the scene and return where things are.
 
@@ -54,14 +58,16 @@ class FieldPainter:
             ui: scales letters. driving: the player with a ring.
             below: draws what more there is below the robots and their names.
             around: the distance in pixels from the player with a ring that its name stays away, at least.
-            names: whether names are written.
+            names: whether names are written. box: the part that is shown, m; None shows all.
+            turned: whether it is shown a quarter turn clockwise; None chooses what shows all of it larger.
+            strip: whether there is a strip with scale and legend below the field.
         """
         self._game = game_of(scene.game)
-        strip = strip_height(ui)
+        low = strip_height(ui) if strip else 0
         rect = pygame.Rect(area)
-        view = fit(extent(scene), (rect.left, rect.top, rect.width, max(1, rect.height - strip)))
-        surface.blit(self._ground_for(rect, scene, view, ui), rect)
-        rect.height = max(1, rect.height - strip)
+        view = fit(box or extent(scene), (rect.left, rect.top, rect.width, max(1, rect.height - low)), turned)
+        surface.blit(self._ground_for(rect, scene, view, ui, strip=strip), rect)
+        rect.height = max(1, rect.height - low)
         before = surface.get_clip()
         surface.set_clip(rect.clip(before))
         if scene.stage in (Stage.INITIALIZE, Stage.ROUND_OVER):
@@ -87,14 +93,14 @@ class FieldPainter:
         surface.set_clip(before)
         return view
 
-    def _ground_for(self, rect: pygame.Rect, scene: Scene, view: View, ui: float) -> pygame.Surface:
+    def _ground_for(self, rect: pygame.Rect, scene: Scene, view: View, ui: float, *, strip: bool) -> pygame.Surface:
         physical = frozenset(body.physical for body in scene.bodies)
         key = (rect.size, rect.topleft, view, ui, physical, scene.game, scene.zones, scene.obstacles)
         if self._ground is None or key != self._ground_of:
             self._ground_of = key
             self._ground = pygame.Surface(rect.size)
             here = View(view.x, view.y, view.left - rect.left, view.top - rect.top, view.scale, view.turned)
-            draw_ground(self._ground, scene, here, ui, self._fonts)
+            draw_ground(self._ground, scene, here, ui, self._fonts, strip=strip)
         return self._ground
 
     def _marks(self, surface: pygame.Surface, scene: Scene, view: View) -> None:

@@ -17,8 +17,14 @@ from vrg.ui.view import Pixel, View
 from vrg.ui.zones import ZoneLook, room, zone_look
 
 
-def draw_ground(surface: pygame.Surface, scene: Scene, view: View, ui: float, fonts: Fonts) -> None:
-    """Draw field, zones, walls, scale and legend over the whole surface; `ui` scales letters."""
+def draw_ground(
+    surface: pygame.Surface, scene: Scene, view: View, ui: float, fonts: Fonts, *, strip: bool = True
+) -> None:
+    """Draw field, zones, walls, scale and legend over the whole surface; `ui` scales letters.
+
+    Args:
+        strip: False leaves scale and legend out.
+    """
     surface.fill(palette.APRON)
     fields = [zone.region for zone in scene.zones if zone.kind == "field"]
     for region in fields:
@@ -35,8 +41,10 @@ def draw_ground(surface: pygame.Surface, scene: Scene, view: View, ui: float, fo
         shapes.polygon(surface, corners, palette.WALL)
         # A thin wall may be less than a pixel wide.
         shapes.outline(surface, corners, palette.WALL_EDGE, max(1.0, 1.5 * ui))
-    strip = pygame.Rect(0, surface.get_height() - strip_height(ui), surface.get_width(), strip_height(ui))
-    surface.fill(palette.BACKGROUND, strip)
+    if not strip:
+        return
+    below = pygame.Rect(0, surface.get_height() - strip_height(ui), surface.get_width(), strip_height(ui))
+    surface.fill(palette.BACKGROUND, below)
     _scale(surface, view, ui, fonts)
     _signs(surface, scene, game, ui, fonts)
 

@@ -1,12 +1,10 @@
 """What a replay shows over its field: why a call was made, or how a match is taken up from an instant."""
 
-from pathlib import Path
-
 import pygame
 
 from vrg.bus.messages import Call
 from vrg.ui.branching import Brancher, Choice, Taken
-from vrg.ui.explaining import Card, Explainer
+from vrg.ui.explaining import Card, Explain, Explainer
 from vrg.ui.scene import clock_text
 
 
@@ -14,16 +12,16 @@ class Overlay:
     """Shows one thing at a time.
 
     Args:
-        run: the run folder, from which calls are explained; None explains none.
+        explain: works out why a call was made; None explains none.
         brancher: what takes the match up from an instant; None if nothing can.
 
     Attributes:
         begun: the match time, s, from which the match was taken up last.
     """
 
-    def __init__(self, run: Path | None, brancher: Brancher | None) -> None:
+    def __init__(self, explain: Explain | None, brancher: Brancher | None) -> None:
         self.begun = 0.0
-        self._explainer = Explainer(run)
+        self._explainer = Explainer(explain)
         self._brancher = brancher
         self._choice: Choice | None = None
         self._message: Card | None = None
@@ -85,7 +83,7 @@ class Overlay:
         found = brancher.look()
         if isinstance(found, Taken):
             self.close()
-            self._explainer = Explainer(found.run)
+            self._explainer = Explainer(found.explain)
             return found
         if found is not None:
             self._message = Card(self._message.heading, (found,), busy=brancher.busy)

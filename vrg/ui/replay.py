@@ -11,6 +11,7 @@ from vrg.bus.messages import Call
 from vrg.ui.acts import Act, Press, listed
 from vrg.ui.branching import Brancher, Taken
 from vrg.ui.draw import Painter, scale_of
+from vrg.ui.explaining import Explain
 from vrg.ui.overlay import Overlay
 from vrg.ui.panel import PanelPainter
 from vrg.ui.playback import Playback
@@ -60,7 +61,7 @@ class ReplayWindow(Window):
         timeline: of the match. title: of the window.
         note: what the user must know of the recording, in a sentence; empty if there is nothing.
         size: of the window in pixels; None fits the screen.
-        run: the run folder, from which calls are explained; None explains none.
+        run: the run folder, for pictures that the user takes. explain: works out why a call was made.
         brancher: what takes the match up from an instant; None if nothing can.
 
     Attributes:
@@ -79,6 +80,7 @@ class ReplayWindow(Window):
         note: str = "",
         size: tuple[int, int] | None = None,
         run: Path | None = None,
+        explain: Explain | None = None,
         brancher: Brancher | None = None,
     ) -> None:
         super().__init__(title, size, run)
@@ -93,7 +95,7 @@ class ReplayWindow(Window):
         fonts = Fonts()
         self._panel = PanelPainter(fonts)
         self._painter = Painter(fonts, self._panel)
-        self._overlay = Overlay(run, brancher)
+        self._overlay = Overlay(explain, brancher)
         self._bar_painter = TimeBarPainter(fonts)
 
     def close(self) -> None:

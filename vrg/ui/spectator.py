@@ -15,6 +15,7 @@ from vrg.ui.acts import Act, Press
 from vrg.ui.banner import Help
 from vrg.ui.builder import SceneBuilder, SceneInlets
 from vrg.ui.draw import Painter
+from vrg.ui.explaining import Explain
 from vrg.ui.panel import PanelPainter
 from vrg.ui.text import Fonts
 from vrg.ui.window_node import FRAME, WindowNode
@@ -27,7 +28,7 @@ class Spectator(WindowNode):
     """Shows the match in a window.
 
     Args:
-        name, mailbox, keys, size, run, official: as for WindowNode.
+        name, mailbox, keys, size, run, explain, official: as for WindowNode.
         sizes: length and width of the robots in m, by name.
         obstacles: the ground that the map's walls and obstacles cover, m.
         again: the file that asks to watch the match again once the window is closed; None if nothing would.
@@ -48,6 +49,7 @@ class Spectator(WindowNode):
         obstacles: Sequence[Region] = (),
         size: tuple[int, int] | None = None,
         run: Path | None = None,
+        explain: Explain | None = None,
         again: Path | None = None,
         period: float = FRAME,
         official: bool = True,
@@ -55,7 +57,7 @@ class Spectator(WindowNode):
         builder = SceneBuilder(sizes=sizes, obstacles=obstacles)
         super().__init__(
             name, mailbox, keys, keys.match, builder=builder, inlets=SceneInlets(mailbox, keys), size=size, run=run,
-            period=period, official=official,
+            explain=explain, period=period, official=official,
         )  # fmt: skip
         self._again = again
         self._over = OVER if again is None else AGAIN

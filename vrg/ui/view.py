@@ -56,12 +56,17 @@ class View:
         return min(ax, bx), min(ay, by), abs(bx - ax), abs(by - ay)
 
 
-def fit(box: Bounds, area: Area) -> View:
-    """Show `box` as large as `area` allows, turned by 90 degrees where that shows it larger."""
+def fit(box: Bounds, area: Area, turned: bool | None = None) -> View:
+    """Show `box` as large as `area` allows.
+
+    Args:
+        turned: by 90 degrees or not; None turns it where that shows it larger.
+    """
     wide, tall = max(box[2] - box[0], 0.1), max(box[3] - box[1], 0.1)
     left, top, width, height = area
     # The small factor keeps a nearly square field as its map shows it.
-    turned = min(width / tall, height / wide) > min(width / wide, height / tall) * 1.02
+    if turned is None:
+        turned = min(width / tall, height / wide) > min(width / wide, height / tall) * 1.02
     scale = min(width / tall, height / wide) if turned else min(width / wide, height / tall)
     return View(
         x=(box[0] + box[2]) / 2,

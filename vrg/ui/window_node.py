@@ -14,7 +14,7 @@ from vrg.bus.topics import Keys
 from vrg.ui.acts import Act, Press, listed
 from vrg.ui.builder import SceneBuilder, SceneInlets
 from vrg.ui.driving import Driving
-from vrg.ui.explaining import Explainer
+from vrg.ui.explaining import Explain, Explainer
 from vrg.ui.pace import Pace
 from vrg.ui.pads import Pads
 from vrg.ui.scene import Scene
@@ -44,8 +44,9 @@ class WindowNode(Window, Node):
 
     Args:
         title: of the window. builder, inlets: what makes scenes, and of which messages.
-        size: of the window, pixels; None fits the screen. run: the run folder, for pictures that the user takes and to
-            explain calls; None if it is not on this machine.
+        size: of the window, pixels; None fits the screen.
+        run: the run folder, for pictures that the user takes; None if it is not on this machine.
+        explain: works out why a call was made; None if what the run has left is not on this machine.
         by: who uses it, for the log. official: whether it has an official's seat.
 
     Attributes:
@@ -71,6 +72,7 @@ class WindowNode(Window, Node):
         inlets: SceneInlets,
         size: tuple[int, int] | None = None,
         run: Path | None = None,
+        explain: Explain | None = None,
         period: float = FRAME,
         by: str = "",
         official: bool = True,
@@ -82,7 +84,7 @@ class WindowNode(Window, Node):
         self.pads = Pads()
         self.notice = ""
         self.official = official
-        self.explainer = Explainer(run)
+        self.explainer = Explainer(explain)
         self._keys = keys
         self._builder = builder
         self._inlets = inlets

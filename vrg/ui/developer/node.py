@@ -19,6 +19,7 @@ from vrg.ui.developer.deciding import ACTS, ON_PLAYER, Button, hindrance
 from vrg.ui.developer.insight import Hearing, Insight
 from vrg.ui.developer.painter import DeveloperPainter, Shown
 from vrg.ui.developer.sensing import DRAWN
+from vrg.ui.explaining import Explain
 from vrg.ui.spectator import Spectator
 from vrg.ui.window_node import FRAME, WindowNode
 
@@ -30,7 +31,7 @@ class DeveloperWindow(WindowNode):
     """Shows everything of a match in a window.
 
     Args:
-        name, mailbox, keys, size, run, official: as for WindowNode.
+        name, mailbox, keys, size, run, explain, official: as for WindowNode.
         traffic: counts what is heard. Whoever runs the node attaches it to the bus.
         robots: the models of the players' robots, by name. obstacles: the ground that walls and obstacles cover, m.
     """
@@ -48,6 +49,7 @@ class DeveloperWindow(WindowNode):
         obstacles: Sequence[Region] = (),
         size: tuple[int, int] | None = None,
         run: Path | None = None,
+        explain: Explain | None = None,
         period: float = FRAME,
         official: bool = True,
     ) -> None:

@@ -119,7 +119,7 @@ class DeveloperPainter:
         self._lists.line(surface, places.notice, said, size, tone)
         shown = self._draw_panel(surface, places, insight, choices, view, panel=panel)
         if card is not None:
-            self._card.draw(surface, places.field, card, places.ui)
+            self._card.draw(surface, places.field, card, places.ui, turned=view.turned)
         self._header.draw(surface, places.head, insight.scene, places.ui)
         if keys:
             kit.keys(surface, places.field, keys, places.ui, self._fonts)
