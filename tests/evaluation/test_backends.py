@@ -344,9 +344,7 @@ def test_without_ray_the_message_says_how_to_install_it(monkeypatch: pytest.Monk
 
 
 def test_ray_is_not_loaded_without_the_option() -> None:
-    code = (
-        "import sys, vrg.commands.compare, vrg.commands.tournament, vrg.evaluation.running, vrg.evaluation.ray_workers"
-    )
+    code = "import sys, vrg.commands.compare, vrg.evaluation.running, vrg.evaluation.ray_workers"
     out = subprocess.run(
         [sys.executable, "-P", "-c", f"{code}\nprint('ray' in sys.modules)"], capture_output=True, text=True, check=True
     )

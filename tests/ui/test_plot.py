@@ -1,7 +1,9 @@
 """The plot of the trajectories."""
 
+import colorsys
 import dataclasses
 
+import matplotlib.colors
 import matplotlib.image
 import msgspec
 import numpy as np
@@ -10,7 +12,7 @@ from matplotlib.axes import Axes
 
 from tests.ui import synthetic
 from vrg.bus import messages as m
-from vrg.colours import ON_WHITE
+from vrg.colours import SKY_BLUE, VERMILLION
 from vrg.recording.reader import read_calls, read_tracks
 from vrg.regions import Circle, Rectangle
 from vrg.ui import plot
@@ -64,10 +66,11 @@ def test_a_zone_of_any_shape_is_drawn_with_its_name_in_its_middle(recorded, draw
     plot_trajectories(read_tracks(recorded), tmp_path / "plot.png", zones={1: zones})
     first, second = drawn
     outlines = [patch.get_xy()[:-1].tolist() for patch in first.patches]
-    assert outlines == [[list(point) for point in zone.region.outline()] for zone in zones]
+    assert outlines == [[[y, -x] for x, y in zone.region.outline()] for zone in zones]
     names = {text.get_text(): text.get_position() for text in first.texts}
     for zone in zones[1:]:
-        assert names[zone.name] == zone.region.middle
+        x, y = zone.region.middle
+        assert names[zone.name] == pytest.approx((y, -x), abs=0.6)
     assert [patch.get_hatch() for patch in first.patches] == [None, "//", None, None]
     assert not second.patches
 
@@ -93,7 +96,7 @@ def test_a_few_calls_are_told_beside_their_marks(recorded, drawn, tmp_path):
 
 def test_walls_and_obstacles_are_drawn(recorded, drawn, tmp_path):
     plot_trajectories(recorded, tmp_path / "plot.png", zones={1: []}, obstacles=synthetic.OBSTACLES)
-    wanted = [[list(point) for point in obstacle.outline()] for obstacle in synthetic.OBSTACLES]
+    wanted = [[[y, -x] for x, y in obstacle.outline()] for obstacle in synthetic.OBSTACLES]
     assert [[patch.get_xy()[:-1].tolist() for patch in axes.patches] for axes in drawn] == [wanted, wanted]
 
 
@@ -102,17 +105,40 @@ def test_players_are_in_the_order_in_which_people_count():
     assert sorted(names, key=plot._natural) == ["7", "10", "a9", "a10b1", "a10b2", "p", "p1", "p2", "p10", "Ärztin2"]
 
 
-def test_24_players_have_colours_that_can_be_told_apart():
-    """In CIELAB (D65), where a distance of 2 is just seen."""
-    rgb = np.array(ON_WHITE) / 255
-    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
-    to_xyz = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
-    xyz = linear @ to_xyz.T / np.array([0.95047, 1.0, 1.08883])
-    f = np.where(xyz > 216 / 24389, np.cbrt(xyz), (24389 / 27 * xyz + 16) / 116)
-    lab = np.stack([116 * f[:, 1] - 16, 500 * (f[:, 0] - f[:, 1]), 200 * (f[:, 1] - f[:, 2])], axis=1)
-    apart = np.linalg.norm(lab[:, None] - lab[None], axis=2)[~np.eye(24, dtype=bool)]
-    assert apart.min() > 26
-    assert lab[:, 0].max() < 75, "light enough lines are not seen on white paper"
+def lines_of(axes, colour):
+    """How many lines of tracks have a colour of this role."""
+    hue = colorsys.rgb_to_hsv(*(part / 255 for part in colour))[0]
+    drawn = [matplotlib.colors.to_rgb(line.get_color()) for line in axes.lines if len(line.get_xdata()) > 2]
+    return sum(abs(colorsys.rgb_to_hsv(*one)[0] - hue) < 0.03 for one in drawn)
+
+
+def test_players_have_shades_of_the_colour_of_their_role_in_windows(recorded, drawn, tmp_path):
+    plot_trajectories(recorded, tmp_path / "plot.png")
+    first, second = drawn
+    assert (lines_of(first, VERMILLION), lines_of(first, SKY_BLUE)) == (2, 5)
+    assert lines_of(second, VERMILLION) == 4, "two minnows are sharks in the second pass"
+    tracks = [line.get_color() for line in first.lines if len(line.get_xdata()) > 2]
+    assert len(set(tracks)) == 7
+
+
+def test_a_long_round_has_several_panels(recorded, drawn, tmp_path):
+    """A match of ten minutes would otherwise be a tangle."""
+    tracks = read_tracks(recorded)
+    longer = {name: dataclasses.replace(track, times=track.times * 8) for name, track in tracks.items()}
+    plot_trajectories(longer, tmp_path / "plot.png", game="sharks-and-minnows")
+    titles = [axes.get_title() for axes in drawn]
+    assert 8 < len(titles) <= plot.MOST
+    assert titles[0].startswith("Pass 1, 0:00.0 to 0:")
+    seen = sum(len(line.get_xdata()) for axes in drawn for line in axes.lines if len(line.get_xdata()) > 2)
+    assert seen >= sum(int(track.playing.sum()) for track in tracks.values()), "every sample is in a panel"
+
+
+def test_the_field_is_turned_as_in_windows(recorded, drawn, tmp_path):
+    plot_trajectories(recorded, tmp_path / "plot.png")
+    assert drawn[0].get_xlabel() == "y, m"
+    low, high = drawn[0].get_xlim()
+    assert low < synthetic.Y_MIN < synthetic.Y_MAX < high
+    assert drawn[0].yaxis.get_major_formatter()(-20.0, 0) == "20", "x, which is positive, points down"
 
 
 def test_the_panel_shows_the_whole_of_every_zone(recorded, drawn, tmp_path):
@@ -160,7 +186,7 @@ def test_a_line_passes_through_the_recorded_places(recorded, drawn, tmp_path):
     plot_trajectories({"dory": track}, tmp_path / "plot.png")
     [line] = [line for line in drawn[0].lines if len(line.get_xdata()) > 1]
     played = track.rounds == 1
-    np.testing.assert_array_equal(line.get_ydata(), track.y[played])
+    np.testing.assert_array_equal(line.get_xdata(), track.y[played], "the field is turned")
 
 
 def test_no_line_joins_the_places_before_and_after_a_robot_was_moved(recorded, drawn, tmp_path):
@@ -178,7 +204,7 @@ def test_tracks_without_a_referee_are_plotted_whole(recorded, drawn, tmp_path):
         for name, track in read_tracks(recorded).items()
     }
     plot_trajectories(silent, tmp_path / "plot.png", calls=read_calls(recorded))
-    assert len(drawn) == 1
+    assert [axes.get_title() for axes in drawn] == ["", ""]
     assert "gill 0:09.0 with bruce" in words(drawn[0])
 
 

@@ -11,12 +11,13 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from vrg.colours import BLUE, VERMILLION
+from vrg.colours import GREEN, PURPLE
 
 Share = tuple[int, float, float, float]
 """A number of games, and after it the share of the first strategy and the ends of its interval, 0 to 1."""
 
-_COLOURS: Final = tuple(tuple(part / 255 for part in colour) for colour in (BLUE, VERMILLION))
+_COLOURS: Final = tuple(tuple(part / 255 for part in colour) for colour in (PURPLE, GREEN))
+"""Those of the two strategies, which no team of the games of VRG has."""
 _BINS: Final = 12
 """The most bins of a histogram."""
 

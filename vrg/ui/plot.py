@@ -1,8 +1,9 @@
-"""Draws the trajectories of a match for a report: a panel for each round, metres on both axes."""
+"""Draws the trajectories of a match for a report: a panel for each part of a round, metres on both axes."""
 
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -13,17 +14,22 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
+from msgspec import structs
 
 from vrg.bus.messages import LARGE_ZONES, FieldObject, Zone
-from vrg.colours import ON_WHITE, Rgb
+from vrg.colours import WHITE, Rgb
 from vrg.games import UNKNOWN, game_of
 from vrg.games.game import Game, Marker, Moment
 from vrg.recording.reader import Track, read_calls, read_setting, read_tracks
 from vrg.recording.records import CallRecord
 from vrg.regions import Bounds, Region, surrounding
+from vrg.regions import Polygon as Outlined
+from vrg.types import Pose
 from vrg.ui.labels import HALO, Colour, Labels
+from vrg.ui.palette import INK, mix
 from vrg.ui.scene import JUMP, clock_text
 from vrg.ui.thoughts import Thoughts
+from vrg.ui.view import fit
 
 CALLS_IN_WORDS: Final = 8
 """The most calls in a panel that are told beside their marks. More of them are numbered and told in the legend."""
@@ -31,6 +37,10 @@ LETTER: Final = 0.075
 """The width of a letter of the legend, inches."""
 LEGEND_LINES: Final = 36
 """The lines of the legend in one column."""
+PART: Final = 30.0
+"""The match time in s that a panel shows at most, if that makes no more than MOST panels."""
+MOST: Final = 16
+_NEARLY: Final = 1e-6
 _ROLE_MARKERS: Final = {
     Marker.TRIANGLE: "^",
     Marker.CIRCLE: "o",
@@ -53,11 +63,12 @@ def plot_trajectories(
 ) -> None:
     """Plot where each player drove while the rounds were played.
 
-    A colour for each player; solid lines are virtual robots, dashed ones physical. A hollow circle is where it
-    began, its role's marker where it ended. The calls that the game says are marked, with the player, the play clock
-    and who else took part; where there are many, their numbers stand for that, and the legend tells it. Where the game
-    is not installed here, every call that has a place is marked. Small dots are what players have seen, and thin dashed
-    lines what a player sketched when a call was made, where the game asks for that.
+    Players have the colour of their role in windows, each in a shade of its own; solid lines are virtual robots, dashed
+    ones physical. The field is turned as windows turn it. A round that lasts longer than PART has several panels. A
+    hollow circle is where a player began, its role's marker where it ended. The calls that the game says are marked,
+    with the player, the play clock and who else took part; where there are many, their numbers stand for that, and the
+    legend tells it. Where the game is not installed here, every call that has a place is marked. Small dots are what
+    players have seen, and thin dashed lines what a player sketched when a call was made, where the game asks for that.
 
     Args:
         recording: an MCAP file, its parts, or tracks read from one.
@@ -81,54 +92,116 @@ def plot_trajectories(
         thoughts = Thoughts.read(recording) if thoughts is None else thoughts
     else:
         tracks, objects = dict(recording), ()
-    calls, zones, thoughts, shown_as = calls or (), zones or {}, thoughts or Thoughts(), game_of(game)
-    moments = _moments(shown_as, calls)
     if not any(track.times.size for track in tracks.values()):
         raise ValueError(f"expected at least one track with a pose, got {len(tracks)} tracks")
-    rounds = _rounds(tracks)
-    box = _extent(tracks, zones)
-    marked = {n: [c for c in calls if c.rule in moments and n in (c.round, 0) and c.poses] for n in rounds}
-    listed = [call for of_round in marked.values() if len(of_round) > CALLS_IN_WORDS for call in of_round]
     tracks = {name: tracks[name] for name in sorted(tracks, key=_natural)}
-    colours = {name: _colour(index) for index, name in enumerate(tracks)}
-    handles = [*_legend(tracks, rounds, colours, calls, shown_as), *thoughts.legend(moments.values())]
+    shown = Plotted(
+        game_of(game), tracks, calls or (), zones or {}, objects, obstacles, thoughts or Thoughts()
+    ).as_in_windows()
+    moments, parts, box = _moments(shown.game, shown.calls), _parts(tracks), shown.extent
+    marked = [[c for c in shown.calls if c.rule in moments and c.poses and part.has(c)] for part in parts]
+    listed = [call for of_part in marked if len(of_part) > CALLS_IN_WORDS for call in of_part]
+    handles = [*_legend(tracks, parts, shown.calls, shown.game), *shown.thoughts.legend(moments.values())]
     handles += [_listed(number, _words_of(call, moments)) for number, call in enumerate(listed, 1)]
     columns = -(-len(handles) // LEGEND_LINES)
     longest = max(len(str(handle.get_label())) for handle in handles)
-    figure, panels, metre = _figure(len(rounds), box, columns * (0.75 + LETTER * longest))
+    figure, panels, metre = _figure(len(parts), box, columns * (0.75 + LETTER * longest))
     numbers = iter(range(1, len(listed) + 1))
-    for axes, number in zip(panels, rounds, strict=True):
-        here = zones.get(number, ())
-        labels = Labels(metre, box, [zone.region for zone in here if zone.kind == "field"])
-        for obstacle in obstacles:
-            axes.add_patch(Polygon(obstacle.outline(), facecolor="0.72", edgecolor="0.5", linewidth=0.8, zorder=1.0))
-        draw_zones(axes, here, shown_as, labels)
-        _draw_objects(axes, objects, labels, shown_as)
-        for track in tracks.values():
-            ends = np.flatnonzero(_shown(track, number))
-            for end in (0, -1) if ends.size else ():
-                labels.keep_clear((float(track.x[ends[end]]), float(track.y[ends[end]])))
-        for name, track in tracks.items():
-            _draw_track(axes, track, number, colours[name], labels, shown_as)
-        for call in marked[number]:
-            labels.keep_clear((call.poses[0].x, call.poses[0].y), width=17.0, height=17.0)
-        thoughts.draw_sightings(axes, colours, *_lasted(tracks, number))
-        for call in marked[number]:
-            thoughts.draw_at(axes, call, moments[call.rule], colours, labels)
-            words = str(next(numbers)) if len(marked[number]) > CALLS_IN_WORDS else _words_of(call, moments)
-            _draw_call(axes, call, moments[call.rule].sign, words, labels)
-        axes.set(xlim=(box[0], box[2]), ylim=(box[1], box[3]), xlabel="x, m", aspect="equal")
+    for axes, part, of_part in zip(panels, parts, marked, strict=True):
+        many = len(of_part) > CALLS_IN_WORDS
+        words = {id(call): str(next(numbers)) if many else _words_of(call, moments) for call in of_part}
+        _draw_part(axes, shown, part, [(call, moments[call.rule], words[id(call)]) for call in of_part], metre)
+        axes.set(xlim=(box[0], box[2]), ylim=(box[1], box[3]), aspect="equal")
+        axes.set_xlabel("y, m" if shown.turned else "x, m")
         axes.grid(True, color="0.92", linewidth=0.6)
         axes.set_axisbelow(True)
-        if number:
-            axes.set_title(f"{shown_as.round_word.capitalize()} {number}", fontsize=11)
-    panels[0].set_ylabel("y, m")
+        if part.round:
+            axes.set_title(f"{shown.game.round_word.capitalize()} {part.round}{part.words}", fontsize=11)
+    panels[0].set_ylabel("x, m" if shown.turned else "y, m")
+    if shown.turned:
+        panels[0].yaxis.set_major_formatter(lambda value, _: f"{-value + 0.0:g}")
     if title:
         figure.suptitle(title, fontsize=14, fontweight="bold", x=0.01, horizontalalignment="left")
     figure.legend(
         handles=handles, loc="outside right upper", frameon=False, fontsize=9, handlelength=2.6, ncols=columns
     )
     figure.savefig(out_png, dpi=130, format="png", bbox_inches="tight", pad_inches=0.15)
+
+
+@dataclass(frozen=True)
+class Plotted:
+    """Everything that is drawn.
+
+    Args:
+        tracks: by player. zones: by round. turned: it is a quarter turn clockwise about the origin.
+    """
+
+    game: Game
+    tracks: Mapping[str, Track]
+    calls: Sequence[CallRecord]
+    zones: Mapping[int, Sequence[Zone]]
+    objects: Sequence[FieldObject]
+    obstacles: Sequence[Region]
+    thoughts: Thoughts
+    turned: bool = False
+
+    @property
+    def extent(self) -> Bounds:
+        """The bounds of it, with a margin, m."""
+        played = [_played(track, 0) for track in self.tracks.values()]
+        xs = np.concatenate([track.x[keep] for track, keep in zip(self.tracks.values(), played, strict=True)])
+        ys = np.concatenate([track.y[keep] for track, keep in zip(self.tracks.values(), played, strict=True)])
+        driven = (float(xs.min()), float(ys.min()), float(xs.max()), float(ys.max()))
+        every = [zone.region.bounds for of_round in self.zones.values() for zone in of_round]
+        x_min, y_min, x_max, y_max = surrounding([driven, *every])
+        return x_min - 0.7, y_min - 0.7, x_max + 0.7, y_max + 0.7
+
+    def as_in_windows(self) -> "Plotted":
+        """The same, turned where windows turn it."""
+        if not fit(self.extent, (0, 0, 1600, 900)).turned:
+            return self
+        return Plotted(
+            game=self.game,
+            tracks={name: replace(track, x=track.y, y=-track.x) for name, track in self.tracks.items()},
+            calls=[structs.replace(c, poses=tuple(Pose(p.y, -p.x, p.theta) for p in c.poses)) for c in self.calls],
+            zones={
+                number: [structs.replace(zone, region=_turned(zone.region)) for zone in of_round]
+                for number, of_round in self.zones.items()
+            },
+            objects=[structs.replace(thing, x=thing.y, y=-thing.x) for thing in self.objects],
+            obstacles=[_turned(region) for region in self.obstacles],
+            thoughts=self.thoughts.turned(),
+            turned=True,
+        )
+
+
+def _turned(region: Region) -> Region:
+    """A region a quarter turn clockwise about the origin."""
+    return Outlined(tuple((y, -x) for x, y in region.outline()))
+
+
+def _draw_part(
+    axes: Axes, shown: Plotted, part: "Part", calls: Sequence[tuple[CallRecord, Moment, str]], metre: float
+) -> None:
+    """Draw a panel; `calls` are those of it that are marked, with the words beside them."""
+    here, colours = shown.zones.get(part.round, ()), _colours(shown.tracks, part, shown.game)
+    labels = Labels(metre, shown.extent, [zone.region for zone in here if zone.kind == "field"])
+    for obstacle in shown.obstacles:
+        axes.add_patch(Polygon(obstacle.outline(), facecolor="0.72", edgecolor="0.5", linewidth=0.8, zorder=1.0))
+    draw_zones(axes, here, shown.game, labels)
+    _draw_objects(axes, shown.objects, labels, shown.game)
+    for track in shown.tracks.values():
+        ends = np.flatnonzero(part.shows(track))
+        for end in (0, -1) if ends.size else ():
+            labels.keep_clear((float(track.x[ends[end]]), float(track.y[ends[end]])))
+    for name, track in shown.tracks.items():
+        _draw_track(axes, track, part, colours[name], labels, shown.game)
+    for call, _, _ in calls:
+        labels.keep_clear((call.poses[0].x, call.poses[0].y), width=17.0, height=17.0)
+    shown.thoughts.draw_sightings(axes, colours, part.begin, part.end)
+    for call, moment, words in calls:
+        shown.thoughts.draw_at(axes, call, moment, colours, labels)
+        _draw_call(axes, call, moment.sign, words, labels)
 
 
 def _moments(game: Game, calls: Sequence[CallRecord]) -> Mapping[str, Moment]:
@@ -138,10 +211,47 @@ def _moments(game: Game, calls: Sequence[CallRecord]) -> Mapping[str, Moment]:
     return {call.rule: Moment("X", call.rule.replace("_", " ")) for call in calls if call.poses}
 
 
-def _rounds(tracks: Mapping[str, Track]) -> list[int]:
-    """The rounds that were played; [0] stands for all samples where the referee said nothing of it."""
+@dataclass(frozen=True)
+class Part:
+    """What a panel shows.
+
+    Args:
+        round: its number; 0 stands for all that was played, or all there is, where no round was ever recorded.
+        begin, end: match time, s. words: which part of the round it is; empty if it is all.
+    """
+
+    round: int
+    begin: float
+    end: float
+    words: str = ""
+
+    def shows(self, track: Track) -> npt.NDArray[np.bool_]:
+        """Which samples of a track belong to it."""
+        within = (track.times >= self.begin - _NEARLY) & (track.times < self.end - _NEARLY)
+        return _played(track, self.round) & within
+
+    def has(self, call: CallRecord) -> bool:
+        """True if a call was made in it."""
+        time = call.timestamp.sec + call.timestamp.nsec / 1e9
+        in_round = self.round in (call.round, 0) or call.round == 0
+        return in_round and (not self.words or self.begin - _NEARLY < time <= self.end + _NEARLY)
+
+
+def _parts(tracks: Mapping[str, Track]) -> list[Part]:
+    """The parts of the match, each of at most PART seconds where that makes no more than MOST of them."""
     played = {int(n) for track in tracks.values() for n in np.unique(track.rounds[track.playing])}
-    return sorted(played) or [0]
+    lasted = {number: _lasted(tracks, number) for number in sorted(played) or [0]}
+    each = max(PART, sum(end - begin for begin, end in lasted.values()) / MOST)
+    parts = []
+    for number, (begin, end) in lasted.items():
+        count = max(1, math.ceil((end - begin) / each - 0.2))
+        step = (end - begin) / count
+        for index in range(count):
+            since, until = index * step, (index + 1) * step
+            words = f", {clock_text(since)} to {clock_text(until)}" if count > 1 else ""
+            last = index == count - 1
+            parts.append(Part(number, begin + since, math.inf if last else begin + until, words))
+    return parts
 
 
 def _figure(count: int, box: Bounds, legend: float = 2.0) -> tuple[Figure, list[Axes], float]:
@@ -151,7 +261,7 @@ def _figure(count: int, box: Bounds, legend: float = 2.0) -> tuple[Figure, list[
         count: the number of panels. box: what each of them shows, m. legend: the width of the legend, inches.
     """
     aspect = (box[3] - box[1]) / (box[2] - box[0])
-    columns = min(count, 4 if aspect > 1.0 else 2)
+    columns = min(count, 2 if count <= 4 else 3 if count <= 9 else 4)
     rows = math.ceil(count / columns)
     # The longer side of a panel is about 8 inches, but all of them together have 24 at most. The legend is beside them.
     width, height = (8.0 / aspect, 8.0) if aspect > 1.0 else (8.0, 8.0 * aspect)
@@ -167,19 +277,8 @@ def _figure(count: int, box: Bounds, legend: float = 2.0) -> tuple[Figure, list[
     return figure, panels[:count], 72 * height / (box[3] - box[1])
 
 
-def _extent(tracks: Mapping[str, Track], zones: Mapping[int, Sequence[Zone]]) -> Bounds:
-    """The bounds of all that is drawn, with a margin, m."""
-    shown = [_shown(track, 0) for track in tracks.values()]
-    xs = np.concatenate([track.x[keep] for track, keep in zip(tracks.values(), shown, strict=True)])
-    ys = np.concatenate([track.y[keep] for track, keep in zip(tracks.values(), shown, strict=True)])
-    driven = (float(xs.min()), float(ys.min()), float(xs.max()), float(ys.max()))
-    every = [zone.region.bounds for of_round in zones.values() for zone in of_round]
-    x_min, y_min, x_max, y_max = surrounding([driven, *every])
-    return x_min - 0.7, y_min - 0.7, x_max + 0.7, y_max + 0.7
-
-
-def _shown(track: Track, number: int) -> npt.NDArray[np.bool_]:
-    """Which samples belong to the panel of a round; 0 = all that were played, or all there are."""
+def _played(track: Track, number: int) -> npt.NDArray[np.bool_]:
+    """Which samples belong to a round; 0 = all that were played, or all there are."""
     if not track.playing.any() and number == 0:
         return np.ones(track.times.shape, dtype=np.bool_)
     return track.playing & (track.rounds == number) if number else track.playing
@@ -187,7 +286,7 @@ def _shown(track: Track, number: int) -> npt.NDArray[np.bool_]:
 
 def _lasted(tracks: Mapping[str, Track], number: int) -> tuple[float, float]:
     """When a round began and ended, match time, s."""
-    times = np.concatenate([track.times[_shown(track, number)] for track in tracks.values()])
+    times = np.concatenate([track.times[_played(track, number)] for track in tracks.values()])
     return (float(times.min()), float(times.max())) if times.size else (0.0, 0.0)
 
 
@@ -238,8 +337,8 @@ def _draw_objects(axes: Axes, objects: Sequence[FieldObject], labels: Labels, ga
         labels.keep_clear((thing.x, thing.y), width=14.0, height=20.0)
 
 
-def _draw_track(axes: Axes, track: Track, number: int, colour: Colour, labels: Labels, game: Game) -> None:
-    keep = np.flatnonzero(_shown(track, number))
+def _draw_track(axes: Axes, track: Track, part: Part, colour: Colour, labels: Labels, game: Game) -> None:
+    keep = np.flatnonzero(part.shows(track))
     if not keep.size:
         return
     x, y = track.x[keep], track.y[keep]
@@ -249,7 +348,7 @@ def _draw_track(axes: Axes, track: Track, number: int, colour: Colour, labels: L
     style = (0, (4, 1.6)) if track.physical else "-"
     axes.plot(line_x, line_y, color=colour, linestyle=style, linewidth=1.7, zorder=3, solid_capstyle="round")
     axes.plot(x[0], y[0], "o", color=colour, markerfacecolor="white", markersize=6, markeredgewidth=1.6, zorder=4)
-    last = _last_of_round(track, number, int(keep[-1]))
+    last = _last_sample(track, part, int(keep[-1]))
     sign = game.style(track.roles[last], track.states[last]).marker
     gone = game.is_out(track.states[last])
     face = "0.75" if gone else colour
@@ -288,17 +387,15 @@ def _listed(number: int, words: str) -> Line2D:
 
 
 def _legend(
-    tracks: Mapping[str, Track],
-    rounds: Sequence[int],
-    colours: Mapping[str, Colour],
-    calls: Sequence[CallRecord],
-    game: Game,
+    tracks: Mapping[str, Track], parts: Sequence[Part], calls: Sequence[CallRecord], game: Game
 ) -> Iterator[Line2D]:
     both = {track.physical for track in tracks.values()} == {True, False}
-    for name, track in tracks.items():
+    whole = Part(0, -math.inf, math.inf)
+    for name, colour in _colours(tracks, whole, game).items():
+        track = tracks[name]
         roles = list(dict.fromkeys(role for role, playing in zip(track.roles, track.playing, strict=True) if playing))
         label = f"{name} ({', then '.join(roles)})" if roles else name
-        yield Line2D([], [], color=colours[name], linestyle="--" if track.physical else "-", linewidth=2, label=label)
+        yield Line2D([], [], color=colour, linestyle="--" if track.physical else "-", linewidth=2, label=label)
     grey = "0.35"
     if both:
         yield Line2D([], [], color=grey, linestyle="--", label="physical robot")
@@ -306,8 +403,8 @@ def _legend(
     ends = [
         (track.roles[last], track.states[last])
         for track in tracks.values()
-        for number in rounds
-        for last in [_last_of_round(track, number, int(i)) for i in np.flatnonzero(_shown(track, number))[-1:]]
+        for part in parts
+        for last in [_last_sample(track, part, int(i)) for i in np.flatnonzero(part.shows(track))[-1:]]
     ]
     signs = {(game.style(role, state).marker, state if game.is_out(state) else role) for role, state in ends if role}
     for sign, word in sorted(signs, key=lambda pair: pair[1]):
@@ -320,14 +417,34 @@ def _legend(
             )  # fmt: skip
 
 
-def _last_of_round(track: Track, number: int, shown: int) -> int:
-    """The last sample of a round: the tag that ends it is known only after the last sample of play."""
-    of_round = np.flatnonzero(track.rounds == number)
+def _last_sample(track: Track, part: Part, shown: int) -> int:
+    """The last sample of a part: the tag that ends a round is known only after the last sample of play."""
+    if not math.isinf(part.end):
+        return shown
+    of_round = np.flatnonzero(track.rounds == part.round)
     return int(of_round[-1]) if of_round.size else shown
 
 
-def _colour(index: int) -> Colour:
-    return rgb(ON_WHITE[index % len(ON_WHITE)])
+def _colours(tracks: Mapping[str, Track], part: Part, game: Game) -> dict[str, Colour]:
+    """The colour of each player in a panel: that of the role in which it begins there, in a shade of its own.
+
+    The shade is by its place among those that began the match in its role, so it is the same in all panels.
+    """
+    whole = Part(0, -math.inf, math.inf)
+    first = {name: _first_role(track, whole) for name, track in tracks.items()}
+    found = {}
+    for name, track in tracks.items():
+        alike = [other for other, its in first.items() if its == first[name]]
+        rank = alike.index(name) / (len(alike) - 1) if len(alike) > 1 else 0.5
+        ground, share = (INK, 0.55 * (1 - 2 * rank)) if rank < 0.5 else (WHITE, 0.45 * (2 * rank - 1))
+        found[name] = rgb(mix(game.style(_first_role(track, part)).colour, ground, share))
+    return found
+
+
+def _first_role(track: Track, part: Part) -> str:
+    """The role in which a player begins a part; empty if it is not in it."""
+    shown = np.flatnonzero(part.shows(track))
+    return track.roles[int(shown[0])] if shown.size else ""
 
 
 def rgb(colour: Rgb) -> Colour:

@@ -44,7 +44,7 @@ class Proof:
 
 
 def box_around(points: Sequence[tuple[float, float]], measures: Sequence[Measure]) -> Bounds:
-    """The bounds of what is shown of a call, m, about the places of its players and what was measured near the first."""
+    """The bounds of what is shown of a call, m: the places of its players, and what was measured near the first."""
     x, y = points[0]
     ends = [end for measure in measures for end in measure.ends or ()]
     near = [end for end in ends if abs(end[0] - x) + abs(end[1] - y) < 4 * MARGIN]

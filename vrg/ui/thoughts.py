@@ -1,12 +1,13 @@
 """What players saw and expected, in a plot: their sightings, and what they sketched when calls were made."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
 
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
+from msgspec import structs
 
 from vrg.bus.messages import Sighting
 from vrg.games.game import Moment
@@ -34,6 +35,25 @@ class Thoughts:
     def read(cls, recording: Path | Sequence[Path]) -> "Thoughts":
         """Read them from a recording or its parts. Errors are those of `read_tracks`."""
         return cls(read_sightings(recording), read_sketches(recording))
+
+    def turned(self) -> "Thoughts":
+        """The same, a quarter turn clockwise about the origin."""
+        seen = {
+            name: [structs.replace(s, x=s.y, y=-s.x) for s in of_player] for name, of_player in self.sightings.items()
+        }
+        return Thoughts(
+            seen,
+            [
+                replace(
+                    thought,
+                    strokes=[
+                        structs.replace(stroke, points=tuple((y, -x) for x, y in stroke.points))
+                        for stroke in thought.strokes
+                    ],
+                )
+                for thought in self.sketches
+            ],
+        )
 
     def legend(self, moments: Iterable[Moment]) -> Iterator[Line2D]:
         """The lines of the legend that explain what is drawn, if calls are marked in these ways."""
