@@ -17,7 +17,6 @@ import time
 from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import psutil
 from common import arguments, cpu_times, endpoint_of, median, playing, show, write_match
@@ -43,10 +42,7 @@ def _window(kind: str, endpoint: str, run: str) -> None:
     from vrg.config.setup import read_setup  # noqa: PLC0415
     from vrg.launch.run_folder import RunFolder  # noqa: PLC0415
     from vrg.launch.serving import serve  # noqa: PLC0415
-    from vrg.ui import spectator  # noqa: PLC0415
-    from vrg.ui.developer import node as developer  # noqa: PLC0415
-    from vrg.ui.hud import node as hud  # noqa: PLC0415
-    from vrg.ui.window import open_window  # noqa: PLC0415
+    from vrg.ui import window  # noqa: PLC0415
 
     frames, flip = [0], pygame.display.flip
 
@@ -58,11 +54,8 @@ def _window(kind: str, endpoint: str, run: str) -> None:
         for _ in sys.stdin:
             print(f"frames {frames[0]}", flush=True)
 
-    def opened(title: str, _size: tuple[int, int]) -> Any:
-        return open_window(title, SIZE)
-
     pygame.display.flip = counted
-    spectator.open_window = developer.open_window = hud.open_window = opened  # type: ignore[attr-defined]
+    window.fitting = lambda _screen: SIZE
     threading.Thread(target=answer, daemon=True).start()
     serve(kind, read_setup(RunFolder(Path(run)).setup), router=endpoint, name=WINDOWS[kind])
 
