@@ -188,7 +188,7 @@ def test_calibrate_writes_a_file_that_the_robot_then_uses(node: Callable[..., ob
     # as expected.
     answers = "\ny\nn\n\n0.5\ny\n\n90\ny\n"
     quick = ("--way", "0.4", "--turns", "0.25", "--speed", "0.3")
-    done = turn("can", "calibrate", str(match), "ann", *quick, said=answers)
+    done = turn("can", "calibrate", "ann", str(match), *quick, said=answers)
     assert done.returncode == 0, done.stdout + done.stderr
     written = tomllib.loads((tmp_path / "ann.cal.toml").read_text())
     assert written["robot"] == "ann"
@@ -207,7 +207,7 @@ def test_calibrate_writes_a_file_that_the_robot_then_uses(node: Callable[..., ob
     frames: list[Frame] = []
     bus = CanBus(VCAN, frames.append)
     bus.start()
-    again = turn("can", "calibrate", str(match), "ann", *quick, said="\ny\ny\n\n0.4\ny\n\n90\ny\n")
+    again = turn("can", "calibrate", "ann", str(match), *quick, said="\ny\ny\n\n0.4\ny\n\n90\ny\n")
     bus.stop()
     assert again.returncode == 0, again.stdout + again.stderr
     speeds = {0: [0.0], 1: [0.0]}

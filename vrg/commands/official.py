@@ -120,6 +120,8 @@ def _decide(
         call = referee.answer(number)
     typer.echo(f"{name}: {call.text}")
     if call.rule == "refused":
+        if referee.state.latest is not None and referee.state.latest.body.estop:
+            typer.echo("`vrg estop --release` releases the emergency stop; then `vrg official resume` continues play.")
         raise typer.Exit(1)
 
 
