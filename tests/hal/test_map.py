@@ -73,7 +73,7 @@ def test_all_errors_of_a_file_are_told_at_once(tmp_path: Path) -> None:
     with pytest.raises(ConfigError) as caught:
         load_map(file)
     text = str(caught.value)
-    for word in ("bounds", "colour", "circle.0.x", "circle.0.radius", "wall.0", str(file)):
+    for word in ("bounds", "colour", "circle.1.x", "circle.1.radius", "wall.1", str(file)):
         assert word in text
     assert len(caught.value.problems) == 5
 

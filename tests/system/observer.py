@@ -215,7 +215,7 @@ class Observer:
 
         On a small machine a robot's pose, its drives' heartbeats or the world's clock may come late, which halts play.
         """
-        if self.state.halted and any("vrg official recover" in why for why in self.state.waiting):
+        if self.state.halted and any("an official recovers" in why for why in self.state.waiting):
             self._ask(m.OfficialAction.RECOVER)
         self.resume()
 
