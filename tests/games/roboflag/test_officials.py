@@ -107,7 +107,7 @@ def test_a_flag_that_has_a_carrier_is_not_given_to_another_player() -> None:
         (SCORE, "red", "one", "whole number"),
         (STATE, "red9", NORMAL, "expected one of"),
         (STATE, "red", NORMAL, "expected one of"),
-        (STATE, "red1", "asleep", "normal or tagged or flagged"),
+        (STATE, "red1", "asleep", "expected one of flagged, normal, tagged"),
         (ROLE, "red1", "blue", "cannot be set in this game"),
         (ROLE, "red9", "blue", "expected one of"),
     ],
