@@ -3,7 +3,7 @@
 import numpy as np
 
 from vrg.coordinator.evidence import Exhibit, Looked, TickEvidence
-from vrg.coordinator.rulebook import Field
+from vrg.coordinator.rulebook import Observation
 from vrg.launch.crosscheck import cross_check
 from vrg.recording.reader import Track
 from vrg.types import Pose
@@ -19,7 +19,7 @@ def track(name: str, x: float = 1.0) -> Track:
 
 
 def seen(time: float, **xs: float) -> Exhibit:
-    field = Field({name: Pose(x, 0.0, 0.0) for name, x in xs.items()}, time=time)
+    field = Observation({name: Pose(x, 0.0, 0.0) for name, x in xs.items()}, time=time)
     return Exhibit(TickEvidence(after=0, time=time, field=field, entries=[Looked(0.1, [])]), "", genuine=True)
 
 

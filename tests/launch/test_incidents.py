@@ -7,7 +7,7 @@ import pytest
 
 from vrg.bus.messages import Call, Stage
 from vrg.coordinator.journal import Record
-from vrg.coordinator.match import Standing
+from vrg.coordinator.match import Checkpoint
 from vrg.launch.events import Event, What
 from vrg.launch.incidents import LAUNCHER, Evidence, incidents_of
 from vrg.recording.foxglove import time_of
@@ -38,7 +38,7 @@ class Run:
         elif rule in ("resume", "game_over"):
             self._halted = None
         call = Call(number=self._calls, rule=rule, text=text, players=(), poses=(), clock=time)
-        standing = Standing(
+        standing = Checkpoint(
             stage=Stage.PLAY_ROUND, halted=self._halted, clock=time, total=time, in_stage=time, calls=self._calls,
             winner=None, game={},
         )  # fmt: skip

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from vrg.blame import DecisionTimeoutError, failure_of, place_of_method
 from vrg.bus.messages import PlayerStatus, RefereeState, Sighting, Stroke
-from vrg.bus.radio import Heard
+from vrg.bus.radio import TeamMessage
 from vrg.errors import StrategyError
 from vrg.hal.models import RobotModel
 from vrg.hal.readings import Readings
@@ -65,7 +65,7 @@ class View:
     velocities: Mapping[str, Vector]
     robot: RobotModel
     pose: Pose
-    heard: Sequence[Heard] = ()
+    heard: Sequence[TeamMessage] = ()
     priority: str | None = None
     obstacles: Sequence[Region] = ()
 

@@ -9,7 +9,7 @@ from vrg.agents.strategy import Action
 from vrg.bus.codec import checked
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Bid, Links, Sightings, Sketch
-from vrg.bus.radio import Heard, Radio, packed
+from vrg.bus.radio import Radio, TeamMessage, packed
 from vrg.bus.topics import Keys
 from vrg.types import Vector
 
@@ -114,7 +114,7 @@ class Telling:
             self._mailbox.publish(self._sketch, said.sketch)
         return problems
 
-    def heard(self, place: Vector) -> Sequence[Heard]:
+    def heard(self, place: Vector) -> Sequence[TeamMessage]:
         """What the team has said since the last call; `place` as for `tell`."""
         return self._radio.heard(place)
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 INTERVAL = 2.0
 """The length in s of the intervals of which the least delayed message counts."""
-KEPT = 15
+DRIFT_SAMPLES = 15
 """The number of intervals that the drift is estimated from."""
 LEAST = 4
 """The number of intervals before there is a drift."""
@@ -37,7 +37,7 @@ class ClockTracker:
     """Takes in the arrivals of clock messages."""
 
     def __init__(self) -> None:
-        self._floors: deque[tuple[float, float]] = deque(maxlen=KEPT)
+        self._floors: deque[tuple[float, float]] = deque(maxlen=DRIFT_SAMPLES)
         """Of each past interval, the arrival of the least delayed message and its offset, s."""
         self._floor: tuple[float, float] | None = None
         self._began = 0.0

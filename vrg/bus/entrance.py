@@ -28,11 +28,11 @@ log = logging.getLogger(__name__)
 
 DOORS = 256
 """The number of the router's listeners."""
-PATIENCE = 5.0
+HANDSHAKE_TIMEOUT = 5.0
 """The real time in s in which a handshake must succeed, and in which what is sent last must be taken."""
-WAITING = 1000
+MAX_HANDSHAKES = 1000
 """The number of connections whose handshake may not have succeeded yet."""
-HELD = 2000
+MAX_CONNECTIONS = 2000
 """The number of connections of one address whose handshake has succeeded, so that one seat does not take all places."""
 _BACKLOG = 4096
 """The number of connections that the system holds ready until they are taken."""
@@ -104,7 +104,7 @@ class _Hall:
     def __init__(self, loop: asyncio.AbstractEventLoop, doors: list[tuple[str, int]]) -> None:
         self.loop = loop
         self.ending = False
-        self.room = WaitingRoom(WAITING, PATIENCE)
+        self.room = WaitingRoom(MAX_HANDSHAKES, HANDSHAKE_TIMEOUT)
         self.held: Counter[str] = Counter()
         self._doors = cycle(doors)
 
@@ -159,7 +159,7 @@ class _Side(asyncio.Protocol):
         if self.other is not None:
             self.other.transport.close()
             # Who does not take what was sent last would keep the connection for ever.
-            asyncio.get_running_loop().call_later(PATIENCE, self.other.transport.abort)
+            asyncio.get_running_loop().call_later(HANDSHAKE_TIMEOUT, self.other.transport.abort)
 
 
 class _Outside(_Side):
@@ -205,7 +205,7 @@ class _Outside(_Side):
                 self._hall.room.leave(self.transport)
                 self._address = (self.transport.get_extra_info("peername") or ("",))[0]
                 self._hall.held[self._address] += 1
-                if self._hall.held[self._address] > HELD:
+                if self._hall.held[self._address] > MAX_CONNECTIONS:
                     self.transport.abort()
 
     def connection_lost(self, error: Exception | None) -> None:

@@ -9,8 +9,8 @@ import msgspec
 from vrg.bus.messages import Call, Stage
 from vrg.coordinator.evidence import Exhibit, replayed
 from vrg.coordinator.journal import Record
-from vrg.coordinator.match import Match, Standing
-from vrg.coordinator.outcome import Outcome, numbered
+from vrg.coordinator.match import Checkpoint, Match
+from vrg.coordinator.outcome import Effects, numbered
 from vrg.coordinator.proof import Case, Prover
 from vrg.coordinator.rulebook import RuleBook
 
@@ -55,7 +55,7 @@ def judge_again(book: RuleBook[Any], exhibits: Iterable[Exhibit], records: Seque
         book: the rule book of the match. exhibits: the evidence. records: those of the journal.
     """
     found: list[Disagreement] = []
-    outcomes: list[Outcome] = []
+    outcomes: list[Effects] = []
     chained = True
     ticks = compared = reached = 0
     for exhibit, following, match, _, made in replayed(book, exhibits):
@@ -112,7 +112,7 @@ def unproved(prover: Prover | None, book: RuleBook[Any], cases: Iterable[Case]) 
     return found
 
 
-def _compared(match: Match, outcomes: Sequence[Outcome], record: Record) -> list[str]:
+def _compared(match: Match, outcomes: Sequence[Effects], record: Record) -> list[str]:
     """How what the rules say differs from a record, in words."""
     standing = match.standing()
     calls = numbered(outcomes, match.calls, standing.clock)
@@ -142,7 +142,7 @@ def _differing(at: int, ours: Sequence[Call], theirs: Sequence[Call]) -> str:
     return ""
 
 
-def _standings(ours: Standing, theirs: Standing) -> list[str]:
+def _standings(ours: Checkpoint, theirs: Checkpoint) -> list[str]:
     """The first thing in which two standings differ, in words."""
     # As a file has them: there a pair is a list.
     mine, its = (msgspec.json.decode(msgspec.json.encode(standing)) for standing in (ours, theirs))

@@ -14,7 +14,7 @@ from vrg.navigation.pilot import GAP, Neighbour, Pilot
 from vrg.regions import Circle, Region
 from vrg.types import STILL, Twist, Vector
 
-DEPTH = 0.05
+REGION_DEPTH = 0.05
 """How far into its region a robot is driven, m. So it does not bar the way of those that come after it."""
 CRAWL = 0.15
 """The speed in m/s with which a robot comes into its region. Near a body or a border, a fast one finds no way."""
@@ -100,7 +100,7 @@ class Leader:
 @lru_cache(maxsize=64)
 def _inner(goal: Region) -> tuple[Region, list[Vector]]:
     """The part of a region into which robots are driven, and some places in it."""
-    inner = goal.shrunk(DEPTH)
+    inner = goal.shrunk(REGION_DEPTH)
     outline = inner.outline()
     return inner, outline[:: max(1, len(outline) // PLACES)]
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from vrg.bus.messages import Call
-from vrg.coordinator.rulebook import Field
+from vrg.coordinator.rulebook import Observation
 from vrg.regions import Region
 from vrg.types import Pose, Vector
 
@@ -77,8 +77,8 @@ class Case:
 
     call: Call
     state: Any
-    before: Field
-    now: Field
+    before: Observation
+    now: Observation
 
 
 Prover = Callable[[Any, Case], Sequence[Measure]]

@@ -22,7 +22,7 @@ from vrg.config.setup import MatchSetup
 from vrg.coordinator.evidence import Decided, Entry, Halted, read_evidence
 from vrg.coordinator.journal import read_journal
 from vrg.coordinator.match import Match
-from vrg.coordinator.rulebook import Field
+from vrg.coordinator.rulebook import Observation
 from vrg.errors import VrgError
 from vrg.evaluation.games import BROKEN_OFF, FAILED, INVALID, OVER, Played
 from vrg.launch import in_process
@@ -78,7 +78,7 @@ def judged(setup: MatchSetup, folder: RunFolder, told: Played) -> Played:
         officials = [words for entry in entries if (words := _by_nobody(entry, told.failures))]
         calls = [call for record in records for call in record.calls]
         standing = records[-1].standing if records else None
-        state = Match(rulebook_of(setup), standing).state(Field({}), estop=False)
+        state = Match(rulebook_of(setup), standing).state(Observation({}), estop=False)
     except VrgError as error:
         return invalid(setup, told, str(error))
     if wrong or officials or judgement.unjudged or told.ended != _ended(state):

@@ -56,9 +56,9 @@ def open_journal(setup: MatchSetup, folder: RunFolder, *, aside: bool = False) -
     Raises:
         JournalError: it cannot be used; see `Journal`.
     """
-    from vrg.coordinator.journal import Header, Journal
+    from vrg.coordinator.journal import Journal, JournalHeader
 
-    return Journal(folder.journal, Header(match=setup.name, game=setup.game, seed=setup.seed), aside=aside)
+    return Journal(folder.journal, JournalHeader(match=setup.name, game=setup.game, seed=setup.seed), aside=aside)
 
 
 def coordinator_node(setup: MatchSetup, journal: "Journal") -> "Coordinator":

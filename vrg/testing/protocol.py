@@ -15,7 +15,7 @@ from collections.abc import Sequence
 
 import pytest
 
-from vrg.hal.can.axis import ProtocolOptions, State
+from vrg.hal.can.axis import MotorState, ProtocolOptions
 from vrg.hal.can.frame import CLASSIC_BYTES, FD_BYTES, STANDARD_MASK, Frame, fd_size
 from vrg.hal.can.protocols import Protocol
 from vrg.hal.can.workshop.faults import FaultKind, FaultRequest, encode_fault
@@ -58,7 +58,7 @@ class ProtocolContract:
             ProtocolWire(self.protocol, node, options=self.options).running()
 
     def test_it_is_silent_until_it_has_been_heard(self, wire: ProtocolWire) -> None:
-        assert wire.axis.state is State.SILENT
+        assert wire.axis.state is MotorState.SILENT
         assert wire.axis.heard == wire.axis.measured == -math.inf
         assert (wire.axis.voltage, wire.axis.fault, wire.axis.odd) == (None, None, None)
         assert not wire.axis.identified
@@ -66,7 +66,7 @@ class ProtocolContract:
     def test_a_drive_says_who_it_is(self, wire: ProtocolWire) -> None:
         wire.meet()
         assert wire.axis.problem is None
-        assert wire.axis.state is State.IDLE
+        assert wire.axis.state is MotorState.IDLE
         assert wire.axis.heard == pytest.approx(wire.now, abs=0.5)
 
     def test_two_drives_with_one_id_are_a_problem(self) -> None:
@@ -77,7 +77,7 @@ class ProtocolContract:
     def test_setting_up_energises_nothing(self, wire: ProtocolWire) -> None:
         wire.prepare()
         wire.advance(1.0)
-        assert wire.axis.state is State.IDLE
+        assert wire.axis.state is MotorState.IDLE
         assert wire.motor_speed == 0.0
 
     def test_it_can_be_set_up_again(self, wire: ProtocolWire) -> None:
@@ -85,7 +85,7 @@ class ProtocolContract:
         wire.axis.idle()
         wire.axis.prepare()
         wire.advance(0.5)
-        assert wire.axis.state is State.IDLE
+        assert wire.axis.state is MotorState.IDLE
         wire.get_going()
 
     def test_a_setpoint_alone_starts_nothing(self, wire: ProtocolWire) -> None:
@@ -97,8 +97,8 @@ class ProtocolContract:
         wire.prepare()
         wire.drive_on(SPEED, 0.1)
         wire.axis.start()
-        assert wire.axis.state in (State.STARTING, State.CLOSED_LOOP)
-        wire.until(lambda: wire.axis.state is State.CLOSED_LOOP, lambda: wire.axis.command(0.0))
+        assert wire.axis.state in (MotorState.STARTING, MotorState.CLOSED_LOOP)
+        wire.until(lambda: wire.axis.state is MotorState.CLOSED_LOOP, lambda: wire.axis.command(0.0))
         assert abs(wire.motor_speed) < STILL
 
     def test_it_follows_setpoints_both_ways(self, wire: ProtocolWire) -> None:
@@ -107,7 +107,7 @@ class ProtocolContract:
         assert wire.motor_speed == pytest.approx(-SPEED / 2, rel=0.1)
         wire.drive_on(0.0, 0.5)
         assert abs(wire.motor_speed) < STILL
-        assert wire.axis.state is State.CLOSED_LOOP
+        assert wire.axis.state is MotorState.CLOSED_LOOP
 
     def test_it_measures_turns_and_turns_per_second(self, wire: ProtocolWire) -> None:
         wire.running(SPEED)
@@ -123,7 +123,7 @@ class ProtocolContract:
         wire.axis.idle()
         wire.drive_on(SPEED, 1.0)
         assert abs(wire.motor_speed) < STILL
-        assert wire.axis.state is State.IDLE
+        assert wire.axis.state is MotorState.IDLE
         assert wire.axis.fault is None
         if wire.axis.starved:
             wire.axis.clear()
@@ -134,7 +134,7 @@ class ProtocolContract:
         wire.axis.stop_now()
         wire.drive_on(SPEED, 1.0)
         assert abs(wire.motor_speed) < STILL
-        assert wire.axis.state is not State.CLOSED_LOOP
+        assert wire.axis.state is not MotorState.CLOSED_LOOP
         wire.axis.clear()
         wire.drive_on(SPEED, 0.5)
         assert abs(wire.motor_speed) < STILL, "cleared is not started"
@@ -145,18 +145,18 @@ class ProtocolContract:
             pytest.skip("it has no button, or does not tell of it")
         wire.running()
         wire.fault(FaultKind.ESTOP)
-        wire.until(lambda: wire.axis.state is State.ESTOP)
+        wire.until(lambda: wire.axis.state is MotorState.ESTOP)
         for act in (wire.axis.idle, wire.axis.start, lambda: wire.axis.command(SPEED)):
             act()
             wire.advance(0.5)
             assert abs(wire.motor_speed) < STILL
         wire.axis.idle()
         wire.advance(0.5)
-        assert wire.says()[0] is State.ESTOP
+        assert wire.says()[0] is MotorState.ESTOP
         wire.fault(FaultKind.END)  # a button that stays down is let go of
         wire.axis.clear()
         wire.advance(0.5)
-        assert wire.says()[0] is State.IDLE
+        assert wire.says()[0] is MotorState.IDLE
         assert abs(wire.motor_speed) < STILL
         wire.get_going()
 
@@ -167,7 +167,7 @@ class ProtocolContract:
         assert wire.now - began < WATCHDOG + 0.5, "nobody but the one who drives may feed it"
         wire.until(lambda: wire.axis.starved)
         assert wire.axis.fault is None
-        assert wire.axis.state is State.IDLE
+        assert wire.axis.state is MotorState.IDLE
         wire.advance(2.0)
         assert abs(wire.motor_speed) < STILL, "it does not start again by itself"
         wire.axis.clear()
@@ -195,7 +195,7 @@ class ProtocolContract:
     def test_a_fault_is_told_in_words_and_stays_until_it_is_cleared(self, wire: ProtocolWire) -> None:
         wire.running()
         wire.fault(FaultKind.ERROR)
-        wire.until(lambda: wire.axis.state is State.FAULT)
+        wire.until(lambda: wire.axis.state is MotorState.FAULT)
         assert wire.says()[1]
         wire.drive_on(SPEED, 1.0)
         assert abs(wire.motor_speed) < STILL
@@ -204,7 +204,7 @@ class ProtocolContract:
             wire.axis.clear()
         wire.axis.clear()
         wire.advance(0.5)
-        assert wire.says() == (State.IDLE, None)
+        assert wire.says() == (MotorState.IDLE, None)
         wire.drive_on(SPEED, 0.5)
         assert abs(wire.motor_speed) < STILL, "cleared is not started"
         wire.get_going()
@@ -220,7 +220,7 @@ class ProtocolContract:
         wire.running()
         wire.fault(FaultKind.REBOOT)
         wire.drive_on(SPEED, 1.0)
-        assert wire.axis.state is not State.CLOSED_LOOP
+        assert wire.axis.state is not MotorState.CLOSED_LOOP
         assert abs(wire.motor_speed) < STILL
 
     def test_numbers_that_are_not_finite_are_odd_and_change_nothing(self, wire: ProtocolWire) -> None:
@@ -257,7 +257,7 @@ class ProtocolContract:
         other.running()
         for frame in other.heard:
             wire.axis.receive(frame)
-        assert wire.axis.state is State.SILENT
+        assert wire.axis.state is MotorState.SILENT
         assert wire.axis.measured == -math.inf
 
     @pytest.mark.parametrize("prepared", [False, True])
@@ -323,7 +323,7 @@ class ProtocolContract:
     def test_a_listener_clears_errors_and_starts_nothing(self, wire: ProtocolWire) -> None:
         wire.running()
         wire.fault(FaultKind.ERROR)
-        wire.until(lambda: wire.axis.state is State.FAULT)
+        wire.until(lambda: wire.axis.state is MotorState.FAULT)
         found = self.look(wire)
         wire.survey.listener_of(found).clear(found)
         wire.advance(1.0)

@@ -8,7 +8,7 @@ from typing import Self
 
 from msgspec.structs import replace
 
-from vrg.hal.can.axis import ProtocolOptions, State
+from vrg.hal.can.axis import MotorState, ProtocolOptions
 from vrg.hal.can.frame import CLASSIC_BYTES, EXTENDED_MASK, FD_BYTES, STANDARD_MASK, Filter, Frame
 from vrg.hal.can.machine import POLL_PERIOD
 from vrg.hal.can.protocols import Protocol
@@ -109,7 +109,7 @@ class ProtocolWire:
         """How fast the first drive's motor truly turns, turn/s."""
         return self.drive.motor.velocity
 
-    def says(self) -> tuple[State, str | None]:
+    def says(self) -> tuple[MotorState, str | None]:
         """The state and the fault that the axis tells."""
         return self.axis.state, self.axis.fault
 
@@ -176,14 +176,16 @@ class ProtocolWire:
         self.axis.prepare()
         self._filters = self.axis.filters
         self._poll_at = self.now
-        self.until(lambda: self.axis.state is State.IDLE and self.axis.measured > 0)
+        self.until(lambda: self.axis.state is MotorState.IDLE and self.axis.measured > 0)
         return self
 
     def get_going(self, velocity: float = SPEED) -> None:
         """Start, and send setpoints until the motor turns by them."""
         self.axis.start()
         self.until(
-            lambda: self.axis.state is State.CLOSED_LOOP and abs(self.axis.velocity - velocity) < 0.1 * abs(velocity),
+            lambda: (
+                self.axis.state is MotorState.CLOSED_LOOP and abs(self.axis.velocity - velocity) < 0.1 * abs(velocity)
+            ),
             lambda: self.axis.command(velocity),
         )
 

@@ -12,7 +12,7 @@ from matplotlib.patheffects import withStroke
 
 from vrg.bus.messages import PlayerStatus, Zone
 from vrg.coordinator.proof import Case, Measure
-from vrg.coordinator.rulebook import Field
+from vrg.coordinator.rulebook import Observation
 from vrg.games.game import Game
 from vrg.geometry import corners
 from vrg.regions import Bounds, Region
@@ -80,7 +80,7 @@ class Scenery:
 
 
 def draw_proof(
-    out_png: Path, case: Case, measures: Sequence[Measure], scenery: Scenery, fields: Sequence[Field], title: str
+    out_png: Path, case: Case, measures: Sequence[Measure], scenery: Scenery, fields: Sequence[Observation], title: str
 ) -> None:
     """Draw why a call was made.
 
@@ -127,7 +127,9 @@ def draw_proof(
     figure.savefig(out_png, dpi=110, format="png")
 
 
-def _draw_then(axes: Axes, case: Case, scenery: Scenery, fields: Sequence[Field], before: float, box: Bounds) -> None:
+def _draw_then(
+    axes: Axes, case: Case, scenery: Scenery, fields: Sequence[Observation], before: float, box: Bounds
+) -> None:
     """Draw one picture of the strip."""
     scenery.draw_ground(axes, box)
     axes.set(xticks=[], yticks=[])
@@ -140,7 +142,7 @@ def _draw_then(axes: Axes, case: Case, scenery: Scenery, fields: Sequence[Field]
         scenery.draw_body(axes, name, pose, faint=name not in case.call.players)
 
 
-def _draw_trails(axes: Axes, places: Mapping[str, Pose], fields: Sequence[Field]) -> None:
+def _draw_trails(axes: Axes, places: Mapping[str, Pose], fields: Sequence[Observation]) -> None:
     for name in places:
         way = [(field.poses[name].x, field.poses[name].y) for field in fields if name in field.poses]
         if way:

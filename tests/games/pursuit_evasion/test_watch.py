@@ -13,7 +13,7 @@ from tests.games.pursuit_evasion.making import book, field, sighting
 from vrg.agents.perception.scan import Floats
 from vrg.agents.strategy import View
 from vrg.bus.messages import SensorMessage, Stage
-from vrg.bus.radio import Heard
+from vrg.bus.radio import TeamMessage
 from vrg.coordinator.match import Match
 from vrg.games.pursuit_evasion.talk import words
 from vrg.games.pursuit_evasion.watch import MATE_FORGOTTEN, SNAPSHOT_SCANS, Watch
@@ -48,7 +48,7 @@ def view(
     pose: Pose = POST,
     scanned: tuple[float, Pose] | None = None,
     twist: Twist = STILL,
-    heard: Sequence[Heard] = (),
+    heard: Sequence[TeamMessage] = (),
     out: Vector | None = None,
 ) -> View:
     """What p0 is told at a tick.
@@ -152,8 +152,8 @@ def test_a_scan_that_comes_late_is_of_where_the_robot_was_then(age: float) -> No
     assert math.dist((seen.x, seen.y), (4.5, 5.0)) < 0.2
 
 
-def mate(time: float, pose: Pose, twist: Twist = STILL) -> Heard:
-    return Heard("p1", time, words(pose, twist, [], None))
+def mate(time: float, pose: Pose, twist: Twist = STILL) -> TeamMessage:
+    return TeamMessage("p1", time, words(pose, twist, [], None))
 
 
 def test_a_team_mate_that_says_where_it_is_is_no_intruder() -> None:
@@ -203,7 +203,7 @@ def test_what_a_team_mate_has_seen_through_is_free_for_all() -> None:
         for i in range(SNAPSHOT_SCANS):
             watch.look(view(0.1 * (i + 1), scene), standing=True)
         said = words(Pose(8.0, 8.0, 0.0), STILL, [], theirs.own if told else None)
-        now = view(1.0, together(scene, behind), pose=there, heard=[Heard("p1", 1.0, said)])
+        now = view(1.0, together(scene, behind), pose=there, heard=[TeamMessage("p1", 1.0, said)])
         watch.look(now, standing=False)
         assert len(watch.fresh) == (1 if told else 0)
 
@@ -215,7 +215,7 @@ def test_the_sightings_of_the_team_and_its_own_are_of_one_robot() -> None:
         scene = together(SCENE, box(3.0 + 0.07 * i, 5.0, 0.0))
         theirs = np.array([3.0 + 0.07 * (i - 0.5), 5.0])
         s = words(Pose(8.0, 8.0, 0.0), STILL, [sighting(*theirs.tolist(), time - 0.05)], None)
-        watch.look(view(time, scene, heard=[Heard("p1", time, s)]), standing=True)
+        watch.look(view(time, scene, heard=[TeamMessage("p1", time, s)]), standing=True)
     (track,) = watch.tracker.tracks
     assert track.line.count == 20
     assert track.line.velocity == pytest.approx((0.7, 0.0), abs=0.15)

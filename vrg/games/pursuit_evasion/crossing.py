@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from vrg.coordinator.rulebook import Field
+from vrg.coordinator.rulebook import Observation
 from vrg.geometry import interpolate
 from vrg.regions import Region
 from vrg.segments import in_disc
@@ -50,8 +50,8 @@ class Ends:
 def ends_of(
     name: str,
     pursuers: Sequence[str],
-    before: Field,
-    now: Field,
+    before: Observation,
+    now: Observation,
     area: Region,
     reach: float,
     *,
@@ -88,7 +88,7 @@ def ends_of(
     return Ends(inside, left=None if leaves is None else interpolate(a, b, leaves))
 
 
-def _capture(pursuer: str, a: Pose, b: Pose, before: Field, now: Field, reach: float) -> float | None:
+def _capture(pursuer: str, a: Pose, b: Pose, before: Observation, now: Observation, reach: float) -> float | None:
     """The fraction of the way at which the centres of the two first come closer than `reach`, or None."""
     if pursuer not in now.poses:
         return None

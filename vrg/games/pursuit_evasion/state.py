@@ -6,7 +6,7 @@ from typing import TypeVar
 from msgspec import Struct, structs
 
 from vrg.bus.messages import Sighting
-from vrg.coordinator.rulebook import Field, GameState
+from vrg.coordinator.rulebook import GameState, Observation
 from vrg.games.pursuit_evasion import CROSSING
 from vrg.games.pursuit_evasion.crossing import COURSE_REACH, across
 from vrg.types import Pose
@@ -77,7 +77,7 @@ class State(GameState, frozen=True, kw_only=True):
         """The number of times at which an intruder was seen, at most 2."""
         return len(self.detected.get(intruder, ()))
 
-    def looked(self, before: Field, now: Field, clock: float) -> "State":
+    def looked(self, before: Observation, now: Observation, clock: float) -> "State":
         """The same after a look at the field: the look is remembered, and every intruder in play has a course.
 
         An intruder's course begins where it stands when it comes into play, and anew where it is put. After a pause it

@@ -11,7 +11,7 @@ from vrg.agents.perception.scan import Scan, scan_of
 from vrg.agents.perception.tracking import Tracker
 from vrg.agents.strategy import View
 from vrg.bus.messages import Sighting
-from vrg.bus.radio import Heard
+from vrg.bus.radio import TeamMessage
 from vrg.games.pursuit_evasion.talk import Words, understood
 from vrg.geometry import along_arc, wrap
 from vrg.hal.models import RobotModel
@@ -126,7 +126,7 @@ class Watch:
         self._scans.append(scan)
         self.own = snapshot(self._scans)
 
-    def _hear(self, heard: Sequence[Heard], now: float) -> None:
+    def _hear(self, heard: Sequence[TeamMessage], now: float) -> None:
         for each in heard:
             said = understood(each.words)
             if said is None:

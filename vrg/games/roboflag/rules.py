@@ -7,7 +7,7 @@ from msgspec import structs
 from vrg.bus.messages import Auction, FieldObject, Zone
 from vrg.coordinator.auctions import closed, opened
 from vrg.coordinator.placing import assigned
-from vrg.coordinator.rulebook import DRAW, Call, Contestant, Field, RuleBook, Verdict
+from vrg.coordinator.rulebook import DRAW, Call, Contestant, Observation, RuleBook, Verdict
 from vrg.errors import ConfigError
 from vrg.games.roboflag import FLAG, FLAGGED, GAME, NORMAL, TAG_DISTANCE, TAGGED, TEAMS, attack_of, flag_of, other
 from vrg.games.roboflag.checks import problems_of
@@ -69,7 +69,7 @@ class RoboFlag(RuleBook[State]):
         """Where everybody lines up for this round."""
         return state.marks
 
-    def judge(self, state: State, before: Field, now: Field, clock: float) -> Verdict[State]:
+    def judge(self, state: State, before: Observation, now: Observation, clock: float) -> Verdict[State]:
         """Judge the ways between two instants: homes, flags, tags, then who bids, and the end of the round."""
         state, calls = self._returned(state)
         here = {name: pose for name, pose in now.poses.items() if name in self.teams and name not in state.disqualified}
@@ -80,7 +80,7 @@ class RoboFlag(RuleBook[State]):
         state = self._led_home(self._auctions(state, clock))
         return self._end_of_round(state, clock, calls)
 
-    def next_round(self, state: State, now: Field) -> Verdict[State]:
+    def next_round(self, state: State, now: Observation) -> Verdict[State]:
         """End the game, or begin the next round: scores carry over, positions and flags do not."""
         first, second = (state.points[team] for team in TEAMS)
         leader = TEAMS[0] if first > second else TEAMS[1]

@@ -33,7 +33,7 @@ NEVER = -math.inf
 """The stamp of what has not been heard yet, s."""
 
 
-class State(enum.Enum):
+class MotorState(enum.Enum):
     """What a drive says of its axis, together with what it was asked for."""
 
     SILENT = "silent"
@@ -55,7 +55,7 @@ class Send(Protocol):
         """
 
 
-class Report:
+class AxisReport:
     """What one drive reports of its axis: plain data, which an `Axis` keeps up to date.
 
     Args:
@@ -84,7 +84,7 @@ class Report:
     def __init__(self, node: int) -> None:
         self.node = node
         self.heard = NEVER
-        self.state = State.SILENT
+        self.state = MotorState.SILENT
         self.on: bool | None = None
         self.told = NEVER
         self.fault: str | None = None
@@ -117,7 +117,7 @@ class Report:
         self.odd = None
 
 
-class Axis(Report, ABC):
+class Axis(AxisReport, ABC):
     """One axis. `receive` is called by the bus' receive thread, and `start` and `command` by the robot's own.
 
     Any thread may switch it off. They do not call it at the same time (see vrg.hal.can.train).

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from msgspec import Struct
 
 from vrg.geometry import along_arc, wrap
-from vrg.hal.can.plausibility import SLUGGISH, Bounds
+from vrg.hal.can.plausibility import SLUGGISH, MotorLimits
 from vrg.hal.models import RobotModel
 from vrg.types import Pose, Twist
 
@@ -132,8 +132,8 @@ class DriveBase:
         return tuple(sum(of_nodes[a.node] for a in own) / len(own) if own else 0.0 for own in self._by_axis)
 
 
-def _bounds(axis: WheelAxis, model: RobotModel) -> Bounds:
+def _bounds(axis: WheelAxis, model: RobotModel) -> MotorLimits:
     """What the motor of an axis can do."""
     per_metre = abs(axis.ratio) / model.drivetrain.wheel_radius / TURN
     change = SLUGGISH * min(model.a_max, model.brake)
-    return Bounds(model.v_max * per_metre, change * per_metre)
+    return MotorLimits(model.v_max * per_metre, change * per_metre)

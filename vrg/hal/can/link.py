@@ -9,7 +9,7 @@ from vrg.hal.can.frame import Filter, Frame
 from vrg.hal.clock import Clock
 from vrg.registry import expected_one_of
 
-SERIAL = frozenset({"slcan", "serial", "robotell"})
+SERIAL_INTERFACES = frozenset({"slcan", "serial", "robotell"})
 """Interfaces on a serial port, which two processes cannot share: each would set it up anew and take frames away."""
 
 _OFTEN = frozenset({"socketcan", "udp_multicast", "virtual"})
@@ -107,7 +107,7 @@ def _flat(adapter: Mapping[str, AdapterValue]) -> Iterable[tuple[str, AdapterVal
 SEND_PATIENCE: Final = 0.02
 """s that a frame may wait for those before it; one that would wait longer is refused. A queue of ten frames is emptied
 in half that time."""
-QUIET: Final = 0.05
+IDLE_TIMEOUT: Final = 0.05
 """s without a frame that is wanted after which a bus tells that nothing waits to be heard."""
 
 

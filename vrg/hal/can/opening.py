@@ -17,8 +17,8 @@ from typing import Any
 import can
 
 from vrg.errors import RobotError
-from vrg.hal.can.link import SERIAL, Link
-from vrg.hal.can.sending import FRAME_BITS, SLOWEST
+from vrg.hal.can.link import SERIAL_INTERFACES, Link
+from vrg.hal.can.sending import ASSUMED_BIT_RATE, FRAME_BITS
 from vrg.hal.can.troubles import errno_of
 from vrg.registry import expected_one_of
 
@@ -49,7 +49,7 @@ def open_bus(link: Link) -> can.BusABC:
     Raises:
         RobotError: there is no such interface or channel, or another program has it; says what to do.
     """
-    claim = _claim_port(link) if link.interface in SERIAL else None
+    claim = _claim_port(link) if link.interface in SERIAL_INTERFACES else None
     try:
         bus = can.Bus(interface=link.interface, channel=link.channel, ignore_config=True, **_arguments(link))
     except Exception as error:
@@ -213,7 +213,7 @@ def frame_time(link: Link) -> float:
             return 0.0
     elif rate is None and link.interface in _WITHOUT_WIRES:
         return 0.0
-    return FRAME_BITS / (rate or SLOWEST)
+    return FRAME_BITS / (rate or ASSUMED_BIT_RATE)
 
 
 def restart(link: Link) -> str | None:

@@ -12,13 +12,13 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
-PATIENCE = 0.4
+FOLLOWING_TIMEOUT = 0.4
 """s for which a motor may not do what it was asked."""
 STALL_PATIENCE = 1.0
 """s for which a motor may stand although it was asked to turn: a robot may push something for a moment."""
 SLUGGISH = 1 / 3
 """A motor may be this much slower to change its speed than the model says, for drives that have gentle ramps."""
-STANDS = 0.25
+STANDSTILL_SHARE = 0.25
 """A motor that has turned by less than this part of what it was asked has not really turned."""
 _SPEED_SLACK, _SPEED_SHARE = 0.05, 0.2
 """How far a speed may be off: this part of the top speed, and this part of the speed itself."""
@@ -37,7 +37,7 @@ _GAP = 0.1
 
 
 @dataclass(frozen=True, slots=True)
-class Bounds:
+class MotorLimits:
     """What a motor can do, by the model of its robot and the ratio of its gear.
 
     Args:
@@ -63,7 +63,7 @@ class Plausibility:
         bounds: what the motor can do.
     """
 
-    def __init__(self, bounds: Bounds) -> None:
+    def __init__(self, bounds: MotorLimits) -> None:
         self.bounds = bounds
         self._asked: deque[tuple[float, float]] = deque(maxlen=_SETPOINTS)
         self._setpoint = 0.0
@@ -137,7 +137,7 @@ class Plausibility:
             return None
         self._wrong += heard
         stands = abs(velocity) <= slack
-        if self._wrong <= (STALL_PATIENCE if stands else PATIENCE):
+        if self._wrong <= (STALL_PATIENCE if stands else FOLLOWING_TIMEOUT):
             return None
         what = f"turns at {velocity:.3g} turn/s, though it was asked for {asked:.3g}"
         if stands:
@@ -177,7 +177,7 @@ class Plausibility:
             self._slipped = 0.0
             return None
         self._slipped += heard
-        if self._slipped <= PATIENCE:
+        if self._slipped <= FOLLOWING_TIMEOUT:
             return None
         return (
             f"its position has changed by {self._off:+.3g} turns more than its speed says: the encoder slips, or its "

@@ -11,7 +11,7 @@ from vrg.errors import ConfigError
 from vrg.hal.can.axis import ProtocolOptions
 from vrg.hal.can.base import WheelAxis
 from vrg.hal.can.calibration import Calibration, load_calibration
-from vrg.hal.can.link import SERIAL, AdapterValue, Link, known_interface
+from vrg.hal.can.link import SERIAL_INTERFACES, AdapterValue, Link, known_interface
 from vrg.hal.can.protocols import PROTOCOLS, Protocol
 from vrg.hal.companions import Companion
 from vrg.hal.settings import BackendSettings
@@ -229,7 +229,7 @@ class CanSettings(BackendSettings):
         found = []
         ports: dict[str, list[str]] = {}
         for name in robots:
-            if name in self.robots and (link := self.link(name)).interface in SERIAL:
+            if name in self.robots and (link := self.link(name)).interface in SERIAL_INTERFACES:
                 ports.setdefault(str(link), [] if not self.emulate else ["the emulated drives"]).append(name)
         found += [
             f"{' and '.join(users)} are processes of their own, and cannot share {port}: make a socketcan interface of "

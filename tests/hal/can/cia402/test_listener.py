@@ -6,7 +6,7 @@ from tests.hal.can.cia402.wire import NODE, Wire
 from vrg.hal.can.cia402.codec import Function, NmtCommand, Object, nmt
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.workshop.faults import FaultKind
-from vrg.hal.can.workshop.listener import ANSWER_PATIENCE, Found
+from vrg.hal.can.workshop.listener import ANSWER_TIMEOUT, Found
 from vrg.hal.can.workshop.survey import Survey, all_listeners
 from vrg.hal.simulated_clock import SimulatedClock
 from vrg.testing.wire import SERIAL
@@ -66,7 +66,7 @@ def test_a_node_that_does_not_answer_is_not_waited_for_long() -> None:
     survey = Survey(all_listeners(sent.append, clock))  # type: ignore[arg-type]
     survey.hear(Frame(Function.HEARTBEAT | NODE, b"\x05"))
     survey.ask(survey.nodes[0])
-    assert clock.now() == pytest.approx(ANSWER_PATIENCE)
+    assert clock.now() == pytest.approx(ANSWER_TIMEOUT)
     assert [frame.id for frame in sent if frame.data[0] != 0x80] == [Function.SDO_REQUEST | NODE], "one question alone"
 
 

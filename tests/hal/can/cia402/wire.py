@@ -3,7 +3,7 @@
 import struct
 from typing import NamedTuple
 
-from vrg.hal.can.axis import State
+from vrg.hal.can.axis import MotorState
 from vrg.hal.can.cia402.axis import Cia402Axis
 from vrg.hal.can.cia402.codec import Function
 from vrg.hal.can.frame import Frame
@@ -55,7 +55,7 @@ class Wire(ProtocolWire):
     def gets_going(self) -> None:
         """Setpoints, until the motor is under control and turns by them."""
         self.until(
-            lambda: self.drive._energised and self.axis.state is State.CLOSED_LOOP and 7 < self.axis.velocity < 9,
+            lambda: self.drive._energised and self.axis.state is MotorState.CLOSED_LOOP and 7 < self.axis.velocity < 9,
             lambda: self.axis.command(8.0),
         )
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from vrg.hal.can.frame import Frame, FrameError
 
-NODES = range(1, 128)
+NODE_IDS = range(1, 128)
 """The ids that a node can have."""
 
 
@@ -81,7 +81,7 @@ Object = enum.IntEnum("Object", {
 """The index of each object."""
 
 
-SERIAL = 4
+SERIAL_NUMBER = 4
 """The sub-index of the serial number in 0x1018."""
 COB_ID, TRANSMISSION, INHIBIT, EVENT_TIMER = 1, 2, 3, 5
 """Sub-indices of 0x1400 and 0x1800. The inhibit time is in 0.1 ms, the event timer in ms."""

@@ -1,6 +1,6 @@
 """What a drive says of itself before it is set up: whether it can do what is wanted, and in which units it speaks."""
 
-from vrg.hal.can.cia402.codec import PROFILE, SERIAL, SUPPORTS_PROFILE_VELOCITY, Object
+from vrg.hal.can.cia402.codec import PROFILE, SERIAL_NUMBER, SUPPORTS_PROFILE_VELOCITY, Object
 from vrg.hal.can.cia402.sdo import NoAnswerError, SdoClient
 from vrg.hal.can.cia402.units import Cia402Options, Units, units
 from vrg.hal.clock import Clock
@@ -12,7 +12,7 @@ _QUESTIONS = (
     (Object.ENCODER_RESOLUTION, 1),
     (Object.ENCODER_RESOLUTION, 2),
     (Object.VELOCITY_UNIT, 0),
-    (Object.IDENTITY, SERIAL),
+    (Object.IDENTITY, SERIAL_NUMBER),
 )
 """The serial number is last: a second drive's answer to it may come a little later."""
 _TRIES = 3
@@ -62,7 +62,7 @@ class Interview:
     @property
     def serial(self) -> str:
         """The serial number in words; empty where the drive has none."""
-        number = self._number(Object.IDENTITY, SERIAL)
+        number = self._number(Object.IDENTITY, SERIAL_NUMBER)
         return f"{number:X}" if number else ""
 
     @property

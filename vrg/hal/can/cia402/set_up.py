@@ -10,8 +10,8 @@ from vrg.hal.can.cia402.codec import (
     CONTROL_PDO,
     EVENT_TIMER,
     MOTION_PDO,
+    NODE_IDS,
     NODE_MASK,
-    NODES,
     PROFILE_VELOCITY,
     SETPOINT_PDO,
     STATUS_PDO,
@@ -152,7 +152,7 @@ class SetUp:
                 drive.sdo[Object.ERROR_BEHAVIOUR][1].raw = _STAY
         except canopen.SdoAbortedError:
             return False
-        return kept and master_of(self._node) in NODES
+        return kept and master_of(self._node) in NODE_IDS
 
     def begin(self) -> None:
         """Let the drive's PDOs begin."""

@@ -12,7 +12,7 @@ from vrg.hal.can.odrive.messages import Command, Message
 
 BROADCAST = 0x3F
 """The node id of frames that are meant for everybody, and of drives that have no id yet."""
-NODES = range(BROADCAST)
+NODE_IDS = range(BROADCAST)
 """The ids that a drive can have."""
 
 

@@ -16,7 +16,7 @@ BROADCAST = 0xFF
 """The id that means every drive."""
 HOSTS = range(0xE0, BROADCAST)
 """The ids of those who ask: answers are sent to them. No drive may have one: it would take an answer for an order."""
-NODES = range(HOSTS[0])
+NODE_IDS = range(HOSTS[0])
 """The ids that a drive can have."""
 TACHO_STEPS = 6
 """Steps of the tachometer for one electrical revolution."""
@@ -46,7 +46,7 @@ SETPOINTS = frozenset(
     }
 )  # fmt: skip
 """What makes a motor do something."""
-COMMANDS = SETPOINTS | {
+MOTOR_COMMANDS = SETPOINTS | {
     Packet.DETECT_APPLY_ALL_FOC, Packet.CONF_CURRENT_LIMITS, Packet.CONF_STORE_CURRENT_LIMITS,
     Packet.CONF_CURRENT_LIMITS_IN, Packet.CONF_STORE_CURRENT_LIMITS_IN, Packet.CONF_FOC_ERPMS,
     Packet.CONF_STORE_FOC_ERPMS, Packet.CONF_BATTERY_CUT, Packet.CONF_STORE_BATTERY_CUT, Packet.SHUTDOWN,

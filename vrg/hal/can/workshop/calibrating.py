@@ -8,7 +8,7 @@ from typing import Protocol
 from vrg.errors import RobotError
 from vrg.hal.can.base import WheelAxis
 from vrg.hal.can.calibration import AxisCalibration, Calibration, corrected_ratio, corrected_track
-from vrg.hal.can.plausibility import STANDS
+from vrg.hal.can.plausibility import STANDSTILL_SHARE
 from vrg.hal.can.train import DriveTrain, TrainState
 from vrg.hal.models import RobotModel
 from vrg.types import Twist
@@ -191,7 +191,7 @@ class _Runner:
             self._clock.sleep(_PERIOD)
         turned = max(map(abs, self._rest().angles))
         asked = min(limit, 2 * math.pi * abs(velocity / axis.ratio) * seconds * share)
-        if turned < STANDS * asked:
+        if turned < STANDSTILL_SHARE * asked:
             raise RobotError(
                 f"{self._train.name}: motor {axis.node} was asked for {velocity:.3g} turn/s and has hardly turned its "
                 "wheel: is it blocked, or does its drive not turn so slowly? Try a higher --speed"

@@ -89,7 +89,7 @@ class Listener(ABC):
     def ask(self, node: Found) -> None:
         """Ask a node of this protocol for all that `Found` tells of it.
 
-        It may wait for answers, but for one that does not come only ANSWER_PATIENCE s in all.
+        It may wait for answers, but for one that does not come only ANSWER_TIMEOUT s in all.
 
         Raises:
             RobotError: a question could not be sent.
@@ -120,7 +120,7 @@ class Listener(ABC):
         raise RobotError(f"{self.title} drives get their id by their maker's own tool, not over the bus")
 
     def read(self, node: Found, setting: str) -> str:
-        """What a node says of one of its settings, in words. It may wait ANSWER_PATIENCE s.
+        """What a node says of one of its settings, in words. It may wait ANSWER_TIMEOUT s.
 
         Args:
             setting: as people write it; see the protocol's own listener.
@@ -191,5 +191,5 @@ class AxisListener(Listener):
         return node
 
 
-ANSWER_PATIENCE = 0.1
+ANSWER_TIMEOUT = 0.1
 """s that `Listener.ask` may wait for a node that does not answer."""

@@ -13,7 +13,7 @@ from vrg.hal.sim.sensors.noise import Floats, generator
 
 P = TypeVar("P", bound=SensorSpec)
 
-Said = tuple[str, str, SensorMessage]
+Measured = tuple[str, str, SensorMessage]
 """One reading: the robot's name, the sensor's name on that robot, and the sensor's message."""
 
 
@@ -88,7 +88,7 @@ class SensorSimulation(Generic[P]):
         self._schedule = [(m.spec.due_every(now.dt), m) for m in mounted]
         self._beat = math.gcd(*(every for every, _ in self._schedule)) or 1
 
-    def sense(self, now: Instant) -> list[Said]:
+    def sense(self, now: Instant) -> list[Measured]:
         """The readings of the sensors that are due at this tick, one after the other. It is called once per tick."""
         return [(m.robot, m.spec.name, self.measure(m, now)) for m in self.due(now)]
 

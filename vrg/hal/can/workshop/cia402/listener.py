@@ -9,7 +9,7 @@ from vrg.hal.can.cia402.codec import (
     NODE_MASK,
     POWERED,
     SAVE,
-    SERIAL,
+    SERIAL_NUMBER,
     Control,
     Function,
     Nmt,
@@ -22,7 +22,7 @@ from vrg.hal.can.cia402.codec import (
 from vrg.hal.can.cia402.errors import describe_error
 from vrg.hal.can.cia402.units import units
 from vrg.hal.can.frame import Frame
-from vrg.hal.can.workshop.listener import ANSWER_PATIENCE, Claim, Found, Listener
+from vrg.hal.can.workshop.listener import ANSWER_TIMEOUT, Claim, Found, Listener
 from vrg.hal.clock import Clock
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ _LASTING = (
 )
 """What is asked only once."""
 _CHANGING = (
-    (Object.IDENTITY, SERIAL),
+    (Object.IDENTITY, SERIAL_NUMBER),
     (Object.STATUSWORD, 0),
     (Object.ERROR_CODE, 0),
     (Object.POSITION, 0),
@@ -96,7 +96,7 @@ class CanopenListener(Listener):
         try:
             for question in (*_CHANGING, *_LASTING):
                 if question in _CHANGING or question not in answers:
-                    answers[question] = client.read(*question, ANSWER_PATIENCE)
+                    answers[question] = client.read(*question, ANSWER_TIMEOUT)
         except NoAnswerError:
             pass
         self._tell(node)
@@ -150,7 +150,7 @@ class CanopenListener(Listener):
         self._write(node, Object.STORE, 1, SAVE.to_bytes(4, "little"))
 
     def _object(self, node: Found, setting: str) -> bytes:
-        data = self._client(node).read(*_object_of(setting), ANSWER_PATIENCE)
+        data = self._client(node).read(*_object_of(setting), ANSWER_TIMEOUT)
         if data is None:
             raise RobotError(f"canopen {node.node}: it has no object {setting}, or does not tell it")
         return data

@@ -96,7 +96,7 @@ class OdriveDrive(EmulatedDrive):
             return []
         if not isinstance(address, messages.Address) or self._energised:
             return []
-        if address.serial == self.options.serial and address.node in codec.NODES:
+        if address.serial == self.options.serial and address.node in codec.NODE_IDS:
             self.node = address.node
         elif address.serial != self.options.serial and address.node == self.node:
             # Another drive has been given this one's id: it waits for a new one.

@@ -11,7 +11,7 @@ from vrg.hal.can.axis import Send
 from vrg.hal.can.frame import Frame, FrameError
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.odrive.messages import Command
-from vrg.hal.can.workshop.listener import ANSWER_PATIENCE, Claim, Found, Listener
+from vrg.hal.can.workshop.listener import ANSWER_TIMEOUT, Claim, Found, Listener
 from vrg.hal.clock import Clock
 
 _PACKINGS = {
@@ -187,7 +187,7 @@ class OdriveListener(Listener):
         endpoint = self._endpoint(node, setting)
         self._fault_logged.pop((node.node, endpoint.number), None)
         self._send(codec.encode(node.node, messages.RxSdo(_READ, endpoint.number)))
-        if not self._clock.wait(lambda: (node.node, endpoint.number) in self._fault_logged, ANSWER_PATIENCE):
+        if not self._clock.wait(lambda: (node.node, endpoint.number) in self._fault_logged, ANSWER_TIMEOUT):
             raise RobotError(f"odrive {node.node}: expected an answer to {setting}, got none")
         return endpoint.words(self._fault_logged[node.node, endpoint.number])
 
@@ -230,7 +230,7 @@ class OdriveListener(Listener):
             return  # it answers nothing but who it is
         for command in _VALUES:
             self._send(codec.request(node.node, command))
-        if self._clock.wait(lambda: node.firmware, ANSWER_PATIENCE):
+        if self._clock.wait(lambda: node.firmware, ANSWER_TIMEOUT):
             self._send(codec.request(node.node, Command.ADDRESS))
 
 
