@@ -14,7 +14,7 @@ from vrg.bus.messages import Clock, Estop, EstopRelease, MeasuredPose, Message, 
 from vrg.bus.topics import Keys, Topic, key_matches
 from vrg.launch.events import Event, EventLog, What, read_events
 from vrg.launch.listening import LATCHES, Listening
-from vrg.recording.stops import HOLD
+from vrg.recording.stops import REST_TIME
 from vrg.types import Pose, Twist
 
 KEYS = Keys("test")
@@ -235,7 +235,7 @@ def test_physical_robots_are_logged_while_match_time_stands_until_they_have_stoo
     logged = robot.logged()
     assert logged[:3] == [(0.12, 0.8), (0.14, 0.8), (0.16, 0.0)]
     begin, end = logged[2][0], logged[-1][0]
-    assert HOLD <= end - begin <= HOLD + 0.04
+    assert REST_TIME <= end - begin <= REST_TIME + 0.04
     assert {v for _, v in logged[2:]} == {0.0}
 
 

@@ -9,10 +9,10 @@ from vrg.bus.messages import Call, Stage
 from vrg.coordinator.journal import Record
 from vrg.coordinator.match import Checkpoint
 from vrg.launch.events import Event, What
-from vrg.launch.incidents import LAUNCHER, Evidence, incidents_of
+from vrg.launch.incidents import LAUNCHER_NAME, RunData, incidents_of
 from vrg.recording.foxglove import time_of
 from vrg.recording.records import EstopRecord
-from vrg.recording.stops import Incident, Kind
+from vrg.recording.stops import Incident, IncidentKind
 
 PLAYERS = ("ann", "bob")
 
@@ -59,7 +59,7 @@ class Run:
         return self.event(What.ENDED, None, 100.0)
 
     def incidents(self, *, players: Sequence[str] = PLAYERS, **more: object) -> list[Incident]:
-        return incidents_of(Evidence(self.records, self.events, self.estops, players, **more))  # type: ignore[arg-type]
+        return incidents_of(RunData(self.records, self.events, self.estops, players, **more))  # type: ignore[arg-type]
 
 
 def test_a_match_in_which_nothing_happened_has_no_incident() -> None:
@@ -72,7 +72,7 @@ def test_a_halt_lasts_from_the_referees_decision_to_the_resume() -> None:
     run = Run().call("begin", 1.0).call("halt", 5.0, "called by eve")
     run.call("halt", 6.0, "ann fails").call("resume", 8.0).end()
     [halt] = run.incidents()
-    assert (halt.kind, halt.time, halt.until, halt.robots) == (Kind.HALT, 5.0, 8.0, None)
+    assert (halt.kind, halt.time, halt.until, halt.robots) == (IncidentKind.HALT, 5.0, 8.0, None)
     assert "called by eve" in halt.what
 
 
@@ -91,14 +91,14 @@ def test_an_emergency_stop_begins_with_its_order_and_its_halt_is_a_part_of_it() 
     run.call("halt", 5.0, "emergency stop by eve: a dog").event(What.ESTOP, None, 5.5, text="by eve")
     run.event(What.RELEASE, None, 6.0).call("resume", 8.0).end()
     [estop] = run.incidents()
-    assert (estop.kind, estop.time, estop.until, estop.robots) == (Kind.ESTOP, 4.93, 8.0, None)
+    assert (estop.kind, estop.time, estop.until, estop.robots) == (IncidentKind.ESTOP, 4.93, 8.0, None)
     assert estop.resolution == pytest.approx(0.02)
 
 
 def test_an_emergency_stop_in_a_halt_is_an_incident_of_its_own() -> None:
     run = Run().call("halt", 5.0, "called by eve").event(What.ESTOP, None, 5.95)
     run.call("halt", 6.0, "emergency stop by eve").event(What.RELEASE, None, 7.0).call("resume", 8.0).end()
-    assert [(i.kind, i.time) for i in run.incidents()] == [(Kind.HALT, 5.0), (Kind.ESTOP, 5.95)]
+    assert [(i.kind, i.time) for i in run.incidents()] == [(IncidentKind.HALT, 5.0), (IncidentKind.ESTOP, 5.95)]
 
 
 @pytest.mark.parametrize("rate", [1.0, 50.0])
@@ -125,7 +125,10 @@ def test_a_referee_that_is_started_again_while_the_emergency_stop_is_engaged_cal
     run.call("halt", 8.1, "emergency stop, latched in the world").event(What.RELEASE, None, 9.0).call(
         "resume", 10.0
     ).end()
-    assert [(i.kind, i.time, i.until) for i in run.incidents()] == [(Kind.DEATH, 5.0, 10.0), (Kind.ESTOP, 5.1, 10.0)]
+    assert [(i.kind, i.time, i.until) for i in run.incidents()] == [
+        (IncidentKind.DEATH, 5.0, 10.0),
+        (IncidentKind.ESTOP, 5.1, 10.0),
+    ]
 
 
 def test_an_emergency_stop_that_is_called_again_before_play_goes_on_is_the_same_one() -> None:
@@ -149,10 +152,10 @@ def test_an_emergency_stop_after_play_went_on_is_another_one_even_if_no_release_
 def test_without_a_log_the_recording_tells_of_emergency_stops_and_without_it_the_journal() -> None:
     run = Run(logged=False).call("halt", 5.0, "emergency stop by eve: a dog").call("resume", 8.0)
     [journal] = run.incidents()
-    assert (journal.kind, journal.time, journal.until, journal.resolution) == (Kind.ESTOP, 5.0, 8.0, 0.1)
+    assert (journal.kind, journal.time, journal.until, journal.resolution) == (IncidentKind.ESTOP, 5.0, 8.0, 0.1)
     run.estops = [(4.94, EstopRecord(time_of(4.94), True, "eve", "a dog"))]
     [recorded] = run.incidents()
-    assert (recorded.kind, recorded.time, recorded.until) == (Kind.ESTOP, 4.94, 8.0)
+    assert (recorded.kind, recorded.time, recorded.until) == (IncidentKind.ESTOP, 4.94, 8.0)
     assert recorded.what == journal.what
 
 
@@ -160,7 +163,7 @@ def test_a_players_death_begins_with_its_newest_message_and_ends_when_the_next_o
     run = Run().event(What.DIED, "ann", 5.0, heard={"ann": 4.9, "bob": 4.95}, text="was killed by signal 9")
     run.event(What.STARTED, "ann", 5.0).event(What.READY, "ann", 5.6).end()
     [death] = run.incidents()
-    assert (death.kind, death.process, death.time, death.until) == (Kind.DEATH, "ann", 4.9, 5.6)
+    assert (death.kind, death.process, death.time, death.until) == (IncidentKind.DEATH, "ann", 4.9, 5.6)
     assert death.soonest == 5.0, "the next process may move the robot before the launcher knows that it is ready"
     assert death.robots == frozenset(["ann"])
     assert death.what == "ann was killed by signal 9"
@@ -189,7 +192,7 @@ def test_a_world_that_died_begins_anew_where_match_time_goes_on() -> None:
     run.event(What.STEPPED_BACK, "world", 5.0).call("halt", 5.1, "the world was restarted").call("resume", 9.0).end()
     death, halt = run.incidents()
     assert (death.process, death.time, death.until, death.robots) == ("world", 5.0, 9.0, None)
-    assert halt.kind is Kind.HALT
+    assert halt.kind is IncidentKind.HALT
 
 
 def test_a_referees_death_ends_with_a_resume_and_the_halt_of_its_successor_is_no_call() -> None:
@@ -223,7 +226,7 @@ def test_who_watches_stops_no_robot_and_emulated_drives_stop_the_physical_ones()
 def test_a_launcher_that_did_not_end_by_itself_was_killed_at_some_time() -> None:
     run = Run().event(What.READY, "ann", 1.0)
     [death] = run.incidents(end=60.0)
-    assert (death.process, death.time, death.robots) == (LAUNCHER, 60.0, None)
+    assert (death.process, death.time, death.robots) == (LAUNCHER_NAME, 60.0, None)
     assert death.resolution == 59.0
 
 
@@ -232,9 +235,9 @@ def test_a_machine_that_is_away_stops_its_own_robots_from_the_newest_message_of_
     run = Run().event(What.AWAY, "lab2", 8.0, heard=heard, text="lab2 does not answer (bob, carol)")
     run.call("halt", 8.1, "called by vrg play").event(What.BACK, "lab2", 12.0).call("resume", 15.0).end()
     away, halt = run.incidents(place={"bob": "lab2", "carol": "lab2", "dan": "lab3"}, players=["ann", "bob", "carol"])
-    assert (away.kind, away.what, away.process) == (Kind.AWAY, "lab2 does not answer (bob, carol)", "lab2")
+    assert (away.kind, away.what, away.process) == (IncidentKind.AWAY, "lab2 does not answer (bob, carol)", "lab2")
     assert (away.time, away.until, away.robots) == (4.95, 15.0, frozenset(["bob", "carol"]))
-    assert halt.kind is Kind.HALT
+    assert halt.kind is IncidentKind.HALT
     assert not away.timeless
 
 

@@ -19,7 +19,7 @@ from tests.system.harness import MINNOWS, PLAYERS, Match, long_match, patient, w
 from tests.system.lab import VRG, Lab, LabHost, laboratory, run
 from vrg.games import GAMES
 from vrg.launch.events import What, read_events
-from vrg.launch.remote.silence import LEASE
+from vrg.launch.remote.silence import LAUNCHER_TIMEOUT
 from vrg.recording.reader import read_tracks
 
 pytestmark = pytest.mark.system
@@ -186,7 +186,7 @@ def test_a_host_whose_link_stays_cut_stops_its_own_processes_and_comes_back(matc
     assert world is not None
     host.cut()
     try:
-        wait_until(lambda: not host.processes(), f"all to end within the lease of {LEASE:g} s")
+        wait_until(lambda: not host.processes(), f"all to end within the lease of {LAUNCHER_TIMEOUT:g} s")
     finally:
         host.mend()
     replaced(match, host, "world", "", world)

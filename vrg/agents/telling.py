@@ -37,7 +37,7 @@ class Once:
         return True
 
 
-class Said(Struct, frozen=True):
+class Payload(Struct, frozen=True):
     """What an action says, as it can be sent.
 
     Args:
@@ -50,7 +50,7 @@ class Said(Struct, frozen=True):
     sketch: Sketch | None = None
 
 
-def sendable(action: Action) -> tuple[Said, list[str]]:
+def sendable(action: Action) -> tuple[Payload, list[str]]:
     """What an action says, with numpy's numbers as Python's own; and what cannot be sent, and why, in words."""
     problems: list[str] = []
 
@@ -61,7 +61,7 @@ def sendable(action: Action) -> tuple[Said, list[str]]:
             problems.append(f"{what} left out: {error}")
             return otherwise
 
-    said = Said(
+    said = Payload(
         None if action.say is None else attempt("say", lambda: packed(action.say), None),
         attempt("sightings", lambda: checked(Sightings(seen=tuple(action.sightings))), None)
         if action.sightings

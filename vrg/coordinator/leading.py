@@ -10,7 +10,7 @@ from functools import lru_cache
 from msgspec import structs
 
 from vrg.bus.messages import Body, PlayerStatus, RefereeState
-from vrg.navigation.pilot import GAP, Neighbour, Pilot
+from vrg.navigation.pilot import CLEARANCE, Neighbour, Pilot
 from vrg.regions import Circle, Region
 from vrg.types import STILL, Twist, Vector
 
@@ -92,7 +92,7 @@ class Leader:
         inner, outline = _inner(goal)
         here = (pose.x, pose.y)
         places = [inner.nearest(*here), *sorted(outline, key=lambda place: math.dist(here, place))]
-        walls = [(wall, radius + GAP) for wall in self._walls]
+        walls = [(wall, radius + CLEARANCE) for wall in self._walls]
         speed = min(self._speeds[name], max(CRAWL, goal.distance(*here)))
         return self._pilots[name].go(now, pose, places, neighbours, field, speed, walls)
 

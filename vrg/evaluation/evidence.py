@@ -33,7 +33,7 @@ STAKES = (np.arange(20) + 0.5) / 20
 _HALVINGS = 50
 
 
-class Evidence:
+class ShareEstimate:
     """What the pairs of games so far say about the share of one strategy. Initially, they say nothing.
 
     Args:

@@ -34,7 +34,7 @@ _NODES = (
 """The modules that every game needs, and that are imported only when its nodes are made or when it lines up."""
 _LONGEST = 10_000_000
 """The number of bytes that a result may have."""
-PATIENCE = 2.0
+EXIT_TIMEOUT = 2.0
 """The real time in s that a process may need to end when its game has ended."""
 
 
@@ -89,9 +89,9 @@ class GameProcess:
             # A strategy may have written to this pipe, too: what comes is checked, and nothing in it is run.
             result = msgspec.json.decode(self.answer.recv_bytes(_LONGEST), type=Played)
             # A thread that a strategy has left behind may keep the process from ending.
-            self._process.wait(PATIENCE)
+            self._process.wait(EXIT_TIMEOUT)
         except EOFError:
-            self._process.wait(PATIENCE)
+            self._process.wait(EXIT_TIMEOUT)
             problem = f"the process of the game has ended with status {self._process.poll()}"
         except (OSError, msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
             problem = f"the process of the game has not answered as a game does: {error}"
@@ -110,7 +110,7 @@ class GameProcess:
         """End the game now. Idempotent."""
         self.answer.close()
         self._process.kill()
-        self._process.wait(PATIENCE)
+        self._process.wait(EXIT_TIMEOUT)
 
 
 def seals(setup: MatchSetup) -> bool:

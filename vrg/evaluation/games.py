@@ -24,7 +24,7 @@ class Pairing(Struct, frozen=True, order=True):
         return f"{self.first} and {self.second}"
 
 
-class Game(Struct, frozen=True, kw_only=True):
+class ScheduledGame(Struct, frozen=True, kw_only=True):
     """A game that is to be played.
 
     Args:
@@ -75,14 +75,14 @@ class Played(Struct, frozen=True, kw_only=True):
     wall_time: float = 0.0
 
 
-class Row(Struct, frozen=True, kw_only=True):
+class GameRecord(Struct, frozen=True, kw_only=True):
     """One line of the record: a game with what came out of it.
 
     Args:
         teams: the team of each player.
     """
 
-    game: Game
+    game: ScheduledGame
     played: Played
     teams: dict[str, str]
 

@@ -31,7 +31,7 @@ from vrg.launch.judged import judge_run
 from vrg.launch.nodes import open_journal
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.sandbox.seal import missing
-from vrg.launch.seats import disqualification
+from vrg.launch.vacancies import disqualification
 
 
 def played(setup: MatchSetup, folder: RunFolder, limit: float, apart: ForkServer | None = None) -> Played:

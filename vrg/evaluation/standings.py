@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 from openskill.models import PlackettLuce
 
-from vrg.evaluation.games import Pairing, Row
-from vrg.evaluation.report import Table, percent
-from vrg.evaluation.series import Series, Standing
+from vrg.evaluation.games import GameRecord, Pairing
+from vrg.evaluation.report import TextTable, percent
+from vrg.evaluation.series import Series, SeriesResult
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Rating:
     sigma: float
 
 
-def ratings(labels: Sequence[str], rows: Iterable[Row]) -> list[Rating]:
+def ratings(labels: Sequence[str], rows: Iterable[GameRecord]) -> list[Rating]:
     """Rate strategies by the model of Plackett and Luce (openskill), the strongest first.
 
     Everybody begins with 25 +- 8.3. The model looks at one game after the other, so the order of the games matters. It
@@ -47,7 +47,7 @@ def ranking(rated: Sequence[Rating]) -> str:
     return ", ".join(f"{number}. {rating.label}" for number, rating in enumerate(rated, 1))
 
 
-def crossed(labels: Sequence[str], series: Mapping[Pairing, Series]) -> list[list[Standing | None]]:
+def crossed(labels: Sequence[str], series: Mapping[Pairing, Series]) -> list[list[SeriesResult | None]]:
     """How the strategy of each row stands against that of each column; None where they have not played.
 
     Args:
@@ -59,7 +59,7 @@ def crossed(labels: Sequence[str], series: Mapping[Pairing, Series]) -> list[lis
     return [[standings.get(Pairing(row, column)) for column in labels] for row in labels]
 
 
-def cells(standings: Sequence[Sequence[Standing | None]]) -> Table:
+def cells(standings: Sequence[Sequence[SeriesResult | None]]) -> TextTable:
     """The shares of the points as texts. A star says that a difference was found."""
     return [
         ["" if now is None else percent(now.share) + (" *" if now.decided else "") for now in line]
@@ -67,7 +67,7 @@ def cells(standings: Sequence[Sequence[Standing | None]]) -> Table:
     ]
 
 
-def table(rated: Sequence[Rating], shares: Table) -> Table:
+def table(rated: Sequence[Rating], shares: TextTable) -> TextTable:
     """The cross table with the ratings.
 
     Args:

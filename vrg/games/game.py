@@ -230,7 +230,7 @@ class Game:
         return Path(str(files(package) / file))
 
 
-def sentence(text: str) -> str:
+def capitalised(text: str) -> str:
     """Return the text with a large first letter."""
     return text[:1].upper() + text[1:]
 
@@ -239,4 +239,4 @@ def title(word: str) -> str:
     """Return a name such as `sharks-and-minnows` as people write it: `Sharks and Minnows`."""
     words = word.replace("-", " ").replace("_", " ").split()
     small = {"and", "of", "the"}
-    return " ".join(w if w in small and i else sentence(w) for i, w in enumerate(words))
+    return " ".join(w if w in small and i else capitalised(w) for i, w in enumerate(words))

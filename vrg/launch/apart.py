@@ -21,7 +21,7 @@ import msgspec
 from msgspec import Struct
 
 from vrg.agents.strategy import Action, RemoteStrategy, Strategy, View, decided, planned
-from vrg.agents.telling import Once, Said, sendable
+from vrg.agents.telling import Once, Payload, sendable
 from vrg.blame import failure_of, tell_of_refusals
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, StrategyError, VrgError
@@ -32,7 +32,7 @@ from vrg.launch.nodes import strategy_class, strategy_of
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.sandbox.excess import excess
 from vrg.launch.sandbox.player import policy_of
-from vrg.launch.sandbox.seal import REFUSED, seal
+from vrg.launch.sandbox.seal import REFUSAL_ADVICE, seal
 from vrg.types import Twist
 
 _LONGEST = 1_000_000
@@ -68,7 +68,7 @@ class _Decided(Struct, frozen=True, tag=True):
     """What the strategy has decided."""
 
     twist: Twist
-    said: Said
+    said: Payload
     mode: str
 
 
@@ -231,7 +231,7 @@ def main(_arguments: Sequence[str] = ()) -> int:
         job = msgspec.json.decode(pipe.recv_bytes(), type=_Job)
         if job.sealed:
             seal(policy_of(job.setup, job.name, router=None, run=RunFolder(Path(job.run)), seat=None))
-            tell_of_refusals(REFUSED)
+            tell_of_refusals(REFUSAL_ADVICE)
         sys.stdout.reconfigure(line_buffering=True, encoding="utf-8", errors="backslashreplace")  # type: ignore[union-attr]
         with printing_to(BoundedOutput(sys.stdout, lambda: time[0])):
             if not job.make:

@@ -15,8 +15,8 @@ from vrg.bus.topics import Keys
 from vrg.errors import ConfigError, LaunchError, StrategyError
 from vrg.launch.bounds import Bounded, BoundedOutput, DecisionAlarm, Footprint, MemoryBound
 from vrg.launch.process_log import ProcessLog
-from vrg.launch.seats import disqualification
 from vrg.launch.strikes import Strikes
+from vrg.launch.vacancies import disqualification
 
 log = logging.getLogger(__name__)
 

@@ -32,7 +32,7 @@ from vrg.launch.host import GROUPS, Host
 from vrg.launch.listening import Listening
 from vrg.launch.run_folder import RunFolder, write_json
 from vrg.launch.running import RunningMatch, registered
-from vrg.launch.seats import LAUNCHER, Seats
+from vrg.launch.vacancies import LAUNCHER, Vacancies
 from vrg.types import few
 
 LINGER = 1.0
@@ -82,7 +82,7 @@ class LaunchedMatch:
         self.state: RefereeState | None = None
         self._mailbox = Mailbox(sender_of(LAUNCHER, LAUNCHER))
         self._referee = self._mailbox.subscribe(setup.keys.referee_state)
-        self._seats = Seats(
+        self._seats = Vacancies(
             self._mailbox,
             setup.keys,
             [player.name for player in setup.players],

@@ -13,19 +13,19 @@ from vrg.bus.session import Session
 from vrg.bus.topics import Keys, Qos, name_in
 from vrg.errors import MessageError
 from vrg.launch.events import Event, EventLog, What
-from vrg.recording.stops import HOLD
+from vrg.recording.stops import REST_TIME
 
 REFEREE, WORLD = "referee", "world"
 """The names of the links of the referee's states and of the world's clock."""
-STANDS = 0.1
+CLOCK_TIMEOUT = 0.1
 """The real time in s without a clock after which the poses of physical robots are logged: match time stands."""
 LATCHES = 1.0
 """The real time in s after an order of the emergency stop in which the world's latch tells its match time."""
-LONGEST = 10.0
+LOGGING_TIMEOUT = 10.0
 """The real time in s without a clock after which they are not logged any more."""
 SAMPLE = 0.01
 """The least real time in s between two poses of a robot in the log."""
-SETTLED = HOLD + 0.001
+SETTLED = REST_TIME + 0.001
 """The real time in s for which a robot is at rest in the log before it stands; the log rounds times."""
 
 
@@ -195,7 +195,7 @@ class Listening:
 
         When match time goes on it is still logged until it is known whether its last rest was more than a moment.
         """
-        timeless = self._clock.time is not None and STANDS < at - self._clock.at <= LONGEST
+        timeless = self._clock.time is not None and CLOCK_TIMEOUT < at - self._clock.at <= LOGGING_TIMEOUT
         rolling = self._rolling.setdefault(robot, _Rolling())
         if not timeless and not rolling.undecided:
             del self._rolling[robot]

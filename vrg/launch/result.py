@@ -13,7 +13,7 @@ from vrg.coordinator.match import won
 from vrg.coordinator.rulebook import DRAW, NOBODY
 from vrg.errors import JournalError
 from vrg.games import game_of
-from vrg.games.game import sentence
+from vrg.games.game import capitalised
 from vrg.launch.run_folder import RunFolder, write_json
 
 log = logging.getLogger(__name__)
@@ -68,10 +68,10 @@ def ended_of(state: RefereeState) -> str:
 def headline(result: dict[str, Any]) -> str:
     """How a match ended, in a few words."""
     if result["ended"] != "game over":
-        return sentence(str(result["ended"]))
+        return capitalised(str(result["ended"]))
     if not game_of(result["game"]).competitive:
         return "Over"
-    return "A draw" if result["winner"] == DRAW else sentence(won(str(result["winner"])))
+    return "A draw" if result["winner"] == DRAW else capitalised(won(str(result["winner"])))
 
 
 def conclusion(result: dict[str, Any]) -> str:

@@ -16,7 +16,7 @@ from vrg.config.files import HERE
 from vrg.errors import BusError, CredentialsError, LaunchError
 from vrg.launch.child import FAILED_FOR_GOOD, job_of
 from vrg.launch.events import NoNotes, Notes, What
-from vrg.launch.fork_server import UNKNOWN, ForkServer
+from vrg.launch.fork_server import UNKNOWN_STATUS, ForkServer
 from vrg.launch.greed import Greed
 from vrg.launch.managed import DUMP, HANDOVER, STOP_PATIENCE, ManagedProcess, ProcessSpec
 from vrg.launch.pulses import Pulses
@@ -25,9 +25,9 @@ CUT_OFF = 1.0
 """The real time in s without a connection to the router after which the router is taken to hang."""
 ROUTER_START = 10.0
 """The real time in s from a router's start after which it must answer."""
-QUIET = 10.0
+NOTICE_TIMEOUT = 10.0
 """The real time in s without a sign of life of any process after which a person is told."""
-LINES = 15
+LOG_TAIL = 15
 """The number of last lines of a log that are shown when a process has ended."""
 _PROGRESS = 0.5
 """The real time in s between two looks at whether starting processes make progress."""
@@ -208,12 +208,11 @@ class Supervisor:
         """Raise LaunchError if a process has ended before it was ready, or makes no progress."""
         name = process.spec.name
         if process.exit_status is not None:
-            raise LaunchError(
-                f"{name} ended with status {process.exit_status} before it was ready:\n{process.log.last_words(LINES)}"
-            )
+            how = f"ended with status {process.exit_status} before it was ready"
+            raise LaunchError(f"{name} {how}:\n{process.log.last_words(LOG_TAIL)}")
         stuck = process.stuck(time.monotonic())
         if stuck is not None:
-            raise LaunchError(f"{name} {stuck}; see {process.log.path}\n{process.log.last_words(LINES)}")
+            raise LaunchError(f"{name} {stuck}; see {process.log.path}\n{process.log.last_words(LOG_TAIL)}")
 
     def poll(self) -> None:
         """Look at all processes once: restart those that have died, and kill those that hang.
@@ -349,7 +348,7 @@ class Supervisor:
         how = _how_it_ended(status)
         self._pulses.forget(name)
         # Where the fork server has died, nobody knows how a node has ended: a window was closed, most likely.
-        if status in (0, UNKNOWN) and not process.spec.essential:
+        if status in (0, UNKNOWN_STATUS) and not process.spec.essential:
             self.processes.remove(process)
             self._announce(f"{name} was closed")
             self._notes.note(What.CLOSED, name)
@@ -367,7 +366,7 @@ class Supervisor:
         elif process.spec.seat:
             self._vacate(process, f"it fails too often: {what}")
         elif process.spec.essential:
-            raise LaunchError(f"{name} {how}, too often to go on:\n{process.log.last_words(LINES)}")
+            raise LaunchError(f"{name} {how}, too often to go on:\n{process.log.last_words(LOG_TAIL)}")
         else:
             self.processes.remove(process)
             self._announce(f"{name} {how}, too often: the match goes on without it (log: {process.log.path})")
@@ -376,7 +375,7 @@ class Supervisor:
     def _what_it_said(process: ManagedProcess) -> str:
         """How a process has ended, with its last words if it has failed."""
         status = process.exit_status
-        words = process.log.last_words(1) if status is not None and 0 < status != UNKNOWN else ""
+        words = process.log.last_words(1) if status is not None and 0 < status != UNKNOWN_STATUS else ""
         # What VRG itself has logged last is better than the status that goes with it.
         if words.startswith("vrg: "):
             return words.removeprefix("vrg: ")
@@ -405,9 +404,11 @@ class Supervisor:
             stuck = None if process.ready or process.spec.pulse is None else process.stuck(now)
             if process.pid is not None and (process.spec.name in hung or stuck) and not self._is_out(process):
                 self._end(process, self._hung(process, stuck or "hangs", now))
-        quiet = self._pulses.silence(now) > QUIET
+        quiet = self._pulses.silence(now) > NOTICE_TIMEOUT
         if quiet and not self._told_of_quiet:
-            self._announce(f"no process of the match has given a sign of life for {QUIET:g} s: waiting for them")
+            self._announce(
+                f"no process of the match has given a sign of life for {NOTICE_TIMEOUT:g} s: waiting for them"
+            )
         self._told_of_quiet = quiet
 
     @property
@@ -437,6 +438,6 @@ class Supervisor:
 
 
 def _how_it_ended(status: int | None) -> str:
-    if status == UNKNOWN:
+    if status == UNKNOWN_STATUS:
         return "has ended, it is not known how, because the fork server has died"
     return f"was killed by signal {-status}" if status is not None and status < 0 else f"ended with status {status}"

@@ -16,7 +16,7 @@ _SLACK: Final = 1e-6
 _TURNS: Final = tuple((math.cos(turn), math.sin(turn)) for turn in TURNS)
 
 
-class Bounds(Protocol):
+class FreeArea(Protocol):
     """Where a body's centre may be. Every region of `vrg.regions` is one."""
 
     def contains(self, x: float, y: float) -> bool:
@@ -39,7 +39,7 @@ class Obstacle(Struct, frozen=True, gc=False):
     clearance: float
 
 
-class Body(Struct, frozen=True, gc=False):
+class CrowdBody(Struct, frozen=True, gc=False):
     """One of the bodies of a crowd.
 
     Args:
@@ -55,7 +55,7 @@ class Body(Struct, frozen=True, gc=False):
 class Crowd:
     """Many bodies, put in order once, so that each of them finds those in its way without looking at all of them."""
 
-    def __init__(self, bodies: Iterable[Body]) -> None:
+    def __init__(self, bodies: Iterable[CrowdBody]) -> None:
         ordered = sorted(bodies, key=lambda body: body.position)
         self._bodies = [(b.name, b.position, b.velocity, math.hypot(*b.velocity), b.radius) for b in ordered]
         self._xs = [body.position[0] for body in ordered]
@@ -82,7 +82,7 @@ class Crowd:
         ]
 
 
-def steer(position: Vector, wanted: Vector, obstacles: Sequence[Obstacle], bounds: Bounds, horizon: float) -> Vector:
+def steer(position: Vector, wanted: Vector, obstacles: Sequence[Obstacle], bounds: FreeArea, horizon: float) -> Vector:
     """Return the velocity nearest to the wanted direction that stays clear of the obstacles for `horizon` s.
 
     It is as fast as the wanted velocity. It also stays within the bounds for one second. From an obstacle that is
@@ -108,7 +108,7 @@ def steer(position: Vector, wanted: Vector, obstacles: Sequence[Obstacle], bound
     return 0.0, 0.0
 
 
-def _in_bounds(position: Vector, u: Vector, bounds: Bounds) -> bool:
+def _in_bounds(position: Vector, u: Vector, bounds: FreeArea) -> bool:
     """Whether the body is inside after one second, or nearer to the inside than now."""
     ahead = position[0] + u[0], position[1] + u[1]
     if bounds.contains(*ahead):

@@ -15,12 +15,12 @@ from vrg.recording.foxglove import PoseInFrame, SceneUpdate, heading_of
 from vrg.recording.mcap_reading import decode, records_in
 from vrg.recording.records import CallRecord, EstopRecord, RestRecord, SightingsRecord, StateRecord, TwistRecord
 from vrg.recording.sketches import strokes_of
-from vrg.recording.stops import GAP, Motion, Rest, rests_of
+from vrg.recording.stops import MAX_POSE_INTERVAL, Rest, Trajectory, rests_of
 from vrg.types import STILL, Twist
 
 
 @dataclass(frozen=True)
-class Track:
+class RobotPoses:
     """Where one robot was.
 
     Args:
@@ -78,7 +78,7 @@ class _Samples:
         self.referee.append(said)
 
 
-def read_tracks(path: Path | Sequence[Path], torn: list[Path] | None = None) -> dict[str, Track]:
+def read_tracks(path: Path | Sequence[Path], torn: list[Path] | None = None) -> dict[str, RobotPoses]:
     """Read each robot's track, by name.
 
     Args:
@@ -181,16 +181,16 @@ class _Moves:
 
     def add_rest(self, time: float, record: RestRecord) -> None:
         """Add a record of a rest, after the place at the same time."""
-        seen = len(self.places) > 1 and self.places[-1][0] - self.places[-2][0] <= GAP
+        seen = len(self.places) > 1 and self.places[-1][0] - self.places[-2][0] <= MAX_POSE_INTERVAL
         self.rests.append((time, record, seen))
 
-    def motion(self, name: str) -> Motion:
+    def motion(self, name: str) -> Trajectory:
         speeds = dict(self.twists)
         times = [time for time, _, _ in self.places]
         twists = [speeds.get(time, STILL) for time in times]
         # A recording of an older release does not tell since when; then the samples alone must do.
         rests = self._spells() if self.rests else rests_of(times, list(map(at_rest, twists)))
-        return Motion(
+        return Trajectory(
             name, self.physical, times, [p[1] for p in self.places], [p[2] for p in self.places],
             [twist.speed for twist in twists], rests,
         )  # fmt: skip
@@ -208,7 +208,7 @@ class _Moves:
         return spells if begun is None else [*spells, Rest(begun.since, resolution=begun.resolution)]
 
 
-def read_motions(path: Path | Sequence[Path]) -> dict[str, Motion]:
+def read_motions(path: Path | Sequence[Path]) -> dict[str, Trajectory]:
     """Read how each robot moved and stood, by name. Argument and errors are those of `read_tracks`."""
     found: dict[str, _Moves] = {}
     for topic, metadata, stamp, data in records_in(path):
@@ -234,9 +234,9 @@ def read_estops(path: Path | Sequence[Path]) -> list[tuple[float, EstopRecord]]:
     return [(stamp, decode(data, EstopRecord, topic)) for at, _, stamp, data in records_in(path) if at == topic]
 
 
-def _track(name: str, samples: _Samples) -> Track:
+def _track(name: str, samples: _Samples) -> RobotPoses:
     poses = np.array(samples.poses, dtype=np.float64).reshape(-1, 4)
-    return Track(
+    return RobotPoses(
         name=name,
         physical=samples.physical,
         times=poses[:, 0],

@@ -21,9 +21,9 @@ from vrg.hal.can.protocols import Protocol
 from vrg.hal.can.workshop.faults import FaultKind, FaultRequest, encode_fault
 from vrg.hal.can.workshop.listener import Found
 from vrg.hal.can.workshop.survey import Survey
-from vrg.testing.wire import SERIAL, SPEED, WATCHDOG, ProtocolWire, WireClock
+from vrg.testing.wire import SERIAL_NUMBER, SPEED, WATCHDOG, ProtocolWire, WireClock
 
-STILL = 0.1
+STANDSTILL_SPEED = 0.1
 """turn/s below which a motor stands."""
 
 
@@ -70,7 +70,7 @@ class ProtocolContract:
         assert wire.axis.heard == pytest.approx(wire.now, abs=0.5)
 
     def test_two_drives_with_one_id_are_a_problem(self) -> None:
-        wire = ProtocolWire(self.protocol, self.nodes[0], (SERIAL, SERIAL + 1), self.options)
+        wire = ProtocolWire(self.protocol, self.nodes[0], (SERIAL_NUMBER, SERIAL_NUMBER + 1), self.options)
         wire.meet()
         assert wire.axis.problem
 
@@ -99,14 +99,14 @@ class ProtocolContract:
         wire.axis.start()
         assert wire.axis.state in (MotorState.STARTING, MotorState.CLOSED_LOOP)
         wire.until(lambda: wire.axis.state is MotorState.CLOSED_LOOP, lambda: wire.axis.command(0.0))
-        assert abs(wire.motor_speed) < STILL
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED
 
     def test_it_follows_setpoints_both_ways(self, wire: ProtocolWire) -> None:
         wire.running(SPEED)
         wire.drive_on(-SPEED / 2, 1.0)
         assert wire.motor_speed == pytest.approx(-SPEED / 2, rel=0.1)
         wire.drive_on(0.0, 0.5)
-        assert abs(wire.motor_speed) < STILL
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED
         assert wire.axis.state is MotorState.CLOSED_LOOP
 
     def test_it_measures_turns_and_turns_per_second(self, wire: ProtocolWire) -> None:
@@ -122,7 +122,7 @@ class ProtocolContract:
         wire.running()
         wire.axis.idle()
         wire.drive_on(SPEED, 1.0)
-        assert abs(wire.motor_speed) < STILL
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED
         assert wire.axis.state is MotorState.IDLE
         assert wire.axis.fault is None
         if wire.axis.starved:
@@ -133,11 +133,11 @@ class ProtocolContract:
         wire.running()
         wire.axis.stop_now()
         wire.drive_on(SPEED, 1.0)
-        assert abs(wire.motor_speed) < STILL
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED
         assert wire.axis.state is not MotorState.CLOSED_LOOP
         wire.axis.clear()
         wire.drive_on(SPEED, 0.5)
-        assert abs(wire.motor_speed) < STILL, "cleared is not started"
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED, "cleared is not started"
         wire.get_going()
 
     def test_a_button_at_the_drive_latches_until_it_is_cleared(self, wire: ProtocolWire) -> None:
@@ -149,7 +149,7 @@ class ProtocolContract:
         for act in (wire.axis.idle, wire.axis.start, lambda: wire.axis.command(SPEED)):
             act()
             wire.advance(0.5)
-            assert abs(wire.motor_speed) < STILL
+            assert abs(wire.motor_speed) < STANDSTILL_SPEED
         wire.axis.idle()
         wire.advance(0.5)
         assert wire.says()[0] is MotorState.ESTOP
@@ -157,19 +157,19 @@ class ProtocolContract:
         wire.axis.clear()
         wire.advance(0.5)
         assert wire.says()[0] is MotorState.IDLE
-        assert abs(wire.motor_speed) < STILL
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED
         wire.get_going()
 
     def test_its_watchdog_stops_it_when_setpoints_cease_which_is_no_fault(self, wire: ProtocolWire) -> None:
         wire.running()
         began = wire.now
-        wire.until(lambda: abs(wire.motor_speed) < STILL)
+        wire.until(lambda: abs(wire.motor_speed) < STANDSTILL_SPEED)
         assert wire.now - began < WATCHDOG + 0.5, "nobody but the one who drives may feed it"
         wire.until(lambda: wire.axis.starved)
         assert wire.axis.fault is None
         assert wire.axis.state is MotorState.IDLE
         wire.advance(2.0)
-        assert abs(wire.motor_speed) < STILL, "it does not start again by itself"
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED, "it does not start again by itself"
         wire.axis.clear()
         wire.get_going()
         assert not wire.axis.starved
@@ -190,7 +190,7 @@ class ProtocolContract:
             now = drive.due
             drive.step(now)
         assert wire.now + WATCHDOG < now < math.inf, "its own `due` says when it must be let go on"
-        assert abs(wire.motor_speed) < STILL
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED
 
     def test_a_fault_is_told_in_words_and_stays_until_it_is_cleared(self, wire: ProtocolWire) -> None:
         wire.running()
@@ -198,7 +198,7 @@ class ProtocolContract:
         wire.until(lambda: wire.axis.state is MotorState.FAULT)
         assert wire.says()[1]
         wire.drive_on(SPEED, 1.0)
-        assert abs(wire.motor_speed) < STILL
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED
         assert wire.says()[1]
         if wire.axis.starved:
             wire.axis.clear()
@@ -206,7 +206,7 @@ class ProtocolContract:
         wire.advance(0.5)
         assert wire.says() == (MotorState.IDLE, None)
         wire.drive_on(SPEED, 0.5)
-        assert abs(wire.motor_speed) < STILL, "cleared is not started"
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED, "cleared is not started"
         wire.get_going()
 
     def test_silence_makes_what_was_heard_old(self, wire: ProtocolWire) -> None:
@@ -221,7 +221,7 @@ class ProtocolContract:
         wire.fault(FaultKind.REBOOT)
         wire.drive_on(SPEED, 1.0)
         assert wire.axis.state is not MotorState.CLOSED_LOOP
-        assert abs(wire.motor_speed) < STILL
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED
 
     def test_numbers_that_are_not_finite_are_odd_and_change_nothing(self, wire: ProtocolWire) -> None:
         if FaultKind.NAN not in wire.drive.supports:
@@ -287,7 +287,7 @@ class ProtocolContract:
         wire.fault(FaultKind.GARBAGE)
         wire.advance(2.0)
         assert math.isfinite(wire.axis.position)
-        assert abs(wire.motor_speed) < STILL
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED
 
     def test_a_listener_finds_the_drive_and_tells_of_it(self, wire: ProtocolWire) -> None:
         wire.running()
@@ -309,7 +309,7 @@ class ProtocolContract:
         assert self.look(wire).on
         wire.survey.stop()
         wire.advance(0.5)
-        assert abs(wire.motor_speed) < STILL
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED
         assert self.look(wire).on is False
 
     def test_a_listener_switches_off_drives_that_it_has_not_heard(self) -> None:
@@ -318,7 +318,7 @@ class ProtocolContract:
         wire.running()
         Survey([self.protocol.listener_type(wire.question, WireClock(wire))]).stop()
         wire.advance(0.5)
-        assert abs(wire.motor_speed) < STILL
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED
 
     def test_a_listener_clears_errors_and_starts_nothing(self, wire: ProtocolWire) -> None:
         wire.running()
@@ -328,7 +328,7 @@ class ProtocolContract:
         wire.survey.listener_of(found).clear(found)
         wire.advance(1.0)
         assert not self.look(wire).errors
-        assert abs(wire.motor_speed) < STILL
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED
 
     def require_listener(self) -> None:
         """Skip a test of the listener if the protocol has none."""

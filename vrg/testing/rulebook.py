@@ -13,7 +13,7 @@ from vrg.errors import ConfigError
 from vrg.types import Pose
 
 SEED = 7
-STEP = 0.15
+TICK_DISTANCE = 0.15
 """m that a player wanders in a tick of the tests: 1.5 m/s."""
 
 
@@ -103,7 +103,11 @@ class RuleBookContract:
 def _wandered(field: Observation, rng: random.Random) -> Observation:
     """The same players a tick later."""
     poses = {
-        name: Pose(pose.x + rng.uniform(-STEP, STEP), pose.y + rng.uniform(-STEP, STEP), pose.theta)
+        name: Pose(
+            pose.x + rng.uniform(-TICK_DISTANCE, TICK_DISTANCE),
+            pose.y + rng.uniform(-TICK_DISTANCE, TICK_DISTANCE),
+            pose.theta,
+        )
         for name, pose in field.poses.items()
     }
     return Observation(poses, frozenset(poses), field.physical)

@@ -17,10 +17,10 @@ from vrg.hal.can.workshop.faults import FaultKind, FaultRequest, encode_fault
 from vrg.hal.can.workshop.survey import Survey
 from vrg.hal.clock import Clock, Task
 
-SERIAL = 0xBEEF
-PATIENCE = 30.0
+SERIAL_NUMBER = 0xBEEF
+WAIT_TIMEOUT = 30.0
 """The time on the clock in s within which something that is waited for must happen."""
-PERIOD = 0.02
+SETPOINT_PERIOD = 0.02
 """The time in s between setpoints."""
 SPEED = 8.0
 """The speed at which motors are tested, turn/s."""
@@ -75,7 +75,7 @@ class ProtocolWire:
         self,
         protocol: Protocol,
         node: int,
-        serials: Sequence[int] = (SERIAL,),
+        serials: Sequence[int] = (SERIAL_NUMBER,),
         options: ProtocolOptions | None = None,
     ) -> None:
         self.now = 100.0
@@ -144,12 +144,12 @@ class ProtocolWire:
             self._pump()
 
     def until(self, condition: Callable[[], object], act: Callable[[], object] = lambda: None) -> None:
-        """Let time pass until the condition holds; `act` is called every PERIOD."""
-        end = self.now + PATIENCE
+        """Let time pass until the condition holds; `act` is called every SETPOINT_PERIOD."""
+        end = self.now + WAIT_TIMEOUT
         while not condition():
             assert self.now < end, f"it has not come about: {vars(self.axis)}"
             act()
-            self.advance(PERIOD)
+            self.advance(SETPOINT_PERIOD)
 
     def drive_on(self, velocity: float, seconds: float) -> None:
         """Send setpoints for a while."""

@@ -16,9 +16,9 @@ from matplotlib.patches import Polygon
 
 from vrg.bus.messages import LARGE_ZONES, FieldObject, Zone
 from vrg.colours import ON_WHITE, Rgb
-from vrg.games import UNKNOWN, game_of
+from vrg.games import UNKNOWN_GAME, game_of
 from vrg.games.game import Game, Marker, Moment
-from vrg.recording.reader import Track, read_calls, read_setting, read_tracks
+from vrg.recording.reader import RobotPoses, read_calls, read_setting, read_tracks
 from vrg.recording.records import CallRecord
 from vrg.regions import Bounds, Region, surrounding
 from vrg.ui.labels import HALO, Colour, Labels
@@ -41,7 +41,7 @@ _ROLE_MARKERS: Final = {
 
 
 def plot_trajectories(
-    recording: Path | Sequence[Path] | Mapping[str, Track],
+    recording: Path | Sequence[Path] | Mapping[str, RobotPoses],
     out_png: Path,
     *,
     calls: Sequence[CallRecord] | None = None,
@@ -133,12 +133,12 @@ def plot_trajectories(
 
 def _moments(game: Game, calls: Sequence[CallRecord]) -> Mapping[str, Moment]:
     """The rules whose calls are marked."""
-    if game is not UNKNOWN:
+    if game is not UNKNOWN_GAME:
         return game.marked
     return {call.rule: Moment("X", call.rule.replace("_", " ")) for call in calls if call.poses}
 
 
-def _rounds(tracks: Mapping[str, Track]) -> list[int]:
+def _rounds(tracks: Mapping[str, RobotPoses]) -> list[int]:
     """The rounds that were played; [0] stands for all samples where the referee said nothing of it."""
     played = {int(n) for track in tracks.values() for n in np.unique(track.rounds[track.playing])}
     return sorted(played) or [0]
@@ -167,7 +167,7 @@ def _figure(count: int, box: Bounds, legend: float = 2.0) -> tuple[Figure, list[
     return figure, panels[:count], 72 * height / (box[3] - box[1])
 
 
-def _extent(tracks: Mapping[str, Track], zones: Mapping[int, Sequence[Zone]]) -> Bounds:
+def _extent(tracks: Mapping[str, RobotPoses], zones: Mapping[int, Sequence[Zone]]) -> Bounds:
     """The bounds of all that is drawn, with a margin, m."""
     shown = [_shown(track, 0) for track in tracks.values()]
     xs = np.concatenate([track.x[keep] for track, keep in zip(tracks.values(), shown, strict=True)])
@@ -178,14 +178,14 @@ def _extent(tracks: Mapping[str, Track], zones: Mapping[int, Sequence[Zone]]) ->
     return x_min - 0.7, y_min - 0.7, x_max + 0.7, y_max + 0.7
 
 
-def _shown(track: Track, number: int) -> npt.NDArray[np.bool_]:
+def _shown(track: RobotPoses, number: int) -> npt.NDArray[np.bool_]:
     """Which samples belong to the panel of a round; 0 = all that were played, or all there are."""
     if not track.playing.any() and number == 0:
         return np.ones(track.times.shape, dtype=np.bool_)
     return track.playing & (track.rounds == number) if number else track.playing
 
 
-def _lasted(tracks: Mapping[str, Track], number: int) -> tuple[float, float]:
+def _lasted(tracks: Mapping[str, RobotPoses], number: int) -> tuple[float, float]:
     """When a round began and ended, match time, s."""
     times = np.concatenate([track.times[_shown(track, number)] for track in tracks.values()])
     return (float(times.min()), float(times.max())) if times.size else (0.0, 0.0)
@@ -238,7 +238,7 @@ def _draw_objects(axes: Axes, objects: Sequence[FieldObject], labels: Labels, ga
         labels.keep_clear((thing.x, thing.y), width=14.0, height=20.0)
 
 
-def _draw_track(axes: Axes, track: Track, number: int, colour: Colour, labels: Labels, game: Game) -> None:
+def _draw_track(axes: Axes, track: RobotPoses, number: int, colour: Colour, labels: Labels, game: Game) -> None:
     keep = np.flatnonzero(_shown(track, number))
     if not keep.size:
         return
@@ -288,7 +288,7 @@ def _listed(number: int, words: str) -> Line2D:
 
 
 def _legend(
-    tracks: Mapping[str, Track],
+    tracks: Mapping[str, RobotPoses],
     rounds: Sequence[int],
     colours: Mapping[str, Colour],
     calls: Sequence[CallRecord],
@@ -320,7 +320,7 @@ def _legend(
             )  # fmt: skip
 
 
-def _last_of_round(track: Track, number: int, shown: int) -> int:
+def _last_of_round(track: RobotPoses, number: int, shown: int) -> int:
     """The last sample of a round: the tag that ends it is known only after the last sample of play."""
     of_round = np.flatnonzero(track.rounds == number)
     return int(of_round[-1]) if of_round.size else shown

@@ -23,7 +23,7 @@ from vrg.coordinator.match import Match
 from vrg.coordinator.outcome import Effects
 from vrg.coordinator.rulebook import Contestant, Observation
 from vrg.games.roboflag.rules import RoboFlag
-from vrg.games.roboflag.settings import Settings, Side
+from vrg.games.roboflag.settings import Settings, TeamHalf
 from vrg.types import Pose
 
 GAMES, CHUNKS = 1000, 20
@@ -270,7 +270,7 @@ class Game:
 
     def _settings(self, long: int, last: int, enough: int) -> Settings:
         g = self.ground
-        sides = {team: Side.model_validate({"home": g.homes[team], "flag": g.flags[team]}) for team in OTHER}
+        sides = {team: TeamHalf.model_validate({"home": g.homes[team], "flag": g.flags[team]}) for team in OTHER}
         return Settings(
             centre=g.centre,
             scale=g.scale,

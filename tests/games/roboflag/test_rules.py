@@ -11,7 +11,7 @@ from vrg.bus.messages import Stage
 from vrg.coordinator.rulebook import Observation, Verdict
 from vrg.games.roboflag import FLAGGED, NORMAL, TAG_DISTANCE, TAGGED
 from vrg.games.roboflag.rules import RoboFlag
-from vrg.games.roboflag.settings import Settings, Side
+from vrg.games.roboflag.settings import Settings, TeamHalf
 from vrg.games.roboflag.state import State
 from vrg.types import Pose, Vector
 
@@ -135,7 +135,7 @@ def test_only_the_part_of_the_way_outside_the_flag_zones_counts() -> None:
 
 
 def test_rounding_tags_nobody_who_crosses_the_border_of_a_flag_zone_at_the_tag_distance() -> None:
-    side = Side(home="high", flag=(0.6, 0.15))
+    side = TeamHalf(home="high", flag=(0.6, 0.15))
     rules = RoboFlag(Settings(tag_distance=0.5, flag_zone=0.5, blue=side), contestants(1, 1))
     rng, (x, y) = random.Random(1), (1.2, 0.3)
     wrong = []

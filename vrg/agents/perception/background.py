@@ -13,7 +13,7 @@ import numpy as np
 from vrg.agents.perception.scan import Floats, Mask, Scan
 from vrg.types import Vector
 
-MARGIN = 0.3
+OBSTACLE_MARGIN = 0.3
 """The distance in m before a known obstacle in which nothing is unusual: it covers errors of poses and ranges."""
 SPREAD = 2
 """The number of beams on both sides of a beam whose obstacles count for it too, because headings are not exact."""
@@ -74,7 +74,7 @@ def snapshot(scans: Sequence[Scan]) -> Snapshot:
     # The least of each beam, of the scans in which it has measured something.
     reach = np.fmin.reduce([np.minimum(scan.ranges, scan.range_max) for scan in scans])
     lowest = _lowest_around(np.nan_to_num(reach, nan=0.0), wrap=first.full_turn)
-    free = np.maximum(lowest - MARGIN, 0.0)
+    free = np.maximum(lowest - OBSTACLE_MARGIN, 0.0)
     return Snapshot(first.origin, first.heading, first.angle_min, first.angle_step, free)
 
 

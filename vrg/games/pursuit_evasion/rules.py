@@ -54,17 +54,17 @@ from vrg.geometry import circumradius, outline_distance, wrap
 
 HEADING_REACH = math.radians(10)
 """The angle in rad to its course within which an intruder is lined up."""
-SILENCE = 5.0
+FALSE_REPORT_PENALTY = 5.0
 """The time in s for which nothing counts that a pursuer tells, after it has told of a place where nobody was."""
 START = 2.0
 """The time in s that an intruder has to get up its speed."""
 STRETCH = 5.0
 """The time of play in s over which an intruder's speed is judged: a computer that stalls for a moment stops it, too."""
-PACE = 0.6
+MIN_APPROACH = 0.6
 """The share of its top speed at which an intruder comes forward at least."""
-CONTACT = 0.05
+TOUCH_DISTANCE = 0.05
 """The distance in m between two outlines up to which two robots touch."""
-AGAIN = 5.0
+PLACE_PERIOD = 5.0
 """The time in s after which a robot that is out of play, and for which there was no room at its start, is put there."""
 
 
@@ -136,7 +136,7 @@ class PursuitEvasion(RuleBook[State]):
         back = on_marks(self.posts, now) - now.moving
         state = state.with_state([n for n in state.in_state(RETURNING) if n in back], WATCHING)
         done = state.in_state(CAPTURED, ESCAPED, OUT)
-        if int(clock / AGAIN) == int((clock - max(0.0, now.time - before.time)) / AGAIN):
+        if int(clock / PLACE_PERIOD) == int((clock - max(0.0, now.time - before.time)) / PLACE_PERIOD):
             done = [name for name in done if was[name] != state.states[name]]
         starts = {name: self.contestants[name].start for name in done if name in now.poses}
         place = {name: start for name, start in starts.items() if away(now.poses[name], start) > MARK_TOLERANCE}
@@ -175,9 +175,10 @@ class PursuitEvasion(RuleBook[State]):
             silenced = state.silenced.get(who, 0.0) > clock
             timely = [(each, poses) for each in told[who] if (poses := state.poses_at(each.time)) is not None]
             if any(nearest(each, set(poses) - {who}, poses)[0] > SIGHTING_REACH for each, poses in timely):
-                state = structs.replace(state, silenced={**state.silenced, who: clock + SILENCE})
+                state = structs.replace(state, silenced={**state.silenced, who: clock + FALSE_REPORT_PENALTY})
                 if not silenced:
-                    text = f"{who} tells of a place where nobody was: for {SILENCE:g} s nothing that it tells counts"
+                    penalty = f"for {FALSE_REPORT_PENALTY:g} s nothing that it tells counts"
+                    text = f"{who} tells of a place where nobody was: {penalty}"
                     calls.append(Call(rule="false_alarm", text=text, players=(who,)))
             elif not silenced:
                 for each, poses in timely:
@@ -220,7 +221,7 @@ class PursuitEvasion(RuleBook[State]):
             others = {n: p for n, p in now.poses.items() if n != name and n in self.contestants}
             gaps = {n: outline_distance(pose, p, size, self.contestants[n].size) for n, p in others.items()}
             other = min(gaps, key=lambda n: (gaps[n], n), default=name)
-            if other != name and gaps[other] <= CONTACT:
+            if other != name and gaps[other] <= TOUCH_DISTANCE:
                 text = f"{name} touches {other} and is out"
                 calls.append(Call(rule="collision", text=text, players=(name, other), poses=(pose,)))
                 state = reset(state.with_state([name], OUT), name)
@@ -249,7 +250,7 @@ class PursuitEvasion(RuleBook[State]):
 
     def least_way(self, name: str, seconds: float) -> float:
         """How far an intruder in play has to come forward at least in a time, m."""
-        return PACE * self.speed_limits()[name] * seconds
+        return MIN_APPROACH * self.speed_limits()[name] * seconds
 
     def team_of(self, name: str) -> str:
         """The team of a player."""

@@ -21,7 +21,7 @@ from vrg.types import AngularSpeed, Metres, Pose, Radians, Seconds, Speed, Twist
 
 BEAMS = 361
 """The number of beams of a snapshot that is said."""
-STEP = 0.05
+RANGE_STEP = 0.05
 """The step in which ranges of a snapshot are said, m, so that 12.7 m fit into a byte."""
 
 
@@ -56,7 +56,7 @@ def words(pose: Pose, twist: Twist, sightings: Sequence[Sighting], snapshot: Sna
     free = None
     if snapshot is not None:
         coarse = snapshot.coarser(BEAMS)
-        steps = np.clip(np.floor(coarse.free / STEP), 0, 255).astype(np.uint8)
+        steps = np.clip(np.floor(coarse.free / RANGE_STEP), 0, 255).astype(np.uint8)
         free = ((*coarse.origin, coarse.heading, coarse.angle_min, coarse.angle_step), steps.tobytes())
     seen = [(s.x, s.y, s.time, s.xx, s.xy, s.yy) for s in sightings[:SIGHTINGS_AT_ONCE]]
     said = _Said((pose.x, pose.y, pose.theta, twist.v, twist.w, twist.side), seen, free)
@@ -77,6 +77,6 @@ def understood(said: Any) -> Words | None:
     snapshot = None
     if found.free is not None:
         (a, b, heading, first, step), steps = found.free
-        ranges = np.frombuffer(steps, dtype=np.uint8).astype(np.float64) * STEP
+        ranges = np.frombuffer(steps, dtype=np.uint8).astype(np.float64) * RANGE_STEP
         snapshot = Snapshot((a, b), heading, first, step, ranges)
     return Words(Pose(x, y, theta), Twist(v, w, side), seen, snapshot)

@@ -33,10 +33,10 @@ PAUSE = 0.35
 SAME_PLACE, SAME_HEADING = 0.1, 0.03
 """The distance in m and the angle in rad between two scans that were taken from one place."""
 USUAL_SPEED = 1.0
-"""How fast intruders usually are, m/s; see `Line.start`."""
+"""How fast intruders usually are, m/s; see `TrackedLine.start`."""
 
 
-class Watch:
+class IntruderDetector:
     """Looks at scans and listens to team mates.
 
     Args:

@@ -29,7 +29,7 @@ _ANGLES = np.arange(DIRECTIONS) * (math.tau / DIRECTIONS)
 
 
 @dataclass(frozen=True, slots=True)
-class Course:
+class BestDirection:
     """The best direction.
 
     Args:
@@ -52,7 +52,7 @@ def best_course(
     margin: float,
     inside: Safe,
     harmless: Safe,
-) -> Course:
+) -> BestDirection:
     """The direction that leads nearest to the goal over points that are safe by at least `margin` s.
 
     If not even the first points of any direction are so safe, it is the direction whose first points are safest.
@@ -80,12 +80,12 @@ def best_course(
         value = np.where(good, progress + 0.05 * level, -np.inf).max(axis=1)
         # Of ways that are about as good, the one that turns least.
         best = int(np.argmax(value - 0.02 * np.abs(np.remainder(angles - straight + math.pi, math.tau) - math.pi)))
-        return Course((float(units[best, 0]), float(units[best, 1])), float(value[best]), float(level[best, 0]))
+        return BestDirection((float(units[best, 0]), float(units[best, 1])), float(value[best]), float(level[best, 0]))
     best = int(np.argmax(level[:, 1] + 0.1 * progress[:, 1]))
-    return Course((float(units[best, 0]), float(units[best, 1])), 0.0, float(level[best, 0]))
+    return BestDirection((float(units[best, 0]), float(units[best, 1])), 0.0, float(level[best, 0]))
 
 
-def in_disc(points: Floats, disc: Circle) -> Flags:
+def points_in_disc(points: Floats, disc: Circle) -> Flags:
     """Which points, shape (..., 2), are inside a disc."""
     dx, dy = points[..., 0] - disc.x, points[..., 1] - disc.y
     inside: Flags = dx * dx + dy * dy < disc.radius * disc.radius

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from vrg.coordinator.rulebook import Call, called
 from vrg.games.roboflag import FLAGGED, NORMAL, TAGGED, TEAMS, other
-from vrg.games.roboflag.layout import Layout
+from vrg.games.roboflag.layout import FieldLayout
 from vrg.games.roboflag.state import State
 from vrg.geometry import interpolate
 from vrg.regions import Circle
@@ -65,7 +65,7 @@ class Ways:
         return called(rule, text, {name: self.pose(name, at) for name in names})
 
 
-def judge_homes(state: State, layout: Layout, ways: Ways) -> Judged:
+def judge_homes(state: State, layout: FieldLayout, ways: Ways) -> Judged:
     """Whoever came in reach of its own home becomes normal; a carrier scores there, and the flag returns."""
     calls = []
     for name in sorted(ways.now):
@@ -87,7 +87,7 @@ def judge_homes(state: State, layout: Layout, ways: Ways) -> Judged:
     return state, calls
 
 
-def judge_flags(state: State, layout: Layout, ways: Ways) -> Judged:
+def judge_flags(state: State, layout: FieldLayout, ways: Ways) -> Judged:
     """A normal player that came in reach of the opponents' flag takes it.
 
     Of several it is the first one, of those that came at the same instant the nearest, and then the first by name. A
@@ -110,7 +110,7 @@ def judge_flags(state: State, layout: Layout, ways: Ways) -> Judged:
     return state, calls
 
 
-def judge_tags(state: State, layout: Layout, ways: Ways) -> Judged:
+def judge_tags(state: State, layout: FieldLayout, ways: Ways) -> Judged:
     """Judge all tags by the state before any of them, so that two players can tag each other.
 
     Opponents that are not tagged themselves tag. A normal player can be tagged on the opponents' half, and a carrier
@@ -130,7 +130,7 @@ def judge_tags(state: State, layout: Layout, ways: Ways) -> Judged:
     return state, calls
 
 
-def _tags_of(state: State, layout: Layout, ways: Ways, name: str) -> dict[str, float]:
+def _tags_of(state: State, layout: FieldLayout, ways: Ways, name: str) -> dict[str, float]:
     """The players that tag this one, sorted by name, and when each first does."""
     team, status = ways.teams[name], state.states[name]
     if status == TAGGED:
@@ -169,7 +169,7 @@ def _inside(zone: Circle, start: Vector, end: Vector) -> Stretch | None:
     return in_disc(start, end, (zone.x, zone.y), zone.radius + ROUNDING)
 
 
-def _invasion(layout: Layout, team: str, start: Vector, end: Vector) -> Stretch | None:
+def _invasion(layout: FieldLayout, team: str, start: Vector, end: Vector) -> Stretch | None:
     """When a player of a team was on the opponents' side of the midline, or on the midline; None if it never was."""
     was, is_ = layout.invades(team, start), layout.invades(team, end)
     if was and is_:

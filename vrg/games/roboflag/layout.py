@@ -9,7 +9,7 @@ from vrg.regions import Circle, Rectangle, Sector
 from vrg.types import Vector
 
 
-class Layout:
+class FieldLayout:
     """A field of RoboFlag. All lengths are at the scale of the match.
 
     Args:

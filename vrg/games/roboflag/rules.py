@@ -12,7 +12,7 @@ from vrg.errors import ConfigError
 from vrg.games.roboflag import FLAG, FLAGGED, GAME, NORMAL, TAG_DISTANCE, TAGGED, TEAMS, attack_of, flag_of, other
 from vrg.games.roboflag.checks import problems_of
 from vrg.games.roboflag.judging import Ways, judge_flags, judge_homes, judge_tags
-from vrg.games.roboflag.layout import Layout
+from vrg.games.roboflag.layout import FieldLayout
 from vrg.games.roboflag.settings import Settings
 from vrg.games.roboflag.state import State
 from vrg.types import Pose
@@ -44,7 +44,7 @@ class RoboFlag(RuleBook[State]):
             raise ConfigError(problems)
         super().__init__(contestants)
         self.settings = settings
-        self.layout = Layout(settings)
+        self.layout = FieldLayout(settings)
         self.teams = {c.name: c.role for c in contestants}
         # Who is let go at the border of the field would turn beyond it.
         self._led_to = {team: self.layout.home(team).shrunk(self.layout.home_reach / 4) for team in TEAMS}

@@ -12,7 +12,7 @@ from vrg.regions import Circle, Region, Sector
 from vrg.shared import shared
 from vrg.types import Vector
 
-BORDER = 0.4
+BORDER_CLEARANCE = 0.4
 """The distance in m that a body's centre keeps from the border of the field."""
 HAVEN = 0.2
 """How far inside its home zone a carrier wants to be, m."""
@@ -23,7 +23,7 @@ MEMORY = 3.0
 
 
 @dataclass(frozen=True)
-class Ground:
+class TeamField:
     """The parts of the field, as a player of one team sees them.
 
     Args:
@@ -51,7 +51,7 @@ class Ground:
     tag_distance: float
 
     @classmethod
-    def of(cls, view: View) -> "Ground | None":
+    def of(cls, view: View) -> "TeamField | None":
         """The ground as the referee publishes it, or None if parts of it are missing."""
         team, regions = view.me.team, {(zone.kind, zone.team): zone.region for zone in view.referee.zones}
         field, half, home = (regions.get(key) for key in (("field", None), (HALF, team), (HOME, team)))
@@ -70,7 +70,7 @@ class Ground:
             their_zone=theirs,
             own_flag=(own.x, own.y),
             their_flag=(theirs.x, theirs.y),
-            inner=field.shrunk(BORDER),
+            inner=field.shrunk(BORDER_CLEARANCE),
             haven=home.shrunk(HAVEN),
             ahead=ahead,
             midline=bounds[2] if ahead > 0 else bounds[0],
@@ -114,7 +114,7 @@ class Situation:
         targets: the opponents that mates have said they will tag, by mate.
     """
 
-    ground: Ground
+    ground: TeamField
     me: Known
     mates: Sequence[Known]
     opponents: Sequence[Known]
@@ -181,7 +181,7 @@ class Memory:
         ]
 
 
-def situation_of(view: View, ground: Ground, memory: Memory, targets: Mapping[str, str]) -> Situation:
+def situation_of(view: View, ground: TeamField, memory: Memory, targets: Mapping[str, str]) -> Situation:
     """Sort what a player sees.
 
     Args:

@@ -10,7 +10,7 @@ from vrg.types import Vector
 
 CLAIM = 1.0
 """The match time in s for which counts whom a team mate has said it tags."""
-REPEAT = 0.8
+REPEAT_PERIOD = 0.8
 """The match time in s after which a player says it again."""
 BID_AGAIN = 0.25
 """The match time in s after which a player bids again that does not find its bid in the referee's state."""
@@ -42,7 +42,7 @@ class Talk:
     def claim(self, view: View, target: str | None) -> dict[str, str] | None:
         """What it says about whom it tags; None if there is nothing new to say."""
         time, before = self._said.get(self._name, (-math.inf, ""))
-        if target is None or (target == before and 0.0 <= view.time - time < REPEAT):
+        if target is None or (target == before and 0.0 <= view.time - time < REPEAT_PERIOD):
             return None
         self._said[self._name] = (view.time, target)
         return {"target": target}

@@ -14,15 +14,15 @@ from vrg.coordinator.rulebook import Call, Contestant, Observation, RuleBook, Ve
 from vrg.errors import ConfigError
 from vrg.games.sharks_and_minnows import ACTIVE, GAME, INACTIVE, MINNOW, MINNOWS, SHARK, SHARKS
 from vrg.games.sharks_and_minnows.checks import passes, problems_of
-from vrg.games.sharks_and_minnows.lineup import Extent, line_up
+from vrg.games.sharks_and_minnows.lineup import LargestBody, line_up
 from vrg.games.sharks_and_minnows.settings import Settings
 from vrg.games.sharks_and_minnows.state import State, opposite
-from vrg.games.sharks_and_minnows.tagging import Hunters, Motion, first_tags
+from vrg.games.sharks_and_minnows.tagging import Hunters, SweptBody, first_tags
 from vrg.geometry import interpolate
 from vrg.regions import Region
 from vrg.types import Pose
 
-PATIENCE = 3.0
+PASS_TIME_FACTOR = 3.0
 """The default time limit of a pass, in terms of what the slowest player may need for the length of the field."""
 
 
@@ -48,14 +48,14 @@ class SharksAndMinnows(RuleBook[State]):
         self.settings = settings
         self._field = settings.field
         self._ends = {end: settings.end_zone(end) for end in ("low", "high")}
-        self._extent = Extent.of(contestants)
+        self._extent = LargestBody.of(contestants)
         if problems := problems_of(settings, contestants, self._extent):
             raise ConfigError(problems)
         self.rounds = settings.passes or passes(contestants)
         self.lineup_limit = settings.patience
         slowest = settings.slowest * min(c.v_max for c in contestants)
         limit = settings.pass_limit
-        self.pass_limit = PATIENCE * settings.length / slowest if limit is None else limit
+        self.pass_limit = PASS_TIME_FACTOR * settings.length / slowest if limit is None else limit
 
     def initial(self) -> State:
         """The state in which every player is active, with the role and the place that the match file says."""
@@ -105,7 +105,7 @@ class SharksAndMinnows(RuleBook[State]):
                 exits[name] = fraction
         return exits
 
-    def _motions(self, names: Sequence[str], before: Observation, now: Observation) -> dict[str, Motion]:
+    def _motions(self, names: Sequence[str], before: Observation, now: Observation) -> dict[str, SweptBody]:
         """The motions of those players that were there at both instants."""
         return {
             n: (before.poses[n], now.poses[n], self.contestants[n].size)
@@ -114,7 +114,7 @@ class SharksAndMinnows(RuleBook[State]):
         }
 
     def _first_tag(
-        self, state: State, name: str, minnow: Motion, sharks: Hunters, out: Mapping[str, float]
+        self, state: State, name: str, minnow: SweptBody, sharks: Hunters, out: Mapping[str, float]
     ) -> Call | None:
         """The first tag of a minnow, or None. Minnow and sharks must still be in bounds at that instant."""
         near = sharks.near(minnow)

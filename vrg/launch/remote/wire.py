@@ -15,7 +15,7 @@ from vrg.launch.findings import Finding
 
 BANNER = b"vrg-host\n"
 """What the agent writes before its first frame. What a login shell has printed before is skipped."""
-LONGEST = 1 << 20
+MAX_MESSAGE_SIZE = 1 << 20
 """The length of the longest message, bytes."""
 PART = 1 << 18
 """The length of the longest part of a file that one message carries, bytes."""
@@ -181,7 +181,7 @@ class Failed(Struct, frozen=True, tag=True):
     text: str
 
 
-class Said(Struct, frozen=True, tag=True):
+class Notice(Struct, frozen=True, tag=True):
     """An event that a person should know of."""
 
     text: str
@@ -223,7 +223,7 @@ class Status(Struct, frozen=True, tag=True):
     wall: float
 
 
-ToLauncher = FilePart | Hello | Loaded | Done | Failed | Said | Noted | LogText | Status
+ToLauncher = FilePart | Hello | Loaded | Done | Failed | Notice | Noted | LogText | Status
 
 
 M = TypeVar("M")
@@ -236,8 +236,8 @@ def frame(message: Struct) -> bytes:
         ValueError: it is too long.
     """
     data = msgspec.msgpack.encode(message)
-    if len(data) > LONGEST:
-        raise ValueError(f"expected a message of at most {LONGEST} bytes, got {len(data)}")
+    if len(data) > MAX_MESSAGE_SIZE:
+        raise ValueError(f"expected a message of at most {MAX_MESSAGE_SIZE} bytes, got {len(data)}")
     return len(data).to_bytes(4, "big") + data
 
 
@@ -277,8 +277,8 @@ class Frames(Generic[M]):
         if self._banner or len(self._data) < 4:
             return None
         end = 4 + int.from_bytes(self._data[:4], "big")
-        if end > 4 + LONGEST:
-            raise MessageError(f"expected a frame of at most {LONGEST} bytes, got one of {end - 4}")
+        if end > 4 + MAX_MESSAGE_SIZE:
+            raise MessageError(f"expected a frame of at most {MAX_MESSAGE_SIZE} bytes, got one of {end - 4}")
         if len(self._data) < end:
             return None
         data = bytes(self._data[4:end])

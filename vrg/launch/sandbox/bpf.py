@@ -17,7 +17,7 @@ LONGEST_JUMP = 255
 
 
 @dataclass(frozen=True)
-class Step:
+class ProgramLine:
     """One instruction, or a label if it has a name and no code.
 
     Args:
@@ -46,7 +46,7 @@ def argument(number: int) -> int:
     return 16 + 8 * number
 
 
-def assembled(steps: Sequence[Step]) -> list[Instruction]:
+def assembled(steps: Sequence[ProgramLine]) -> list[Instruction]:
     """The instructions of a program.
 
     Raises:
@@ -78,6 +78,6 @@ def _jump(label: str, here: int, places: dict[str, int]) -> int:
     return jump
 
 
-def packed(program: Sequence[Instruction]) -> bytes:
+def program_bytes(program: Sequence[Instruction]) -> bytes:
     """The program as the kernel reads it."""
     return b"".join(struct.pack("=HBBI", *instruction) for instruction in program)

@@ -14,12 +14,12 @@ from pathlib import Path
 
 from vrg.errors import SandboxError
 from vrg.launch.sandbox import landlock
-from vrg.launch.sandbox.bpf import Instruction, packed
+from vrg.launch.sandbox.bpf import Instruction, program_bytes
 from vrg.launch.sandbox.policy import Policy
 from vrg.launch.sandbox.seccomp import program, rules
 from vrg.launch.sandbox.syscalls import ARCHITECTURES, Architecture
 
-REFUSED = "the sandbox refused it: see FILES and what a sandbox allows in docs/players.md"
+REFUSAL_ADVICE = "the sandbox refused it: see FILES and what a sandbox allows in docs/players.md"
 """What is told of each failure of a sealed player's code by something that it may not do."""
 FILE_SIZE = 50_000_000
 """The longest file that a sealed process may write, bytes."""
@@ -166,7 +166,7 @@ class _Program(ctypes.Structure):
 
 def _filter(architecture: Architecture, instructions: list[Instruction]) -> None:
     """Let the kernel filter the system calls of this process."""
-    wanted = ctypes.byref(_Program(len(instructions), packed(instructions)))
+    wanted = ctypes.byref(_Program(len(instructions), program_bytes(instructions)))
     number, operation, flags = architecture.seccomp, ctypes.c_uint(_SET_FILTER), ctypes.c_uint(_ALL_THREADS)
     if thread := landlock.syscall(number, operation, flags, wanted):
         raise OSError(f"its thread {thread} cannot be sealed")

@@ -9,7 +9,7 @@ from vrg.hal.can.workshop.faults import FaultKind
 from vrg.hal.can.workshop.listener import ANSWER_TIMEOUT, Found
 from vrg.hal.can.workshop.survey import Survey, all_listeners
 from vrg.hal.simulated_clock import SimulatedClock
-from vrg.testing.wire import SERIAL
+from vrg.testing.wire import SERIAL_NUMBER
 
 
 def asked(wire: Wire) -> Found:
@@ -24,7 +24,7 @@ def test_a_drive_is_known_by_its_answers() -> None:
     wire = Wire().running(10.0)
     wire.advance(0.12)
     found = asked(wire)
-    assert (found.protocol, found.node, found.serials) == ("canopen", NODE, (f"{SERIAL:X}",))
+    assert (found.protocol, found.node, found.serials) == ("canopen", NODE, (f"{SERIAL_NUMBER:X}",))
     assert found.state == "operational, operation enabled"
     assert found.errors == ""
     assert found.firmware == "1.0.0"

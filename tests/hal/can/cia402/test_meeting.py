@@ -17,7 +17,7 @@ from vrg.hal.can.frame import Frame
 from vrg.hal.can.workshop.cia402.drive import Cia402Drive
 from vrg.hal.can.workshop.emulated import DriveOptions
 from vrg.hal.can.workshop.faults import FaultKind
-from vrg.testing.wire import SERIAL, WireClock
+from vrg.testing.wire import SERIAL_NUMBER, WireClock
 
 
 def without_deadline(wire: Wire) -> Wire:
@@ -32,7 +32,7 @@ def without_deadline(wire: Wire) -> Wire:
 class TestMeeting:
     def test_a_drive_says_who_it_is(self) -> None:
         wire = Wire().prepare()
-        assert wire.axis.serial == f"{SERIAL:X}"
+        assert wire.axis.serial == f"{SERIAL_NUMBER:X}"
         assert wire.axis.firmware == "1.0.0"
         wire.until(lambda: wire.axis.voltage is not None)
         assert wire.axis.voltage == 24.0

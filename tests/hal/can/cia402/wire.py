@@ -9,7 +9,7 @@ from vrg.hal.can.cia402.codec import Function
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.workshop.cia402.drive import Cia402Drive
-from vrg.testing.wire import SERIAL, ProtocolWire
+from vrg.testing.wire import SERIAL_NUMBER, ProtocolWire
 
 NODE = 5
 
@@ -45,7 +45,7 @@ class Wire(ProtocolWire):
     drives: list[Cia402Drive]
 
     def __init__(self, *serials: int, node: int = NODE) -> None:
-        super().__init__(PROTOCOLS.get("cia402"), node, serials or (SERIAL,))
+        super().__init__(PROTOCOLS.get("cia402"), node, serials or (SERIAL_NUMBER,))
 
     @property
     def drive(self) -> Cia402Drive:

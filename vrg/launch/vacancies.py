@@ -33,7 +33,7 @@ def disqualification(name: str, why: str) -> Official:
     return Official(action=OfficialAction.DISQUALIFY, by=LAUNCHER, reason=reason, subject=name, value=FAILED)
 
 
-class Seats:
+class Vacancies:
     """See the module.
 
     Args:
