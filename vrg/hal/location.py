@@ -1,4 +1,4 @@
-"""Where a physical robot is on the map, and since when that is known."""
+"""The pose of a physical robot on the map, and the time since when it is known."""
 
 from dataclasses import dataclass
 
@@ -17,7 +17,7 @@ TOO_OLD = 0.5
 
 @dataclass(frozen=True, slots=True)
 class StampedPose:
-    """Where a robot was at match time `stamp`, `age` s ago.
+    """The pose of a robot at match time `stamp`, `age` s ago.
 
     Args:
         publish: True if the device must publish this pose to the world.
@@ -64,7 +64,7 @@ class Location:
             self._known, self._begin_anew, self._located = placed.body.pose, True, True
 
     def locate(self, odometry: Sample[Odometry] | None) -> StampedPose:
-        """Where the robot is according to the feed, or to its odometry where there is no feed.
+        """The pose of the robot according to the feed, or to its odometry if there is no feed.
 
         Raises:
             StaleDataError: the one that is used has told nothing yet.
@@ -84,7 +84,7 @@ class Location:
         return self._place(pose, odometry.stamp, odometry.age)
 
     def measured(self, ins: Sample[Ins]) -> StampedPose:
-        """Where the robot is according to its own inertial navigation system, which measures its pose on the map."""
+        """The pose of the robot according to its own inertial navigation system, which measures its pose on the map."""
         self._located = True
         return self._place(ins.value.pose, ins.stamp, ins.age)
 

@@ -23,7 +23,7 @@ class ProtocolOptions(Table):
 
     @property
     def missing(self) -> str | None:
-        """What must be said and has not been, in words; None where nothing is missing."""
+        """The options that are required and missing, in words; None if nothing is missing."""
         return None
 
 
@@ -34,7 +34,7 @@ NEVER = -math.inf
 
 
 class MotorState(enum.Enum):
-    """What a drive says of its axis, together with what it was asked for."""
+    """The state of an axis: what its drive reports, together with what was asked of it."""
 
     SILENT = "silent"
     IDLE = "idle"
@@ -56,7 +56,7 @@ class Send(Protocol):
 
 
 class AxisReport:
-    """What one drive reports of its axis: plain data, which an `Axis` keeps up to date.
+    """The report of one drive about its axis: plain data, which an `Axis` keeps up to date.
 
     Args:
         node: the drive's id on the bus.
@@ -104,7 +104,7 @@ class AxisReport:
 
     @property
     def identified(self) -> bool:
-        """Whether all is known that `problem` needs."""
+        """True if all is known that `problem` needs."""
         return True
 
     @property
@@ -148,12 +148,12 @@ class Axis(AxisReport, ABC):
     @property
     @abstractmethod
     def filters(self) -> list[Filter]:
-        """What this axis must hear once its drive is prepared."""
+        """The filters for all that this axis must receive once its drive is prepared."""
 
     @property
     @abstractmethod
     def identified(self) -> bool:
-        """Whether all is known that `problem` needs."""
+        """True if all is known that `problem` needs."""
 
     @property
     @abstractmethod

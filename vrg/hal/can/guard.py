@@ -303,7 +303,7 @@ class Guard:
         return None
 
     def _silence(self, axis: AxisReport, heard_until: float) -> str | None:
-        """What is wrong with a drive that has fallen silent, or makes no sense."""
+        """The fault of a drive that has fallen silent, or makes no sense."""
         if axis.odd:
             return axis.odd
         excused = self._excused.get(axis.node, -math.inf)
@@ -316,7 +316,7 @@ class Guard:
         return None
 
     def _lack(self, axis: AxisReport, heard_until: float) -> str | None:
-        """What is wrong with a drive that is alive: it sends no encoder messages, or its supply is too low."""
+        """The fault of a drive that is alive: it sends no encoder messages, or its supply is too low."""
         measured = max(axis.measured, self._since, self._excused.get(axis.node, -math.inf))
         if heard_until - measured > HEARTBEAT_TIMEOUT and axis.heard - measured > HEARTBEAT_TIMEOUT / 2:
             return f"no encoder message for {HEARTBEAT_TIMEOUT:g} s, though it is alive: {axis.encoder_advice}"

@@ -1,4 +1,4 @@
-"""How to reach a CAN bus, in python-can's words."""
+"""The description of a CAN bus, in python-can's words."""
 
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
@@ -16,12 +16,12 @@ _OFTEN = frozenset({"socketcan", "udp_multicast", "virtual"})
 """Interfaces that are known without asking python-can, which takes time to load."""
 
 AdapterValue = bool | int | float | str | Mapping[str, int | float]
-"""What an option of an adapter may be; a table is a bit timing."""
+"""The types of an adapter's options; a table is a bit timing."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Link:
-    """How to reach a bus.
+    """The interface, the channel and the bit rates of a bus.
 
     Args:
         interface: python-can's name of it, such as `socketcan`, `udp_multicast`, `slcan` or `pcan`.

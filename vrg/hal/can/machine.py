@@ -36,7 +36,7 @@ OLD, OLD_PATIENCE = 0.2, 1.0
 
 
 class Phase(enum.Enum):
-    """Whether the drives can be spoken to."""
+    """The phases in which the drives can or cannot be commanded."""
 
     CLOSED = "closed"
     MEETING = "meeting its drives"
@@ -45,7 +45,7 @@ class Phase(enum.Enum):
 
 
 class AxisMethod(enum.Enum):
-    """What an axis is ordered to do: the name of its method."""
+    """An order to an axis: the name of its method."""
 
     IDLE = "idle"
     STOP_NOW = "stop_now"

@@ -1,4 +1,4 @@
-"""How a robot meets its drives, step by step: every one must say who it is before it is set up. Numbers alone.
+"""Meets the drives of a robot, step by step: each must identify itself before it is set up. Numbers alone.
 
 Nothing is sent to drives that somebody else commands: to be asked and set up would disturb who does.
 """
@@ -22,7 +22,7 @@ ASK_PERIOD = 0.5
 
 
 class MeetingStep(enum.Enum):
-    """What comes next in a meeting."""
+    """The next step of a meeting."""
 
     WAIT = enum.auto()
     ASK = enum.auto()
@@ -86,11 +86,11 @@ class Meeting:
 
     @property
     def patience(self) -> float:
-        """How many s without anything new the drives are waited for."""
+        """The time in s without anything new for which the meeting waits for drives."""
         return IDENTIFY_TIMEOUT if all(report.heard > 0 for report in self._reports) else HEAR_PATIENCE
 
     def _missing(self) -> str:
-        """What has not been heard, and of which drives."""
+        """The messages that have not been received, and the drives that they are missing from."""
         silent = [str(report.node) for report in self._reports if report.heard < 0]
         mute = [str(report.node) for report in self._reports if report.heard >= 0 and not report.identified]
         which = f"node{'s' if len(silent or mute) > 1 else ''} {', '.join(silent or mute)}"

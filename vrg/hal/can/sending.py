@@ -1,4 +1,4 @@
-"""How quickly frames may be sent without filling the transmit queue of an interface: numbers alone.
+"""Paces frames so that they do not fill the transmit queue of an interface: numbers alone.
 
 Linux gives a CAN interface a queue of ten frames, and it should be no longer: what waits there is old when it goes out.
 A program that sends more at once gets an error. So ordinary frames leave room in the queue for those that switch motors
@@ -62,7 +62,7 @@ class Echoes:
         self._sent.append((now, key))
 
     def returns(self, frame: Frame, now: float) -> bool:
-        """Whether a frame that was received is one of our own. Each comes back once."""
+        """True if a received frame is one that this process has sent. Each comes back once."""
         self._forget(now)
         key = _key(frame)
         if not self._expected[key]:

@@ -1,4 +1,4 @@
-"""What a match file says of CAN robots: the table [backends.can]."""
+"""The settings of CAN robots in a match file: the table [backends.can]."""
 
 import random
 from collections.abc import Mapping, Sequence
@@ -28,7 +28,7 @@ InterfaceName = Annotated[str, AfterValidator(known_interface)]
 
 
 _INTERFACES = Path("/sys/class/net")
-"""Where the kernel lists its network interfaces."""
+"""The folder in which the kernel lists its network interfaces."""
 _UP = 1
 """The kernel's flag IFF_UP of an interface."""
 
@@ -121,7 +121,7 @@ class RobotWiring(Table):
         return self.axes or {"left": self.left, "right": self.right}
 
     def wheel_axes(self, names: Sequence[str], calibration: Calibration | None) -> list[WheelAxis]:
-        """How the motors turn the axes of a drivetrain, by the calibration where there is one.
+        """The assignment of motors to the axes of a drivetrain, by the calibration if there is one.
 
         Args:
             names: those of the axes.
@@ -212,7 +212,7 @@ class CanSettings(BackendSettings):
         return PROTOCOLS.get(self.protocol_name(robot))
 
     def options_of(self, robot: str) -> ProtocolOptions:
-        """What its protocol is told of a robot's drives.
+        """The options of the protocol of a robot's drives.
 
         Raises:
             ConfigError: the protocol cannot be imported. ValueError: the options have problems; names each.

@@ -163,7 +163,7 @@ class DriveTrain:
         self._bus.listen_to([wanted for axis in self._axes.values() for wanted in axis.filters])
 
     def _who_is_there(self, missing: MissingError, patience: float) -> str:
-        """Which drives are missing, and who has been heard in their place."""
+        """The drives that are missing, and the senders that have been received in their place, in words."""
         from vrg.hal.can.workshop.survey import who_speaks  # noqa: PLC0415 - a match that plays never comes here
 
         trouble = self._machine.guard.fault

@@ -94,7 +94,7 @@ class Cia402Axis(Axis):
 
     @property
     def identified(self) -> bool:
-        """Whether all questions are answered, or one of the answers is a problem."""
+        """True if all questions are answered, or if one of the answers is a problem."""
         return self._interview.complete or self.problem is not None
 
     @property
@@ -193,7 +193,7 @@ class Cia402Axis(Axis):
 
     @property
     def _cut_off(self) -> bool:
-        """Whether the drive was set up wholly, and is in a network state in which its PDOs are off.
+        """True if the drive was set up wholly, and is in a network state in which its PDOs are off.
 
         While it is set up its PDOs are off too, and a question of this axis would meet the answers to those of the
         set-up.
@@ -251,7 +251,7 @@ class Cia402Axis(Axis):
             self._supply(millivolts / 1000, frame.at)
 
     def _take_status(self, statusword: int, at: float) -> None:
-        """What a statusword says of the motor."""
+        """Take in the state of the motor from a statusword."""
         self._status = drive_state(statusword)
         self._says(self._status in POWERED or self._status is DriveState.FAULT_REACTION_ACTIVE, at)
 
@@ -281,7 +281,7 @@ class Cia402Axis(Axis):
             self.state = MotorState.IDLE
 
     def _judge(self, statusword: int, error: int) -> None:
-        """What a statusword means here, and the next step of a start."""
+        """Judge a statusword, and take the next step of a start."""
         state = self._status
         faulty = state in (DriveState.FAULT, DriveState.FAULT_REACTION_ACTIVE)
         # Some drives take the end of the setpoints for an error even when they hold still; it is no fault there either.

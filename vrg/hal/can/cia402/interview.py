@@ -1,4 +1,4 @@
-"""What a drive says of itself before it is set up: whether it can do what is wanted, and in which units it speaks."""
+"""Questions to a drive before it is set up: can it do what is wanted, and in which units does it report?"""
 
 from vrg.hal.can.cia402.codec import PROFILE, SERIAL_NUMBER, SUPPORTS_PROFILE_VELOCITY, Object
 from vrg.hal.can.cia402.sdo import NoAnswerError, SdoClient
@@ -16,8 +16,8 @@ _QUESTIONS = (
 )
 """The serial number is last: a second drive's answer to it may come a little later."""
 _TRIES = 3
-"""How often one question is put in one go. Of two drives that share an id, the late answer of the one to the question
-before may be taken for an answer to this one, which it does not fit."""
+"""The number of times that one question is sent in one go. Of two drives that share an id, the late answer of the one
+to the question before may be taken for an answer to this one, which it does not fit."""
 
 
 class Interview:
@@ -56,7 +56,7 @@ class Interview:
 
     @property
     def complete(self) -> bool:
-        """Whether every question has its answer."""
+        """True if every question has its answer."""
         return all(question in self._answers for question in _QUESTIONS)
 
     @property

@@ -1,4 +1,4 @@
-"""How a drive is asked for its objects: canopen's SDO client, on frames that somebody else receives."""
+"""Reads and writes the objects of a drive: canopen's SDO client, on frames that another object receives."""
 
 import contextlib
 import logging
@@ -116,7 +116,7 @@ logging.getLogger("canopen").setLevel(logging.CRITICAL)
 _SERIAL_ANSWER = struct.pack("<BHB", 0x43, Object.IDENTITY, SERIAL_NUMBER)
 """The first four bytes of the answer to the question for the serial number; the number itself follows."""
 _BEGINS = (0x20, 0x40)
-"""What the first byte of a request begins with that names an object: a download and an upload."""
+"""The first bytes of requests that name an object: a download and an upload."""
 
 
 class NoAnswerError(RobotError):
@@ -229,7 +229,7 @@ def _wait_by(clock: Clock, remote: canopen.RemoteNode, timeout: Callable[[], flo
 
 
 class _Sender:
-    """What canopen takes for python-can's bus: it calls one method of it."""
+    """The object that canopen uses in place of python-can's bus: canopen calls one method of it."""
 
     def __init__(self, send: Callable[[Frame], None]) -> None:
         self._send = send

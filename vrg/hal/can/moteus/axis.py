@@ -108,14 +108,15 @@ class MoteusAxis(Axis):
 
     @property
     def filters(self) -> list[Filter]:
-        """What the drive says, whoever has asked it, and what anybody says to it or to all."""
+        """The frames that the drive sends, whichever host has asked it, and those that any host sends to it or to
+        all."""
         heads = [(self.node << 8, 0xFF00), (self.node, 0x7F), (codec.BROADCAST, 0x7F)]
         standard = [Filter(id_, mask & 0x7FF) for id_, mask in heads if id_ <= 0x7FF]
         return [*standard, *(Filter(id_, mask & EXTENDED_MASK, extended=True) for id_, mask in heads)]
 
     @property
     def identified(self) -> bool:
-        """Whether version and serial number have come."""
+        """True if version and serial number have been received."""
         return self._map is not None and bool(self._serials)
 
     @property
@@ -246,7 +247,7 @@ class MoteusAxis(Axis):
         self._uptime = milliseconds
 
     def _judge(self, mode: int, fault: int) -> None:
-        """What a mode means here."""
+        """Set the state by the mode and the fault that the drive reports."""
         self.words = describe_mode(mode)
         if mode in (Mode.STOPPED, Mode.FAULT):
             self._stopping = False

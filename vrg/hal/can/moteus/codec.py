@@ -27,7 +27,7 @@ _MOST_BYTES = 5
 
 
 class Resolution(enum.IntEnum):
-    """How a value is written."""
+    """The format of a value."""
 
     INT8 = 0
     INT16 = 1
@@ -41,7 +41,7 @@ _LEAST = [-(1 << 7), -(1 << 15), -(1 << 31)]
 
 
 class SubframeKind(enum.IntEnum):
-    """What a subframe does: the high bits of its first byte."""
+    """The kind of a subframe: the high bits of its first byte."""
 
     WRITE = 0x00
     READ = 0x10
@@ -64,7 +64,7 @@ class Subframe(NamedTuple):
 
 
 class ArbitrationId(NamedTuple):
-    """What an identifier means.
+    """The parts of an identifier.
 
     Args:
         source, destination: who sends it to whom. reply: an answer is wanted.
@@ -81,7 +81,7 @@ def frame_id(source: int, destination: int, *, reply: bool = False) -> int:
 
 
 def is_plain(frame: Frame) -> bool:
-    """Whether a frame may be of this protocol: moteus hears no frame whose identifier has more than 16 bits.
+    """True if a frame may be of this protocol: moteus receives no frame whose identifier has more than 16 bits.
 
     Those are its "CAN prefix", which is 0 unless somebody has set it.
     """
@@ -116,7 +116,7 @@ def read(register: int, count: int = 1, resolution: Resolution = Resolution.F32)
 
 
 def orders_by_text(frame: Frame) -> bool:
-    """Whether a frame carries text to the diagnostic channel, by which a tool sets a drive up and commands it."""
+    """True if a frame carries text to the diagnostic channel, by which a tool sets a drive up and commands it."""
     return len(frame.data) > 2 and frame.data[0] == _TO_DIAGNOSTICS and frame.data[2] > 0
 
 
@@ -147,7 +147,7 @@ def decode(frame: Frame) -> list[Subframe]:
 
 
 class Scale(NamedTuple):
-    """How much one step of an integer register is, in the unit of the value."""
+    """One step of an integer register, in the unit of the value."""
 
     int8: float
     int16: float

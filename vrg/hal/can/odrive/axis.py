@@ -30,7 +30,7 @@ class OdriveOptions(ProtocolOptions):
 _NODE_MASK = 0x7E0
 """The bits of an identifier that all commands of one node have in common."""
 _TOLD = (Command.ERROR, Command.IQ, Command.TEMPERATURE, Command.TORQUES, Command.POWERS)
-"""What a drive tells and this axis has no use for."""
+"""The messages of a drive that this axis does not use."""
 _SUPPLY_PERIOD = 1.5
 """s without the supply's voltage after which it is asked for."""
 _UNCOMMANDED = 0.1
@@ -38,7 +38,7 @@ _UNCOMMANDED = 0.1
 _NMT_BYTES = 2
 """The size of a network command of CANopen, which has the identifier of the version of node 0."""
 _VERSION_REQUESTS = 6
-"""How often a drive is asked for its version, each 0.5 s, until the lack of an answer is a problem."""
+"""The number of requests for its version, one each 0.5 s, after which the lack of an answer is a problem."""
 _REZERO = float(1 << 18)
 """turns beyond which a float32 steps by more than 1/64 turn; the position is then set back to zero before a start."""
 
@@ -70,7 +70,7 @@ class OdriveAxis(Axis):
 
     @property
     def identified(self) -> bool:
-        """Whether the version has come; serial numbers follow within the same moment, if the firmware has them."""
+        """True if the version has been received; serial numbers follow at once, if the firmware has them."""
         return self._version is not None or self.problem is not None
 
     @property
@@ -219,7 +219,7 @@ class OdriveAxis(Axis):
 
 
 def _asks_or_tells(message: messages.Message) -> bool:
-    """Whether a message only asks a drive for a value, or tells one."""
+    """True if a message only asks a drive for a value, or reports one."""
     match message:
         case messages.Other(command):
             return command in _TOLD

@@ -17,7 +17,7 @@ NODE_IDS = range(BROADCAST)
 
 
 class _Layout(NamedTuple):
-    """How a message is packed.
+    """The layout of a message.
 
     `shortest` is the least number of bytes that a drive accepts: masters in the wild leave off trailing fields, which
     are zero then.

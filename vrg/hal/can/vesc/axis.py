@@ -44,7 +44,7 @@ _RESTART_GAP = 0.2
 """s without a tachometer after which one that begins at zero belongs to a drive that was started again."""
 _WORDS = {MotorState.IDLE: "off", MotorState.CLOSED_LOOP: "driving", MotorState.ESTOP: "kill switch"}
 _ID_REQUESTS = 2
-"""How often a drive is asked who it is until the lack of status messages is a problem."""
+"""The number of requests for its id after which the lack of status messages is a problem."""
 
 
 class VescAxis(Axis):
@@ -78,17 +78,18 @@ class VescAxis(Axis):
 
     @property
     def filters(self) -> list[Filter]:
-        """What is sent to this drive or by it, to all, and to those who ask: theirs are the highest ids."""
+        """The frames to this drive or from it, those to all, and those to processes that ask, which have the highest
+        ids."""
         return [Filter(self.node, 0xFF, extended=True), Filter(codec.HOSTS[0], codec.HOSTS[0], extended=True)]
 
     @property
     def identified(self) -> bool:
-        """Whether the version has come, and the encoder's first word."""
+        """True if the version has been received, and the encoder's first value."""
         return bool(self._versions) and (self.measured != NEVER or self.problem is not None)
 
     @property
     def words(self) -> str:
-        """What the drive is doing, in words; empty before it is known."""
+        """The activity of the drive, in words; empty before it is known."""
         return _WORDS.get(self.state, "")
 
     @property
@@ -237,7 +238,7 @@ class VescAxis(Axis):
         self._settle()
 
     def _settle(self) -> None:
-        """What all that was told means."""
+        """Set the state by all that the drive has reported."""
         if self._flags is not None and self._flags & codec.KILL_SWITCH:
             self.state, self._wanted = MotorState.ESTOP, False
         elif self.fault:

@@ -29,7 +29,7 @@ _FAULT_STOP = 0.5
 
 
 class _Control(enum.Enum):
-    """What the motor is asked for."""
+    """The quantity that the motor is asked for."""
 
     NOTHING = enum.auto()
     SPEED = enum.auto()
@@ -43,7 +43,7 @@ _CONTROLS = {
     Packet.SET_CURRENT_BRAKE: (_Control.BRAKE, 1e-3),
     Packet.SET_CURRENT_HANDBRAKE: (_Control.BRAKE, 1e-3),
 }
-"""What each setpoint asks for, and the unit of its number."""
+"""The control mode of each setpoint, and the unit of its number."""
 
 
 class VescDrive(EmulatedDrive):
@@ -72,7 +72,7 @@ class VescDrive(EmulatedDrive):
 
     @property
     def _killed(self) -> bool:
-        """Whether the kill switch is pressed."""
+        """True if the kill switch is pressed."""
         return self._has(FaultKind.ESTOP)
 
     def _cyclic(self, now: float) -> list[Frame]:

@@ -43,7 +43,8 @@ MAX_PHYSICS_STEP = 0.01
 ITERATIONS = 10
 """The number of iterations of the constraint solver."""
 DAMPING = 1.25
-"""How much of a wheel's slip the damping of the tyres undoes in one physics step. From nearly 2 on it swings up."""
+"""The part of a wheel's slip that the damping of the tyres undoes in one physics step. From nearly 2 on it swings
+up."""
 GIVE = 0.005
 """The stretch in m at which the spring of a tyre alone is its full friction."""
 BODY_FRICTION = 0.2
@@ -61,8 +62,8 @@ _SQUEEZED = 0.02
 """The depth in m that a body may be pressed into a wall. Beyond it the kinematic body lets the other body through."""
 
 BodyState = tuple[tuple[float, float, float], float, float, float, float]
-"""How a body moves in the map's frame: its place in m, its heading in rad, its speeds along x and y in m/s, and its yaw
-rate in rad/s."""
+"""The motion of a body in the map's frame: its place in m, its heading in rad, its speeds along x and y in m/s, and its
+yaw rate in rad/s."""
 
 
 class Tyre(NamedTuple):
@@ -96,7 +97,7 @@ class BulletEngine(Engine):
         self._damped: list[float] = []
         """The slip of each robot in m/s at which the damping of a tyre alone is its full friction."""
         self._stretches: list[list[tuple[float, float]]] = []
-        """How far the tyres of each robot are stretched: for each wheel ahead and aside, m."""
+        """The stretch of the tyres of each robot: for each wheel ahead and aside, m."""
         self._open = True
         pybullet.setGravity(0, 0, -GRAVITY, physicsClientId=self._client)
         self._build_map()

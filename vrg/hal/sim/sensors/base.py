@@ -19,7 +19,7 @@ Measured = tuple[str, str, SensorMessage]
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What does not change while a world exists.
+    """The data that does not change while a world exists.
 
     Args:
         map_: the walls and obstacles. seed: the seed of all noise.
@@ -93,7 +93,8 @@ class SensorSimulation(Generic[P]):
         return [(m.robot, m.spec.name, self.measure(m, now)) for m in self.due(now)]
 
     def measure(self, mounted: Mounted[P], now: Instant) -> SensorMessage:
-        """What one sensor measures. A subclass overrides this, or `sense` if it computes all sensors at once."""
+        """Return the measurement of one sensor. A subclass overrides this, or `sense` if it computes all sensors at
+        once."""
         raise NotImplementedError
 
     def close(self) -> None:
@@ -103,7 +104,7 @@ class SensorSimulation(Generic[P]):
         """Take note that a robot was put somewhere else, at rest."""
 
     def remember(self, robot: str) -> Any:
-        """What a restarted world must know of this robot's sensor, as plain data; None if there is nothing."""
+        """The state of this robot's sensor that a restarted world needs, as plain data; None if there is none."""
         return None
 
     def recall(self, robot: str, remembered: Any) -> None:

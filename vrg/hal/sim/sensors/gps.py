@@ -76,7 +76,7 @@ class GpsSimulation(SensorSimulation[GpsSpec]):
         return counts
 
     def _near_walls(self, places: Floats, far: float) -> npt.NDArray[np.bool_]:
-        """Whether a place may be within `far` m of a wall or an obstacle: shape (places,)."""
+        """True where a place may be within `far` m of a wall or an obstacle: shape (places,)."""
         x, y = places[:, :1], places[:, 1:]
         edges, discs = self._edges, self.surroundings.map_.discs
         x0, y0, x1, y1 = edges.ends

@@ -45,7 +45,7 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
         """The angle of one count, rad, with the calibration error of the axis."""
         self._slip: Floats = np.zeros(0)
         self._motions: Floats = np.zeros((0, 3))
-        """How much each column adds to the way ahead, the turn, and the way to the left of its robot."""
+        """The effect of each column on the way ahead, the turn, and the way to the left of its robot."""
         self._starts: list[int] = []
         """The first column of each robot."""
 

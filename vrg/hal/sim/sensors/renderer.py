@@ -55,7 +55,7 @@ _LASER_TOP: Final = 0.05
 """The height of a laser range finder above its beams, m."""
 _FLAT: Final[_Quaternion] = (0.0, 0.0, 0.0, 1.0)
 _AWAY: Final[_Vector3] = (0.0, 0.0, -10 * FAR_PLANE)
-"""Where the robot is put that carries the camera, as it is not in its own picture."""
+"""The place of the robot that carries the camera, as it is not in its own picture."""
 _LIGHT: Final = {
     "shadow": 0,
     "lightDirection": (3.0, 5.0, 10.0),

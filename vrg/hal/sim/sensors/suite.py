@@ -67,7 +67,7 @@ class SensorSuite:
             simulation.close()
 
     def remember(self, robot: str) -> dict[str, Any]:
-        """What a restarted world must know of this robot's sensors, as plain data by simulation."""
+        """The state of this robot's sensors that a restarted world needs, as plain data by simulation."""
         remembered = {target: simulation.remember(robot) for target, simulation in self._simulations.items()}
         return {target: data for target, data in remembered.items() if data is not None}
 

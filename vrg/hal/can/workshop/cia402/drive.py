@@ -218,7 +218,7 @@ class Cia402Drive(EmulatedDrive):
         return sent
 
     def _due(self, now: float) -> list[Frame]:
-        """What is said of deadlines that have passed while the motor was off, and TPDOs whose time or news has come."""
+        """The frames about deadlines that have passed while the motor was off, and the TPDOs that are due."""
         sent = [self._emergency(RPDO_TIMEOUT) for _ in range(self._pdos.expire(now))]
         if self._consumer.expired(now):
             sent += self._lose_master()

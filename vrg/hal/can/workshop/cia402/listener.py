@@ -41,7 +41,7 @@ _LASTING = (
     (Object.FIRMWARE, 0),
     (Object.NAME, 0),
 )
-"""What is asked only once."""
+"""The objects that are read only once."""
 _CHANGING = (
     (Object.IDENTITY, SERIAL_NUMBER),
     (Object.STATUSWORD, 0),
@@ -50,7 +50,8 @@ _CHANGING = (
     (Object.VELOCITY, 0),
     (Object.VOLTAGE, 0),
 )
-"""What is asked each time. The serial number does not change, but a second drive of the same id may have joined."""
+"""The objects that are read each time. The serial number does not change, but a second drive of the same id may have
+joined."""
 
 
 class CanopenListener(Listener):
@@ -117,7 +118,7 @@ class CanopenListener(Listener):
             self._send(download(node.node, Object.CONTROLWORD, word, 2))
 
     def read(self, node: Found, setting: str) -> str:
-        """What a drive reports of an object, such as 0x6083 or 0x1401:05: a text, or an unsigned number.
+        """Return the value of an object of a drive, such as 0x6083 or 0x1401:05: a text, or an unsigned number.
 
         Raises:
             RobotError: there is no answer, or it refuses. ValueError: that is no object.

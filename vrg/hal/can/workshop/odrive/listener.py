@@ -179,7 +179,7 @@ class OdriveListener(Listener):
         self._send(codec.encode(codec.BROADCAST, messages.Address(to, int(serial, 16))))
 
     def read(self, node: Found, setting: str) -> str:
-        """What a drive says of an endpoint, which is named by its path.
+        """Return the value of an endpoint of a drive, which is named by its path.
 
         Raises:
             RobotError: there is no answer. ValueError: there is no such endpoint, or its firmware has other numbers.
@@ -235,7 +235,7 @@ class OdriveListener(Listener):
 
 
 def _is_nameless(frame: Frame) -> bool:
-    """Whether a drive without an id says its serial number."""
+    """True if a drive without an id reports its serial number."""
     if codec.command_of(frame.id) != Command.ADDRESS:
         return False
     try:
