@@ -1,4 +1,4 @@
-"""What each seat may publish and hear, made from the key map: the router's access control.
+"""The keys that each seat may publish and receive, made from the key map: the router's access control.
 
 Zenoh's router compares the common name of a process's certificate and the key of a message with rules. What no rule
 allows is denied. These are functions of plain data, for a router of VRG's own and for a stock `zenohd`.
@@ -56,7 +56,7 @@ def hears(seat: Seat, line: TopicLine[Any], roster: Roster) -> list[str]:
 
 @lru_cache(maxsize=4096)
 def may_publish(sender: str, key: str) -> bool:
-    """Whether a sender, as it stands in a message, may be one of the speakers of a key.
+    """True if a sender, as a message names it, may be one of the speakers of a key.
 
     The router decides by the seat, which cannot be forged. This finds messages that the bus has mixed up. Who is in
     which team, and which robots are located by a tracker, is not known here.
@@ -83,7 +83,7 @@ def _senders(party: Party) -> tuple[str, ...]:
 
 
 def _own(party: Party, name: str, holes: dict[str, str]) -> bool:
-    """Whether the names in a key are the sender's own, where they must be."""
+    """True if the names in a key are the sender's own, where they must be."""
     own: tuple[str, ...] = ()
     if party.kind in (SeatKind.PLAYER, SeatKind.HUD):
         own = ("robot", "player")
@@ -93,7 +93,7 @@ def _own(party: Party, name: str, holes: dict[str, str]) -> bool:
 
 
 def in_words(line: TopicLine[Any], parties: Sequence[Party]) -> str:
-    """Who the speakers or the listeners of a line are, for people."""
+    """The speakers or the listeners of a line, in words."""
     kinds = {party.kind for party in parties}
     if kinds >= {party.kind for party in EVERYBODY} - {SeatKind.HOST}:
         return "all"
@@ -135,7 +135,7 @@ def _expressions(seat: Seat, line: TopicLine[Any], parties: Iterable[Party], ros
 
 
 def _own_names(seat: Seat, party: Party, roster: Roster) -> dict[str, Sequence[str]]:
-    """What must stand in the holes of a line's path, by hole. A hole that is missing may hold anything."""
+    """The names that the holes of a line's path must hold, by hole. A hole that is missing may hold anything."""
     if seat.kind in (SeatKind.PLAYER, SeatKind.HUD):
         team: dict[str, Sequence[str]] = {"team": [roster.teams[seat.name]]}
         return team if party.others else {**team, "robot": [seat.name], "player": [seat.name]}
@@ -168,7 +168,8 @@ def rules(roster: Roster) -> dict[str, Any]:
 
 
 def _rule_of_routers(seat: Seat) -> dict[str, Any]:
-    """What routers may pass on to each other: everything, as each has asked its own clients already."""
+    """The rule for messages between routers: everything may pass, as each router has checked its own clients
+    already."""
     return {
         "id": f"{seat.common_name}:pass-on",
         "permission": "allow",

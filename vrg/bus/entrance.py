@@ -37,13 +37,14 @@ MAX_CONNECTIONS = 2000
 _BACKLOG = 4096
 """The number of connections that the system holds ready until they are taken."""
 _TURNS = 3
-"""How often the router has answered when a handshake has succeeded: a stranger hears a retry and a flight at most."""
+"""The number of the router's answers in a handshake that has succeeded: a stranger gets a retry and a flight at
+most."""
 _HEADER = 5
 """The bytes before the first message of TLS: its kind (22), the version (3.x) and the length."""
 
 
 def begins_handshake(data: bytes) -> bool | None:
-    """Whether some bytes begin with a ClientHello of TLS (RFC 8446, 4.1.2 and 5.1); None if more are needed to tell."""
+    """True if some bytes begin with a ClientHello of TLS (RFC 8446, 4.1.2 and 5.1); None if more are needed."""
     if not b"\x16\x03".startswith(data[:2]) or data[5:6] not in (b"", b"\x01"):
         return False
     length = int.from_bytes(data[3:_HEADER], "big")
@@ -95,7 +96,7 @@ def entrance(endpoint: str, behind: list[str]) -> Iterator[Callable[[], None]]:
 
 
 class _Hall:
-    """What is between the public port and the router's listeners.
+    """The connections between the public port and the router's listeners.
 
     Args:
         loop: runs all connections. doors: the addresses of the router's listeners.

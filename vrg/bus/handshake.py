@@ -32,7 +32,7 @@ _REASONS = (
     ("BAD_CERTIFICATE", "the router does not take the certificate of this seat"),
     ("WRONG_VERSION_NUMBER", "what answers there does not encrypt"),
 )
-"""What OpenSSL says, and what that means here."""
+"""Messages of OpenSSL, and what they mean here."""
 
 
 def refusal(endpoint: str, credentials: Credentials) -> str | None:

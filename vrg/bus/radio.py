@@ -71,7 +71,7 @@ class PerfectLink:
 
 
 def packed(words: Any) -> bytes:
-    """What is said to the team as MessagePack, which numpy's numbers and arrays may be part of.
+    """The words to the team as MessagePack, which numpy's numbers and arrays may be part of.
 
     Raises:
         TypeError: MessagePack cannot hold it.
@@ -143,13 +143,13 @@ class Radio:
         return [TeamMessage(_speaker(message.key), message.stamp, _decode(message.body.words)) for message in arrived]
 
     def counts(self) -> list[LinkCount]:
-        """What came from each team mate, by name."""
+        """The messages from each team mate, counted, by name."""
         return [count.told(speaker) for speaker, count in sorted(self._counts.items())]
 
 
 @dataclass(slots=True)
 class _Count:
-    """What came over one link: the number of messages, and the sum and the longest of their delays, s."""
+    """The number of messages over one link, and the sum and the longest of their delays, s."""
 
     lost: int = 0
     passed: int = 0
@@ -190,5 +190,5 @@ def _decode(words: bytes) -> Any:
 
 
 def _speaker(key: str) -> str:
-    """Who has said what came on this key."""
+    """The player that publishes on this key."""
     return name_of(key.rsplit("/", 1)[1])

@@ -1,4 +1,4 @@
-"""What the router has refused, in words: who wanted to do what.
+"""The router's refusals in words: the seat, and what it tried.
 
 Zenoh has no other way to tell it than its own log, which names each decision of the access control at the level
 `trace`, whether it allows or refuses. So the router's process reads that log through a pipe, keeps the refusals, and
@@ -20,7 +20,7 @@ from vrg.bus.mailbox import is_power_of_ten
 log = logging.getLogger(__name__)
 
 FILTER = "warn,zenoh::net::routing::interceptor=trace,zenoh::net::routing::hat=off"
-"""What zenoh logs. Below `hat` it complains about the end of subscriptions that were refused before."""
+"""The filter of zenoh's log. Below `hat` it complains about the end of subscriptions that were refused before."""
 REFUSAL_WINDOW = 10.0
 """The real time in s for which the following numbers hold."""
 MAX_LINES = 50
@@ -50,7 +50,7 @@ _ACTIONS = {
     ("Put", "egress"): "may not hear {key}: withheld",
     ("Reply", "egress"): "may not hear {key}: withheld",
 }
-"""What is refused, in words. What is missing is part of the ordinary routing, and not what somebody has done."""
+"""The refused actions, in words. Others are part of the ordinary routing, and no act of a seat."""
 
 
 class Refusals:
@@ -110,7 +110,7 @@ class Refusals:
             self._names[named[1].decode()] = named[2].decode(errors="replace")
 
     def _line(self, line: bytes) -> tuple[str, str] | None:
-        """Who is refused, and what, if a line tells of it."""
+        """The seat that is refused, and what is refused, if a line reports it."""
         # To look for a few bytes is much quicker than to try an expression, and a flood must not slow the router down.
         if b"CertCommonName(" in line:
             self._learn(line)

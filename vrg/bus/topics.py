@@ -286,7 +286,7 @@ def router_alive(pid: int) -> str:
 
 
 def key_matches(expression: str, key: str) -> bool:
-    """Whether a key matches a key expression, whose chunks may be `*` and whose last chunk may be `**`."""
+    """True if a key matches a key expression, whose chunks may be `*` and whose last chunk may be `**`."""
     wanted, given = expression.split("/"), key.split("/")
     if wanted[-1] == "**":
         wanted = wanted[:-1]

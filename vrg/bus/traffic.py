@@ -1,4 +1,4 @@
-"""What is heard on the keys of a match: how often messages come, how many were lost, how old the newest is.
+"""The traffic on the keys of a match: the rate of messages, the number of lost ones, the age of the newest.
 
 The messages are counted by their headers; a body is decoded only if somebody asks for it.
 """
@@ -26,8 +26,8 @@ QUEUE_SIZE: Final = 20_000
 
 
 @dataclass
-class LinkCount:
-    """What has come over one link, by the numbers of its messages.
+class ArrivalCount:
+    """The messages that have come over one link, counted by their numbers.
 
     Args:
         at: when the newest came, monotonic time, s. time: its stamp, match time, s. sequence: its number.
@@ -52,7 +52,7 @@ class LinkCount:
 
 @dataclass(frozen=True)
 class Stream:
-    """What is known of the messages on one key.
+    """The statistics of the messages on one key.
 
     Args:
         key: without the root of the match.
@@ -78,7 +78,7 @@ class Stream:
 class _Channel:
     """One key: its counts, the newest payload, and what was decoded of it."""
 
-    heard: LinkCount
+    heard: ArrivalCount
     size: int = 0
     bad: int = 0
     misrouted: int = 0
@@ -121,7 +121,7 @@ class Traffic:
         now = self._now()
         channel = self._channels.get(key)
         if channel is None:
-            channel = self._channels[key] = _Channel(LinkCount(now))
+            channel = self._channels[key] = _Channel(ArrivalCount(now))
             channel.counts.append((now, 0, 0, 0))
         channel.size += len(payload)
         try:

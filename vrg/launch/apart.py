@@ -44,7 +44,7 @@ _END = 2.0
 
 
 class _Job(Struct, frozen=True):
-    """What a strategy is made from: the set-up of its player's process, the player, and the run folder.
+    """The ingredients of a strategy: the set-up of its player's process, the player, and the run folder.
 
     Args:
         sealed: True seals the process before. make: False only imports the class.
@@ -65,7 +65,7 @@ class _Ready(Struct, frozen=True, tag=True):
 
 
 class _Decided(Struct, frozen=True, tag=True):
-    """What the strategy has decided."""
+    """The decision of the strategy."""
 
     twist: Twist
     said: Payload
@@ -159,7 +159,7 @@ class StrategyApart(RemoteStrategy):
 
     @property
     def mode(self) -> str:
-        """What it does now, in its own words."""
+        """The mode of the strategy, in its own words."""
         return self._mode
 
     def send(self, view: View) -> None:
@@ -172,7 +172,7 @@ class StrategyApart(RemoteStrategy):
             self._pipe.send_bytes(pickle.dumps(told, pickle.HIGHEST_PROTOCOL))
 
     def act(self, view: View) -> Action:
-        """What it decides.
+        """Return the decision of the strategy.
 
         Raises:
             StrategyError: it has failed, or its process has ended.
@@ -195,7 +195,7 @@ class StrategyApart(RemoteStrategy):
         )
 
     def complaint(self, what: str) -> StrategyError:
-        """What is wrong with an answer; where it comes from is known in its process alone."""
+        """The error about a wrong answer; only the strategy's own process knows where the answer comes from."""
         return StrategyError(self._complaint.replace("{}", what))
 
     def close(self) -> None:

@@ -186,7 +186,7 @@ class DecisionAlarm:
 
 
 class Footprint:
-    """What the code of one strategy leaves behind in a process that it shares: processes, and bytes on the disk.
+    """The traces of one strategy's code in a process that it shares: processes, and bytes on the disk.
 
     Only Linux tells them. Those of threads that it has started are not seen.
     """

@@ -177,7 +177,7 @@ _ENDS_AT = (What.KILLED, What.DIED, What.AWAY)
 
 
 def _near(event: Event, incident: Incident) -> bool:
-    """Whether an event is of the standstill of match time that an incident has caused."""
+    """True if an event belongs to the standstill of match time that an incident has caused."""
     return event.time is not None and 0.0 <= event.time - incident.time <= 0.5
 
 

@@ -1,4 +1,4 @@
-"""What happens to the processes of a match, in a file of the run folder: one JSON object a line.
+"""The log of events of the processes of a match, a file of the run folder: one JSON object a line.
 
 The launcher writes a line for each process that is ready, dies, is killed or started again, for each machine that stops
 answering or answers again, for each order of the emergency stop that it hears, and one at its own end. A launcher that
@@ -19,7 +19,7 @@ _json = msgspec.json.Encoder()
 
 
 class What(enum.StrEnum):
-    """What has happened."""
+    """The kind of an event."""
 
     BEGAN = "began"
     READY = "ready"
@@ -92,7 +92,7 @@ class EventLog:
 
 
 class Notes(Protocol):
-    """Where a supervisor tells what happens to its processes."""
+    """The log to which a supervisor writes the events of its processes."""
 
     def note(self, what: What, process: str | None = None, text: str = "", *, status: int | None = None) -> None:
         """It happens now."""

@@ -1,4 +1,4 @@
-"""What was found out about a machine on which processes of a match are to run."""
+"""The results of checks of a machine on which processes of a match are to run."""
 
 import subprocess
 import sys

@@ -31,7 +31,7 @@ _BOOT = Path("/proc/sys/kernel/random/boot_id")
 
 
 def this_machine() -> str:
-    """What tells this machine, since it was started, from others that may share its folders."""
+    """The identity of this machine since it was started, among others that may share its folders."""
     boot = _BOOT.read_text(encoding="ascii").strip() if _BOOT.exists() else "-"
     return f"{socket.gethostname()} {boot}"
 

@@ -86,7 +86,7 @@ class ForkServer:
 
     @property
     def alive(self) -> bool:
-        """Whether the server can take requests."""
+        """True if the server can take requests."""
         return self._channel is not None
 
     def start(self, preload: Sequence[str] = forking.PRELOADED) -> None:
@@ -196,7 +196,7 @@ class ForkServer:
         return self._statuses.pop(pid, None)
 
     def frozen(self) -> bool:
-        """Whether the server is stopped or dead. One that is only slow is waited for."""
+        """True if the server is stopped or dead. One that is only slow is waited for."""
         try:
             return psutil.Process(self._pid).status() in _FROZEN
         except psutil.Error:
@@ -280,7 +280,7 @@ class _Forked(Child):
             time.sleep(_LOOK / 10)  # the server has not reported it yet
 
     def _gone(self, patience: float = 0.0) -> bool:
-        """Whether it has ended; waits at most so many seconds for it."""
+        """True if it has ended; waits at most so many seconds for it."""
         return self._handle < 0 or bool(select.select([self._handle], [], [], patience)[0])
 
 

@@ -35,7 +35,7 @@ PRELOADED = (
     "vrg.launch.sandbox.player",
     "vrg.launch.sandbox.seal",
 )
-"""What most nodes of a match need, but nothing that starts threads, such as numpy."""
+"""The modules that most nodes of a match need, but none that start threads, such as numpy."""
 ORPHANED = 12.0
 """The real time in s from the launcher's death after which processes are killed. Nodes end by themselves in 10 s."""
 MAX_REQUEST_SIZE = 1 << 16

@@ -1,4 +1,4 @@
-"""What happened in a match after which robots must stop, from its journal and its log of events. It reads no files.
+"""The incidents of a match after which robots must stop, from its journal and its log of events. It reads no files.
 
 The journal tells of each HALT and each emergency stop. A HALT begins with the referee's decision, an emergency stop
 with its order if that was heard, and the death of a process or the loss of a machine with the newest message that came
@@ -32,14 +32,14 @@ _ENDS = (What.KILLED, What.DIED, What.VACATED)
 _GOES_ON = ("resume", "ended", "game_over")
 """The rules of the calls after which a HALT is over."""
 _ESTOP = "emergency stop"
-"""How the reason of a HALT begins that the referee has called because of the emergency stop."""
+"""The beginning of the reason of a HALT that the referee has called because of the emergency stop."""
 _BY_SOMEBODY = ("called by", _ESTOP)
-"""How the reasons of those HALTs begin that somebody asked for."""
+"""The beginnings of the reasons of those HALTs that a person has asked for."""
 
 
 @dataclass(frozen=True)
 class RunData:
-    """What is known of a run.
+    """The data of a run.
 
     Args:
         records: the journal. events: the log of events; empty where there is none.
@@ -158,7 +158,7 @@ def _machines(of: RunData) -> Iterator[Incident]:
 
 
 def _halted(records: Iterable[Record], at: float) -> bool:
-    """Whether play is halted at a match time, s."""
+    """True if play is halted at a match time, s."""
     before = list(itertools.takewhile(lambda record: record.time <= at, records))
     return bool(before) and before[-1].standing.halted is not None
 

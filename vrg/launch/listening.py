@@ -1,4 +1,4 @@
-"""What the launcher hears on the bus of a match for its log of events: match time, and the orders to stop."""
+"""The launcher's subscriptions for its log of events: match time, and the orders to stop."""
 
 import functools
 import math
@@ -40,7 +40,7 @@ class _Clock:
 
 @dataclass
 class _Rolling:
-    """What has been logged of a physical robot while match time stands: when, and since when it has been at rest."""
+    """The logged motion of a physical robot while match time stands: its times, and since when it has been at rest."""
 
     logged: float = -math.inf
     rests_since: float | None = None
@@ -48,7 +48,7 @@ class _Rolling:
 
     @property
     def undecided(self) -> bool:
-        """Whether it is at rest, but not for so long yet that it stands."""
+        """True if it is at rest, but not for long enough that it stands."""
         return self.rests_since is not None and not self.stands
 
     def take(self, at: float, rests: bool) -> bool:

@@ -1,4 +1,4 @@
-"""How the nodes of a match are made from its set-up. They are the same for every executor.
+"""Makes the nodes of a match from its set-up. They are the same for every executor.
 
 Each node is imported when it is made, so that a process loads only what it needs. Above all, in a match of several
 processes only a player's own process imports a student's code.

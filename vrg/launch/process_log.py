@@ -51,7 +51,7 @@ class ProcessLog:
             return 0
 
     def place(self, since: int) -> str:
-        """Where the student's code was by the last dump of `faulthandler`, such as `ann.py, line 7, in act`.
+        """The place of the student's code by the last dump of `faulthandler`, such as `ann.py, line 7, in act`.
 
         Empty if there is no dump, or none of its frames is a student's.
 

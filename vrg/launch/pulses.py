@@ -1,4 +1,4 @@
-"""Which processes hang, judged by comparing them. This module uses no bus and reads no clock.
+"""Finds the processes that hang, by comparing them. This module uses no bus and reads no clock.
 
 A process that gives no sign of life hangs. But if no process gives any, the whole machine has stalled, and none of them
 is at fault. So silence is not measured in real time: the time that counts goes on only while some process is heard.

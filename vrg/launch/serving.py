@@ -1,4 +1,4 @@
-"""What every process of a match does from its start to its end: it runs one node, or the router."""
+"""The life of every process of a match, from its start to its end: it runs one node, or the router."""
 
 import json
 import logging
@@ -149,7 +149,7 @@ def _shown(
 
 
 def is_sealed(setup: MatchSetup, name: str, *, seats: bool) -> bool:
-    """Whether the process of a player is sealed on this machine.
+    """True if the process of a player is sealed on this machine.
 
     One that cannot refuses where the match file wants it or the match has seats; the default for strangers' files is
     only for machines that can.

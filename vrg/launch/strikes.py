@@ -1,4 +1,4 @@
-"""How often a player may fail before it is given up, in a process of its own or in a match in one process."""
+"""Counts the failures of a player until it is given up, in a process of its own or in a match in one process."""
 
 from collections import deque
 

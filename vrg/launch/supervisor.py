@@ -194,7 +194,7 @@ class Supervisor:
         return True
 
     def _answers(self, router: ManagedProcess) -> bool:
-        """Whether the router that was started answers. Another router at the same endpoint does not count."""
+        """True if the router that was started answers. Another router at the same endpoint does not count."""
         try:
             with open_session(self._endpoint, patience=0.0, credentials=self._credentials) as session:
                 return router.pid is not None and bool(session.alive(router_alive(router.pid)))
@@ -239,7 +239,7 @@ class Supervisor:
         self._end(process, self._replaced(process, strategy))
 
     def _is_out(self, process: ManagedProcess) -> bool:
-        """Whether it is not supervised: it is being ended, or has failed for good."""
+        """True if it is not supervised: it is being ended, or has failed for good."""
         return process.spec.name in self._endings or process.spec.name in self._vacant
 
     def _end(self, process: ManagedProcess, ending: Iterator[None]) -> None:
@@ -325,7 +325,7 @@ class Supervisor:
         return failed
 
     def statuses(self) -> list[ProcessStatus]:
-        """How each of the processes is."""
+        """The state of each of the processes."""
         return [process.status(self.machine) for process in self.processes]
 
     def _feel_pulses(self) -> None:
@@ -373,7 +373,7 @@ class Supervisor:
 
     @staticmethod
     def _what_it_said(process: ManagedProcess) -> str:
-        """How a process has ended, with its last words if it has failed."""
+        """The end of a process, with the last lines of its log if it has failed."""
         status = process.exit_status
         words = process.log.last_words(1) if status is not None and 0 < status != UNKNOWN_STATUS else ""
         # What VRG itself has logged last is better than the status that goes with it.

@@ -32,7 +32,7 @@ _NO_CAN = "RestrictAddressFamilies=AF_INET AF_INET6 AF_UNIX AF_NETLINK\n"
 
 @dataclass(frozen=True)
 class Installation:
-    """How VRG and a match are installed on a machine.
+    """The installation of VRG and of a match on a machine.
 
     Args:
         vrg: the path of the command `vrg`. folder: the folder of the match file.

@@ -1,4 +1,4 @@
-"""Whether strategies can be imported and made, found out in sealed processes of their own.
+"""Checks that strategies can be imported and made, in sealed processes of their own.
 
 Their code may be anybody's, and may do anything when it is imported: to check it first must not be to run it first.
 """

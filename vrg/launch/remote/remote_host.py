@@ -58,11 +58,11 @@ _TEXT = 4000
 _REFUSED = 100
 """The number of files that are refused of which a person is told."""
 _OF_PROCESSES = frozenset((What.READY, What.DIED, What.KILLED, What.VACATED, What.STARTED, What.REPLACED, What.CLOSED))
-"""What an agent may note."""
+"""The kinds of events that an agent may note."""
 
 
 class StartupStep(enum.IntEnum):
-    """How far a machine has been brought up."""
+    """The steps by which a machine is brought up."""
 
     AWAY = enum.auto()
     LOADED = enum.auto()
@@ -496,7 +496,7 @@ class RemoteHost:
             self._send(message)
 
     def statuses(self) -> list[ProcessStatus]:
-        """How each of its processes is."""
+        """The state of each of its processes."""
         if self._step is StartupStep.PLAYS or not self._has_played:
             return self._statuses
         away = ProcessState.AWAY

@@ -1,4 +1,4 @@
-"""How long nothing has been heard of the other side of a connection. This module reads no clock."""
+"""The time without any sign of the other side of a connection. This module reads no clock."""
 
 LAUNCHER_TIMEOUT = 10.0
 """The time in s without any sign of the launcher, over ssh or on the bus, after which an agent stops its processes and

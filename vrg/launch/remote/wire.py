@@ -1,4 +1,4 @@
-"""What the launcher and the agent of another machine say to one another, and how it is written into a byte stream.
+"""The messages between the launcher and the agent of another machine, and their form in a byte stream.
 
 A frame is the length of what follows, four bytes, the most significant first, and one message as MessagePack.
 """
@@ -14,7 +14,7 @@ from vrg.launch.events import What
 from vrg.launch.findings import Finding
 
 BANNER = b"vrg-host\n"
-"""What the agent writes before its first frame. What a login shell has printed before is skipped."""
+"""The text that the agent writes before its first frame. Anything that a login shell has printed before is skipped."""
 MAX_MESSAGE_SIZE = 1 << 20
 """The length of the longest message, bytes."""
 PART = 1 << 18
@@ -150,7 +150,7 @@ class Hello(Struct, frozen=True, tag=True):
 
 
 class Loaded(Struct, frozen=True, tag=True):
-    """What is known of that machine once `Load` is done.
+    """The facts about that machine once `Load` is done.
 
     Args:
         endpoint: a free endpoint for a router; empty if none runs there.
@@ -198,7 +198,7 @@ class Noted(Struct, frozen=True, tag=True):
 
 
 class LogText(Struct, frozen=True, tag=True):
-    """What was added to the log of a process.
+    """The text that was added to the log of a process.
 
     Args:
         name: of the log, without its ending. text: what was added. end: the size of the log there with it, bytes.
@@ -210,7 +210,7 @@ class LogText(Struct, frozen=True, tag=True):
 
 
 class Status(Struct, frozen=True, tag=True):
-    """How the processes are, and that the agent lives; twice a second.
+    """The states of the processes, which also show that the agent lives; twice a second.
 
     Args:
         beat: `Beat.sent` of the newest beat. held: how long ago that has come, s.

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 LOAD, AND, EQUAL, AT_LEAST, RETURN = 0x20, 0x54, 0x15, 0x35, 0x06
 """BPF_LD|BPF_W|BPF_ABS, BPF_ALU|BPF_AND|BPF_K, BPF_JMP|BPF_JEQ|BPF_K, BPF_JMP|BPF_JGE|BPF_K and BPF_RET|BPF_K."""
 NUMBER, ARCHITECTURE = 0, 4
-"""Where `struct seccomp_data` holds the number of the system call and the processor's."""
+"""The offsets in `struct seccomp_data` of the number of the system call and of the processor's."""
 LONGEST_JUMP = 255
 """The number of instructions that a conditional jump can pass over."""
 
@@ -38,7 +38,7 @@ Instruction = tuple[int, int, int, int]
 
 
 def argument(number: int) -> int:
-    """Where `struct seccomp_data` holds the lower 32 bits of an argument, on a little-endian machine.
+    """The offset in `struct seccomp_data` of the lower 32 bits of an argument, on a little-endian machine.
 
     Args:
         number: from 0 to 5.

@@ -1,4 +1,4 @@
-"""What bounds of the process itself cannot hold for a sealed player: threads, sockets, and all that it has written."""
+"""Limits of a sealed player that bounds of the process itself cannot hold: threads, sockets, and its files."""
 
 import contextlib
 import errno
@@ -85,7 +85,7 @@ def _room(found: os.stat_result) -> int:
 
 
 def _open(pid: int) -> tuple[int, int]:
-    """How many sockets a process has open, and the room of files that it has open and deleted, bytes."""
+    """The number of sockets that a process has open, and the size of files that it has open and deleted, bytes."""
     sockets = unlinked = 0
     for found in _descriptors(pid):
         if stat.S_ISSOCK(found.st_mode):
@@ -96,7 +96,7 @@ def _open(pid: int) -> tuple[int, int]:
 
 
 def _descriptors(pid: int) -> Iterator[os.stat_result]:
-    """What a process has open; nothing if it has ended."""
+    """The open files of a process; none if it has ended."""
     try:
         names = os.listdir(f"/proc/{pid}/fd")
     except OSError:

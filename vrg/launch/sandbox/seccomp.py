@@ -1,4 +1,4 @@
-"""Which system calls a sealed process is refused: rules as data, and the program that the kernel runs for them.
+"""The system calls that a sealed process is refused: rules as data, and the program that the kernel runs for them.
 
 What is not named here is allowed, because the libraries of students use many harmless calls. System calls that are
 newer than the list are refused as if the kernel did not have them.
@@ -76,7 +76,7 @@ class ArgumentCheck:
 
 @dataclass(frozen=True)
 class SyscallRule:
-    """What a system call may be used for.
+    """The permitted uses of a system call.
 
     Args:
         call: its name. unless: it is allowed if all checks of one of these hold.
@@ -89,7 +89,7 @@ class SyscallRule:
 
 
 def rules(pid: int, *, udp: bool = False, can: bool = False) -> list[SyscallRule]:
-    """What a sealed process is refused.
+    """The refused system calls of a sealed process.
 
     Args:
         pid: the process itself, which may send itself signals.
