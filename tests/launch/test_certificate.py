@@ -22,7 +22,7 @@ from vrg.commands.stops import rows
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup, write_setup
 from vrg.launch.certificate import Certificate, certificate_of, data_of, summary_line
-from vrg.launch.events import Event, EventLog, What
+from vrg.launch.events import Event, EventKind, EventLog
 from vrg.launch.in_process import play
 from vrg.launch.nodes import open_journal, recorder_node
 from vrg.launch.result import write_result
@@ -212,7 +212,7 @@ def test_without_a_journal_no_halt_is_known(tmp_path: Path) -> None:
 
 def test_a_launcher_that_was_killed_is_told(tmp_path: Path) -> None:
     folder, setup, _ = played(tmp_path, "", until=2.0)
-    EventLog(folder.events).write(Event(what=What.BEGAN, monotonic=0.0, time=0.0))
+    EventLog(folder.events).write(Event(what=EventKind.BEGAN, monotonic=0.0, time=0.0))
     certificate = certificate_of(setup, folder)
     [incident] = certificate.incidents
     assert incident.process == "vrg play"
@@ -248,13 +248,15 @@ def stop_in_a_dead_world(
     run, setup, _ = played(folder, "", until=at + TICK)
     ann = reader.read_motions(run.recordings())["ann"]
     log = EventLog(run.events)
-    log.write(Event(what=What.BEGAN, monotonic=50.0))
+    log.write(Event(what=EventKind.BEGAN, monotonic=50.0))
     for after, rolled, v in measured:
         y = ann.y[-1] - rolled
-        log.write(Event(what=What.MEASURED, process="ann", monotonic=100.0 + after, time=at, x=ann.x[-1], y=y, v=v))
-    log.write(Event(what=What.DIED, process="world", monotonic=100.4, time=at, clock=100.0, newest={"world": at}))
-    log.write(Event(what=What.STEPPED_BACK, process="world", monotonic=102.0, time=at if back is None else back))
-    log.write(Event(what=What.ENDED, monotonic=103.0, time=at))
+        log.write(
+            Event(what=EventKind.MEASURED, process="ann", monotonic=100.0 + after, time=at, x=ann.x[-1], y=y, v=v)
+        )
+    log.write(Event(what=EventKind.DIED, process="world", monotonic=100.4, time=at, clock=100.0, newest={"world": at}))
+    log.write(Event(what=EventKind.STEPPED_BACK, process="world", monotonic=102.0, time=at if back is None else back))
+    log.write(Event(what=EventKind.ENDED, monotonic=103.0, time=at))
     virtual = certificate_of(setup, run)
     assert [stop.real for stop in virtual.stops] == [False] * 4, "virtual robots stand because the world stands"
     read, since = reader.read_motions, at if back is None else back

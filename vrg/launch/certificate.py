@@ -9,7 +9,7 @@ from vrg.bus.messages import at_rest
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import Record, read_journal
 from vrg.errors import JournalError, MessageError
-from vrg.launch.events import Event, What, read_events
+from vrg.launch.events import Event, EventKind, read_events
 from vrg.launch.incidents import LAUNCHER_NAME, RunData, incidents_of
 from vrg.launch.listening import WORLD
 from vrg.launch.run_folder import RunFolder
@@ -146,7 +146,7 @@ def _in_real_time(
     samples = [
         (e.monotonic - began, e.x, e.y, Twist(e.v, e.w, e.side))
         for e in events
-        if e.what is What.MEASURED and e.process == stop.robot and e.monotonic >= began and _near(e, incident)
+        if e.what is EventKind.MEASURED and e.process == stop.robot and e.monotonic >= began and _near(e, incident)
     ]
     if not samples:
         return stop
@@ -173,7 +173,7 @@ def _in_real_time(
     return replace(stop_of(stop.incident, then, measured), real=True)
 
 
-_ENDS_AT = (What.KILLED, What.DIED, What.AWAY)
+_ENDS_AT = (EventKind.KILLED, EventKind.DIED, EventKind.AWAY)
 
 
 def _near(event: Event, incident: Incident) -> bool:

@@ -18,7 +18,7 @@ log = logging.getLogger(__name__)
 _json = msgspec.json.Encoder()
 
 
-class What(enum.StrEnum):
+class EventKind(enum.StrEnum):
     """The kind of an event."""
 
     BEGAN = "began"
@@ -54,7 +54,7 @@ class Event(Struct, frozen=True, kw_only=True, omit_defaults=True):
         x, y: where a physical robot was measured while match time stood, m. v, w, side: its twist then.
     """
 
-    what: What
+    what: EventKind
     monotonic: float
     time: float | None = None
     clock: float = 0.0
@@ -94,20 +94,20 @@ class EventLog:
 class Notes(Protocol):
     """The log to which a supervisor writes the events of its processes."""
 
-    def note(self, what: What, process: str | None = None, text: str = "", *, status: int | None = None) -> None:
+    def note(self, what: EventKind, process: str | None = None, text: str = "", *, status: int | None = None) -> None:
         """It happens now."""
 
-    def note_at_next_clock(self, what: What, process: str) -> None:
+    def note_at_next_clock(self, what: EventKind, process: str) -> None:
         """It counts as soon as the world's clock is heard again, so that its match time is known."""
 
 
 class NoNotes:
     """Forgets everything."""
 
-    def note(self, what: What, process: str | None = None, text: str = "", *, status: int | None = None) -> None:
+    def note(self, what: EventKind, process: str | None = None, text: str = "", *, status: int | None = None) -> None:
         """Forget it."""
 
-    def note_at_next_clock(self, what: What, process: str) -> None:
+    def note_at_next_clock(self, what: EventKind, process: str) -> None:
         """Forget it."""
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 from vrg.coordinator.coordinator import PERIOD
 from vrg.coordinator.journal import Record
-from vrg.launch.events import Event, What
+from vrg.launch.events import Event, EventKind
 from vrg.launch.listening import REFEREE, WORLD
 from vrg.recording.records import EstopRecord
 from vrg.recording.stops import Incident, IncidentKind
@@ -28,7 +28,7 @@ MAX_REFEREE_LAG = 0.2
 """The real time in s by which the referee may be behind the launcher: its HALT then seems to come before the order."""
 _TIME = (WORLD, ROUTER)
 """The processes without which match time stands for all others."""
-_ENDS = (What.KILLED, What.DIED, What.VACATED)
+_ENDS = (EventKind.KILLED, EventKind.DIED, EventKind.VACATED)
 _GOES_ON = ("resume", "ended", "game_over")
 """The rules of the calls after which a HALT is over."""
 _ESTOP = "emergency stop"
@@ -100,8 +100,10 @@ def _halts(of: RunData) -> Iterator[Incident]:
 def _estop(of: RunData, called: float, until: float, text: str) -> Incident:
     """An emergency stop because of which the referee has called a HALT; it begins with its order if that was heard."""
     what = text.removeprefix("play is halted: ")
-    logged = any(event.what is What.BEGAN for event in of.events)
-    orders = [(e.time or 0.0, e.what is What.ESTOP) for e in of.events if e.what in (What.ESTOP, What.RELEASE)]
+    logged = any(event.what is EventKind.BEGAN for event in of.events)
+    orders = [
+        (e.time or 0.0, e.what is EventKind.ESTOP) for e in of.events if e.what in (EventKind.ESTOP, EventKind.RELEASE)
+    ]
     orders = orders if logged else [(time, order.engaged) for time, order in of.estops]
     behind, late = max(of.tick, of.match_time(MAX_REFEREE_LAG)), of.match_time(ESTOP_HALT_DELAY)
     engaged = max((time for time, engages in orders if engages and time <= called + behind), default=None)
@@ -116,7 +118,7 @@ def _deaths(of: RunData) -> Iterator[Incident]:
     gone: set[str] = set()
     for number, event in enumerate(of.events):
         name = event.process or ""
-        if event.what in (What.STARTED, What.READY, What.REPLACED):
+        if event.what in (EventKind.STARTED, EventKind.READY, EventKind.REPLACED):
             gone.discard(name)
         if event.what not in _ENDS or name in gone:
             continue
@@ -137,11 +139,11 @@ def _deaths(of: RunData) -> Iterator[Incident]:
 def _machines(of: RunData) -> Iterator[Incident]:
     """The losses of machines: of the agent that supervises the processes there, or of the link to it."""
     for number, event in enumerate(of.events):
-        if event.what is not What.AWAY:
+        if event.what is not EventKind.AWAY:
             continue
         names = [name for name, machine in of.place.items() if machine == event.process]
         time = _onset(of, number, event, names)
-        back = next((e for e in of.events[number:] if (e.what, e.process) == (What.BACK, event.process)), None)
+        back = next((e for e in of.events[number:] if (e.what, e.process) == (EventKind.BACK, event.process)), None)
         # Its robots may move again when play goes on, or when the machine is back in play that was not halted.
         until = goes_on(of.records, time)
         if back is not None and back.time is not None and not _halted(of.records, back.time):
@@ -164,7 +166,7 @@ def _halted(records: Iterable[Record], at: float) -> bool:
 
 
 def _how(event: Event) -> str:
-    return f"{event.text}: killed" if event.what is What.KILLED else event.text
+    return f"{event.text}: killed" if event.what is EventKind.KILLED else event.text
 
 
 def _onset(of: RunData, number: int, event: Event, names: Sequence[str]) -> float:
@@ -176,7 +178,7 @@ def _onset(of: RunData, number: int, event: Event, names: Sequence[str]) -> floa
         return time
     # What the world has published after its last snapshot did not happen: it goes on from there.
     later = of.events[number:]
-    back = next((e.time for e in later if e.what is What.STEPPED_BACK and e.time is not None), time)
+    back = next((e.time for e in later if e.what is EventKind.STEPPED_BACK and e.time is not None), time)
     return min(time, back)
 
 
@@ -184,7 +186,7 @@ def _until(of: RunData, number: int, event: Event, time: float) -> float:
     """The match time, s, at which robots may move again after a death; infinite if that is not known."""
     name = event.process or ""
     ready = next(
-        (e.time for e in of.events[number:] if e.process == name and e.what is What.READY and e.time is not None),
+        (e.time for e in of.events[number:] if e.process == name and e.what is EventKind.READY and e.time is not None),
         math.inf,
     )
     if name in (REFEREE, WORLD):
@@ -206,7 +208,7 @@ def _soonest(of: RunData, number: int, event: Event, time: float) -> float:
         return time  # a robot may be connected again before the launcher is
     if name not in of.players:
         return math.inf
-    starts = [e for e in of.events[number:] if e.process == name and e.what in (What.STARTED, What.REPLACED)]
+    starts = [e for e in of.events[number:] if e.process == name and e.what in (EventKind.STARTED, EventKind.REPLACED)]
     return next((start.time for start in starts if start.time is not None), math.inf)
 
 
@@ -220,7 +222,7 @@ def _robots(of: RunData, names: Sequence[str]) -> frozenset[str] | None:
 
 def _launcher(of: RunData) -> Iterator[Incident]:
     """The death of the launcher, which nobody could log: its log lacks the last line."""
-    if of.events and of.events[-1].what is not What.ENDED:
+    if of.events and of.events[-1].what is not EventKind.ENDED:
         last = of.events[-1].time or 0.0
         end = of.end if math.isfinite(of.end) else last
         what = f"{LAUNCHER_NAME} was killed: at some time after {last:.2f} s, all processes then ended by themselves"

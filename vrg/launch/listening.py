@@ -12,7 +12,7 @@ from vrg.bus.messages import Clock, Estop, EstopRelease, MeasuredPose, at_rest
 from vrg.bus.session import Session
 from vrg.bus.topics import Keys, Qos, name_in
 from vrg.errors import MessageError
-from vrg.launch.events import Event, EventLog, What
+from vrg.launch.events import Event, EventKind, EventLog
 from vrg.recording.stops import REST_TIME
 
 REFEREE, WORLD = "referee", "world"
@@ -79,7 +79,7 @@ class Listening:
         self._clock = _Clock()
         self._newest: dict[str, float] = {}
         self._rolling: dict[str, _Rolling] = {}
-        self._waiting: list[tuple[What, str]] = []
+        self._waiting: list[tuple[EventKind, str]] = []
         self._order: tuple[float, float | None, str] | None = None
         self._engaged = False
         self._ignored = 0
@@ -106,18 +106,18 @@ class Listening:
         """Take in what has arrived, and log what belongs into the log."""
         self._hear_until(math.inf)
 
-    def note_at_next_clock(self, what: What, process: str) -> None:
+    def note_at_next_clock(self, what: EventKind, process: str) -> None:
         """Log an event as soon as the world's clock is heard again, so that its match time is known."""
         self._waiting.append((what, process))
 
-    def note(self, what: What, process: str | None = None, text: str = "", *, status: int | None = None) -> None:
+    def note(self, what: EventKind, process: str | None = None, text: str = "", *, status: int | None = None) -> None:
         """Log an event that happens now, with the match time and what was heard of each sender until then."""
         now = time.monotonic()
         self._hear_until(now)
         self._write(now, what, process, text, status=status)
 
     def _write(
-        self, at: float, what: What, process: str | None = None, text: str = "", *, status: int | None = None
+        self, at: float, what: EventKind, process: str | None = None, text: str = "", *, status: int | None = None
     ) -> None:
         self._write_order()
         clock = self._clock
@@ -131,7 +131,7 @@ class Listening:
         """Log an order of the emergency stop that waits for its match time."""
         if self._order is not None:
             (at, stamp, text), self._order = self._order, None
-            self._log.write(Event(what=What.ESTOP, monotonic=round(at, 4), time=stamp, text=text))
+            self._log.write(Event(what=EventKind.ESTOP, monotonic=round(at, 4), time=stamp, text=text))
 
     def _hear_until(self, at: float) -> None:
         """Take in what arrived before a monotonic time, s."""
@@ -168,7 +168,7 @@ class Listening:
         if before.estop and not clock.estop:
             self._engaged = False  # even if the order that released it was not heard
         if before.time is not None and stamp < before.time:
-            self._write(at, What.STEPPED_BACK, WORLD, f"from {before.time:.2f} s to {stamp:.2f} s of match time")
+            self._write(at, EventKind.STEPPED_BACK, WORLD, f"from {before.time:.2f} s to {stamp:.2f} s of match time")
         waiting, self._waiting = self._waiting, []
         for what, process in waiting:
             self._write(at, what, process)
@@ -188,7 +188,7 @@ class Listening:
             self._write_order()
             self._order = (at, self._clock.time, text)
         else:
-            self._write(at, What.RELEASE, text=text)
+            self._write(at, EventKind.RELEASE, text=text)
 
     def _measured(self, robot: str, measured: MeasuredPose, at: float) -> None:
         """Log where a physical robot is measured while match time stands, but not while it goes on standing.
@@ -204,7 +204,7 @@ class Listening:
             return
         pose = measured.pose
         event = Event(
-            what=What.MEASURED, process=robot, monotonic=round(at, 4), time=self._clock.time, x=pose.x, y=pose.y,
+            what=EventKind.MEASURED, process=robot, monotonic=round(at, 4), time=self._clock.time, x=pose.x, y=pose.y,
             v=measured.twist.v, w=measured.twist.w, side=measured.twist.side,
         )  # fmt: skip
         self._log.write(event)

@@ -15,7 +15,7 @@ from vrg.bus.topics import Keys, router_alive
 from vrg.config.files import HERE
 from vrg.errors import BusError, CredentialsError, LaunchError
 from vrg.launch.child import FAILED_FOR_GOOD, job_of
-from vrg.launch.events import NoNotes, Notes, What
+from vrg.launch.events import EventKind, NoNotes, Notes
 from vrg.launch.fork_server import UNKNOWN_STATUS, ForkServer
 from vrg.launch.greed import Greed
 from vrg.launch.managed import DUMP, HANDOVER, STOP_PATIENCE, ManagedProcess, ProcessSpec
@@ -235,7 +235,7 @@ class Supervisor:
     def play(self, name: str, strategy: str) -> None:
         """Let a player of this machine play by another strategy, in a new process, once the present one has ended."""
         (process,) = (p for p in self.processes if p.spec.name == name and p.spec.seat)
-        self._notes.note(What.REPLACED, name, f"plays by {strategy}")
+        self._notes.note(EventKind.REPLACED, name, f"plays by {strategy}")
         self._end(process, self._replaced(process, strategy))
 
     def _is_out(self, process: ManagedProcess) -> bool:
@@ -266,7 +266,7 @@ class Supervisor:
         """Kill a process that hangs. It is started again then, unless it is a player that has hung before."""
         where = (yield from self._where(process)) if process.spec.seat else ""
         name, what = process.spec.name, f"{what}{where}"
-        self._notes.note(What.KILLED, name, what)
+        self._notes.note(EventKind.KILLED, name, what)
         process.kill()
         if process.spec.seat and not process.strikes.hang(now):
             self._vacate(process, f"it {what}, again")
@@ -307,7 +307,7 @@ class Supervisor:
 
     def _vacate(self, process: ManagedProcess, why: str, *, kill: bool = True) -> None:
         """A player has failed for good. It is not started again until somebody gives it another strategy."""
-        self._notes.note(What.VACATED, process.spec.name, why)
+        self._notes.note(EventKind.VACATED, process.spec.name, why)
         if kill:
             process.kill()
         name = process.spec.name
@@ -341,7 +341,7 @@ class Supervisor:
     def _is_ready(self, process: ManagedProcess) -> None:
         if not process.ready:
             process.ready = True
-            self._notes.note(What.READY, process.spec.name)
+            self._notes.note(EventKind.READY, process.spec.name)
 
     def _bury(self, process: ManagedProcess, now: float) -> None:
         name, status = process.spec.name, process.exit_status
@@ -351,16 +351,16 @@ class Supervisor:
         if status in (0, UNKNOWN_STATUS) and not process.spec.essential:
             self.processes.remove(process)
             self._announce(f"{name} was closed")
-            self._notes.note(What.CLOSED, name)
+            self._notes.note(EventKind.CLOSED, name)
             return
         what = self._what_it_said(process)
-        self._notes.note(What.DIED, name, what, status=status)
+        self._notes.note(EventKind.DIED, name, what, status=status)
         if process.spec.seat and status == FAILED_FOR_GOOD:
             self._vacate(process, what)
         elif process.strikes.failure(now):
             self._announce(f"{name} {what}: started again (log: {process.log.path})")
             self._start(process)
-            self._notes.note(What.STARTED, name)
+            self._notes.note(EventKind.STARTED, name)
             if process.spec.is_router:
                 self._router_since = now
         elif process.spec.seat:
@@ -389,7 +389,7 @@ class Supervisor:
             self._cut_since = self._cut_since or now
             if router and now - self._cut_since > CUT_OFF and now - self._router_since > ROUTER_START:
                 self._announce("router does not answer: killed")
-                self._notes.note(What.KILLED, router.spec.name, "does not answer")
+                self._notes.note(EventKind.KILLED, router.spec.name, "does not answer")
                 router.kill()
             return
         back = self._cut_since is not None
@@ -398,7 +398,7 @@ class Supervisor:
             self._router_since = now
         if router and not router.ready and (back or now - self._router_since > CUT_OFF):
             router.ready = True
-            self._notes.note_at_next_clock(What.READY, router.spec.name)
+            self._notes.note_at_next_clock(EventKind.READY, router.spec.name)
         hung = self._pulses.hung()
         for process in self.processes:
             stuck = None if process.ready or process.spec.pulse is None else process.stuck(now)

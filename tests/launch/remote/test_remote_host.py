@@ -17,7 +17,7 @@ from tests.test_machines import MACHINES, load
 from vrg import __version__
 from vrg.bus.messages import ProcessState, ProcessStatus
 from vrg.errors import LaunchError, MessageError
-from vrg.launch.events import EventLog, What, read_events
+from vrg.launch.events import EventKind, EventLog, read_events
 from vrg.launch.listening import Listening
 from vrg.launch.remote import wire
 from vrg.launch.remote.remote_host import AGENT_TIMEOUT, AWAY_TIMEOUT, RECONNECT_PERIOD, RemoteHost, StartupStep
@@ -138,7 +138,7 @@ def test_a_machine_is_brought_up_step_by_step_as_far_as_it_is_asked_to(bench: Be
 
 def test_a_machine_that_was_lost_is_brought_up_the_same_way(bench: Bench) -> None:
     first = bench.play()
-    bench.send(wire.Noted(What.VACATED, "ann", "it fails"))
+    bench.send(wire.Noted(EventKind.VACATED, "ann", "it fails"))
     bench.look(lambda: bool(bench.host.take_failed()))
     bench.send_bytes(b"\xff" * 8)
     bench.look(lambda: not bench.host.is_at(StartupStep.LOADED))
@@ -160,10 +160,10 @@ RUBBISH = {
     "an order": frame(wire.Goodbye()),
     "an order that was not given": frame(wire.Done(10**6)),
     "an address that is none": frame(wire.Hello(__version__, "x" * 100, "/home")),
-    "another machine's process": frame(wire.Noted(What.DIED, "bob")),
-    "a player of another machine": frame(wire.Noted(What.VACATED, "bob", "it fails")),
-    "a process that is no player": frame(wire.Noted(What.VACATED, "world", "it fails")),
-    "what happens to no process": frame(wire.Noted(What.ENDED, "ann")),
+    "another machine's process": frame(wire.Noted(EventKind.DIED, "bob")),
+    "a player of another machine": frame(wire.Noted(EventKind.VACATED, "bob", "it fails")),
+    "a process that is no player": frame(wire.Noted(EventKind.VACATED, "world", "it fails")),
+    "what happens to no process": frame(wire.Noted(EventKind.ENDED, "ann")),
     "another process' state": frame(wire.Status([status("bob")], 0.0, 0.0, 0.0)),
     "a state for another machine": frame(wire.Status([status("ann", "lab3")], 0.0, 0.0, 0.0)),
     "another node's state": frame(wire.Status([status("ann", node="x" * 100_000)], 0.0, 0.0, 0.0)),
@@ -204,7 +204,7 @@ ANYTHING = st.one_of(
     st.builds(wire.Done, order=WHOLE),
     st.builds(wire.Failed, text=TEXTS),
     st.builds(wire.Notice, text=TEXTS),
-    st.builds(wire.Noted, st.sampled_from(What), TEXTS, TEXTS, st.none() | WHOLE, YES),
+    st.builds(wire.Noted, st.sampled_from(EventKind), TEXTS, TEXTS, st.none() | WHOLE, YES),
     st.builds(wire.LogText, name=TEXTS, text=st.binary(max_size=9), end=WHOLE),
     st.builds(wire.Status, processes=st.lists(STATES, max_size=3), beat=REAL, held=REAL, wall=REAL),
 )
@@ -301,7 +301,10 @@ def test_an_agent_that_sends_no_files_does_not_hold_up_the_end(bench: Bench) -> 
 
 def test_what_happens_to_its_processes_is_noted(bench: Bench) -> None:
     bench.play()
-    bench.send(wire.Noted(What.DIED, "ann", "was killed by signal 9", -9), wire.Noted(What.VACATED, "ann", "ann: bad"))
+    bench.send(
+        wire.Noted(EventKind.DIED, "ann", "was killed by signal 9", -9),
+        wire.Noted(EventKind.VACATED, "ann", "ann: bad"),
+    )
     bench.look(bench.folder.events.exists)
     bench.look(lambda: len(read_events(bench.folder.events)) == 2)
     assert bench.host.take_failed() == {"ann": "bad"}

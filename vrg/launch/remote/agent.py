@@ -21,7 +21,7 @@ from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError, VrgError
 from vrg.launch.endpoints import free_endpoint
-from vrg.launch.events import What
+from vrg.launch.events import EventKind
 from vrg.launch.findings import examine
 from vrg.launch.folder_lock import folder_lock, keys_folder, keys_lock, sweep
 from vrg.launch.fork_server import ForkServer, fork_server
@@ -301,11 +301,11 @@ class HostAgent:
             self._channel.send(text)
         return bool(texts)
 
-    def note(self, what: What, process: str | None = None, text: str = "", *, status: int | None = None) -> None:
+    def note(self, what: EventKind, process: str | None = None, text: str = "", *, status: int | None = None) -> None:
         """Tell the launcher what has happened to a process; see `vrg.launch.events.Notes`."""
         self._channel.send(wire.Noted(what, process or "", text, status))
 
-    def note_at_next_clock(self, what: What, process: str) -> None:
+    def note_at_next_clock(self, what: EventKind, process: str) -> None:
         """Tell the launcher what counts as soon as the world's clock is heard again."""
         self._channel.send(wire.Noted(what, process, at_next_clock=True))
 

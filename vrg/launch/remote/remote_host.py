@@ -19,7 +19,7 @@ from vrg.bus.session import Session
 from vrg.bus.stopping import StopSignal
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError, MessageError
-from vrg.launch.events import Notes, What
+from vrg.launch.events import EventKind, Notes
 from vrg.launch.findings import Finding
 from vrg.launch.host import GROUPS
 from vrg.launch.keeping import files_of_strategy
@@ -57,7 +57,17 @@ _TEXT = 4000
 """The longest text of an agent that a person is shown, signs."""
 _REFUSED = 100
 """The number of files that are refused of which a person is told."""
-_OF_PROCESSES = frozenset((What.READY, What.DIED, What.KILLED, What.VACATED, What.STARTED, What.REPLACED, What.CLOSED))
+_OF_PROCESSES = frozenset(
+    (
+        EventKind.READY,
+        EventKind.DIED,
+        EventKind.KILLED,
+        EventKind.VACATED,
+        EventKind.STARTED,
+        EventKind.REPLACED,
+        EventKind.CLOSED,
+    )
+)
 """The kinds of events that an agent may note."""
 
 
@@ -351,12 +361,12 @@ class RemoteHost:
 
     def _take_note(self, note: wire.Noted) -> None:
         self._check(note.process)
-        if note.what not in _OF_PROCESSES or (note.what is What.VACATED and not self._own[note.process].seat):
+        if note.what not in _OF_PROCESSES or (note.what is EventKind.VACATED and not self._own[note.process].seat):
             raise MessageError(f"expected what can happen to {note.process}, got {note.what!r}")
         text = note.text[:_TEXT]
-        if note.what is What.READY and not self._has_played:
+        if note.what is EventKind.READY and not self._has_played:
             self._ready.append(note.process)
-        if note.what is What.VACATED:
+        if note.what is EventKind.VACATED:
             self._failed[note.process] = text.removeprefix(f"{note.process}: ")
         if note.at_next_clock:
             self._notes.note_at_next_clock(note.what, note.process)

@@ -10,7 +10,7 @@ from msgspec import Struct
 
 from vrg.bus.messages import ProcessStatus
 from vrg.errors import MessageError
-from vrg.launch.events import What
+from vrg.launch.events import EventKind
 from vrg.launch.findings import Finding
 
 BANNER = b"vrg-host\n"
@@ -190,7 +190,7 @@ class Notice(Struct, frozen=True, tag=True):
 class Noted(Struct, frozen=True, tag=True):
     """Something has happened to a process; see `vrg.launch.events.Notes`."""
 
-    what: What
+    what: EventKind
     process: str
     text: str = ""
     status: int | None = None
