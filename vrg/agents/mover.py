@@ -1,4 +1,4 @@
-"""How a player drives: the pilot of its robot, with the bodies that the player sees and the obstacles of the map."""
+"""Drives a player's robot: the pilot, with the bodies that the player sees and the obstacles of the map."""
 
 from collections.abc import Sequence
 

@@ -25,11 +25,11 @@ PLACED = ("router", "world", "referee", "recorder", WINDOW)
 PROCESS_NAMES = (*PLACED, "drives", WEB, LIVE, THREE)
 """The names of other processes. A player cannot have one of them, as its process and log are named after it."""
 RESERVED = ("router-", "host-", "drives-")
-"""What the names of further processes and logs begin with, in a match that spans several machines."""
+"""The beginnings of the names of further processes and logs, in a match that spans several machines."""
 
 
 class Constraint:
-    """What a value must be besides its type, as metadata of the type.
+    """A constraint of a value besides its type, as metadata of the type.
 
     Args:
         check: returns the value, perhaps in another form, or raises a ValueError.
@@ -186,7 +186,7 @@ class Machine(FileTable, frozen=True, kw_only=True):
 
 
 class LinkTable(FileTable, frozen=True, kw_only=True):
-    """How well messages travel between players; see `vrg.bus.radio_settings.LinkSettings`.
+    """The quality of the radio links between players; see `vrg.bus.radio_settings.LinkSettings`.
 
     Args:
         range: the distance in m beyond which nothing arrives. loss: the share of messages that are lost, 0 to 1.

@@ -1,4 +1,5 @@
-"""Which players report, and what keeps them and their robots from playing: reasons outside the rules of any game."""
+"""The attendance of players, and the reasons outside the rules of any game that keep them and their robots from
+playing."""
 
 from collections.abc import Container, Sequence
 
@@ -53,7 +54,7 @@ class Attendance:
         return self._reports.by_key.get(self._keys[name])
 
     def reports_now(self, name: str, tick: Tick) -> bool:
-        """Whether a player reports."""
+        """True if a player reports."""
         return self._age_below(name, tick, REPORT_TIMEOUT)
 
     def estop_holders(self, tick: Tick) -> list[str]:
@@ -107,7 +108,7 @@ class Attendance:
     def failing(
         self, tick: Tick, out: Container[str], *, rate: float, patient: bool
     ) -> tuple[dict[str, str], list[str]]:
-        """Who cannot go on playing.
+        """The players that cannot go on.
 
         Args:
             out: the players that are disqualified already.
@@ -139,7 +140,7 @@ class Attendance:
         return {name: what for name in self._names if flooded and name not in out and flooded & self._own[name]}
 
     def back(self, tick: Tick, out: Sequence[str]) -> list[str]:
-        """Which players that are out report again.
+        """The players that are out and report again.
 
         Args:
             out: the players that may come back by reporting.
@@ -164,7 +165,7 @@ def _lost(name: str) -> str:
 
 
 def _fault(name: str, report: Report) -> str | None:
-    """What a player reports as its fault, with its name, cut so that it fits into a call; None if there is none."""
+    """The fault that a player reports, with its name, cut so that it fits into a call; None if there is none."""
     fault = report.fault or ("its robot has latched a fault" if report.latched else None)
     if fault is None:
         return None

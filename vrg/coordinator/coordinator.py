@@ -230,7 +230,7 @@ class Coordinator(Node):
         return self._enact(Halted(f"emergency stop, latched in {holders[0]}"))
 
     def _hear_answers(self) -> list[Effects]:
-        """What the world says of requests to put robots somewhere."""
+        """Take in the world's answers to requests to place robots."""
         return [self._enact(Answered(list(outcome.calls))) for outcome in self._placing.hear()]
 
     def _hear_officials(self, tick: Tick, absent: Sequence[str], alarmed: bool) -> list[Effects]:
@@ -272,7 +272,8 @@ class Coordinator(Node):
         return self._clock.latest.body.rate if self._clock.latest is not None else 1.0
 
     def _call_the_roll(self, tick: Tick) -> tuple[list[Effects], list[Effects]]:
-        """Who is out or back again; and halts for reasons outside the rules: no clock, a faulty robot, a lost pose."""
+        """Find the players that are out or back again; and halts for reasons outside the rules: no clock, a faulty
+        robot, a lost pose."""
         if tick.live:
             self._stalled = 0
             self._attendance.listen(tick, 0.0 if self._last_time is None else max(0.0, tick.time - self._last_time))

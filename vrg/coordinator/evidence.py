@@ -30,7 +30,7 @@ log = logging.getLogger(__name__)
 FORMAT = 2
 """The version of the entries."""
 _HEAD = struct.Struct("<I8s")
-"""What comes before each tick: the number of its bytes, and its digest."""
+"""The head of each tick: the number of its bytes, and its digest."""
 _START = bytes(8)
 """The digest before the first tick."""
 
@@ -100,7 +100,7 @@ Entry = Began | Halted | Disqualified | Reinstated | Decided | Answered | Looked
 
 
 class TickEvidence(Struct, frozen=True, array_like=True):
-    """What the referee took in and did in one tick.
+    """The referee's inputs and effects in one tick.
 
     Args:
         after: the number of the last record of the journal before this tick; 0 before the first.
@@ -189,7 +189,7 @@ class EvidenceFile:
         return "" if self._broken else self._digest.hex()
 
     def piece(self, tick: TickEvidence) -> bytes:
-        """What the file gets of what the referee took in and did in one tick, to be written in this order."""
+        """The bytes of the referee's inputs and effects in one tick, to be written in this order."""
         data = _encoder.encode(tick)
         self._digest = _chained(self._digest, data)
         return _HEAD.pack(len(data), self._digest) + data

@@ -168,7 +168,7 @@ class Journal:
         self._begin(_json.encode(self.last) + b"\n")
 
     def settled(self) -> bool:
-        """Whether all changes are on disk.
+        """True if all changes are on disk.
 
         Raises:
             JournalError: the last one cannot be written. The next call tries again.

@@ -32,7 +32,7 @@ class Disagreement:
 
 @dataclass(frozen=True)
 class Judgement:
-    """What came of judging a match again.
+    """The result of judging a match again.
 
     Args:
         disagreements: where the journal tells something else, in the order of time.
@@ -113,7 +113,7 @@ def unproved(prover: Prover | None, book: RuleBook[Any], cases: Iterable[Case]) 
 
 
 def _compared(match: Match, outcomes: Sequence[Effects], record: Record) -> list[str]:
-    """How what the rules say differs from a record, in words."""
+    """The differences between the rules' effects and a record, in words."""
     standing = match.standing()
     calls = numbered(outcomes, match.calls, standing.clock)
     stages = [stage for outcome in outcomes for stage in outcome.stages]
@@ -127,7 +127,7 @@ def _compared(match: Match, outcomes: Sequence[Effects], record: Record) -> list
 
 
 def _differing(at: int, ours: Sequence[Call], theirs: Sequence[Call]) -> str:
-    """How one call differs, in words; empty if it does not."""
+    """The difference between two lists of calls at one place, in words; empty if there is none."""
     if at >= len(theirs):
         return f"by the rules there is a call that was not made: {ours[at].rule}: {ours[at].text}"
     made = f"call {theirs[at].number}, {theirs[at].rule}: {theirs[at].text}"

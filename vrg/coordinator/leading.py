@@ -1,4 +1,4 @@
-"""How the coordinator drives robots itself, such as the tagged players of RoboFlag (thesis 4.4.3).
+"""The coordinator's own driving of robots, such as the tagged players of RoboFlag (thesis 4.4.3).
 
 It works out the motions; the referee's state tells them, and the robots' devices and the world obey (vrg.hal.gate).
 """
@@ -15,7 +15,8 @@ from vrg.regions import Circle, Region
 from vrg.types import STILL, Twist, Vector
 
 REGION_DEPTH = 0.05
-"""How far into its region a robot is driven, m. So it does not bar the way of those that come after it."""
+"""The distance in m into its region to which a robot is driven. So it does not bar the way of those that come after
+it."""
 CRAWL = 0.15
 """The speed in m/s with which a robot comes into its region. Near a body or a border, a fast one finds no way."""
 PLACES = 8

@@ -114,7 +114,7 @@ class Match:
 
     @property
     def over(self) -> bool:
-        """Whether the game has ended."""
+        """True if the game has ended."""
         return self.stage is Stage.GAME_OVER
 
     def restore(self, standing: Checkpoint, before: Observation) -> None:
@@ -268,7 +268,7 @@ class Match:
 
     @property
     def way_out(self) -> str | None:
-        """How play can go on again, in words; None while it is not halted."""
+        """The way to continue play, in words; None while it is not halted."""
         if not self._reasons or self.over:
             return None
         how = "An official continues play"
@@ -347,7 +347,7 @@ class Match:
         return self._book.judge(game, *self.judged, self.clock)
 
     def touched(self, name: str, now: Observation) -> bool:
-        """Whether an opponent touches a player's robot."""
+        """True if an opponent touches a player's robot."""
         opponents = [n for n in now.poses if self._book.role_of(self.game, n) != self._book.role_of(self.game, name)]
         return pushing.touched(name, opponents, now, self._book.contestants)
 

@@ -11,7 +11,8 @@ from vrg.types import Pose
 
 @dataclass(frozen=True)
 class Effects:
-    """What must be written to the journal, called and done. It is false if `calls`, `stages` and `place` are empty.
+    """The effects of a step: calls, stages and requests to the world. It is false if `calls`, `stages` and `place` are
+    empty.
 
     Args:
         calls: the calls to announce, in order.

@@ -1,4 +1,4 @@
-"""Who lines up where; and the coordinator's requests to the world to put robots somewhere, with the answers."""
+"""Assigns marks to players, and requests of the world to place robots, with the answers."""
 
 from collections.abc import Mapping, Sequence
 
@@ -51,7 +51,7 @@ class Placing:
         self._mailbox.publish(self._topic, WorldRequest(kind=RequestKind.PLACE, places=dict(outcome.place), id=number))
 
     def hear(self) -> list[Effects]:
-        """What the world has done for officials, and what it has refused to do."""
+        """Return the effects of the world's answers to officials: done, or refused."""
         outcomes = []
         for answer in (received.body for received in self._answers.take()):
             asked = None if answer.id is None else self._asked.pop(answer.id, None)

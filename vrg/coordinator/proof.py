@@ -15,7 +15,7 @@ ROUNDING = 1e-6
 
 
 class Relation(enum.StrEnum):
-    """How a number must be to a limit."""
+    """The relation of a number to a limit."""
 
     AT_MOST = "at most"
     AT_LEAST = "at least"

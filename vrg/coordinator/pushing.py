@@ -32,7 +32,7 @@ def moved(bodies: Mapping[str, Body], before: Observation) -> list[str]:
 
 
 def touched(name: str, opponents: Sequence[str], now: Observation, contestants: Mapping[str, Contestant]) -> bool:
-    """Whether an opponent touches a player's robot."""
+    """True if an opponent touches a player's robot."""
     pose, size = now.poses[name], contestants[name].size
     return any(outline_distance(pose, now.poses[n], size, contestants[n].size) <= TOUCH for n in opponents)
 
@@ -45,7 +45,8 @@ def judged_at(
     clock: float,
     called: Callable[[str, tuple[Observation, Observation]], bool],
 ) -> tuple[dict[str, tuple[Pose, float]], tuple[Observation, Observation]]:
-    """Who is judged where it stood when it was pushed, and the two fields by which play is judged.
+    """The players that are judged where they stood when they were pushed, and the two observations by which play is
+    judged.
 
     That ends as soon as nobody pushes it and the rules say nothing against where it is, or after PUSH_GRACE.
 

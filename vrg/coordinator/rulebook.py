@@ -113,7 +113,7 @@ class Offer:
 
 @dataclass(frozen=True)
 class Observation:
-    """Where everybody is at one instant, and what players have told the referee.
+    """The poses at one instant, and the players' reports to the referee.
 
     Args:
         poses: the poses by player. A player that the world has not reported is missing.
@@ -214,7 +214,8 @@ class RuleBook(Generic[S]):
         raise NotImplementedError
 
     def marks(self, state: S) -> Mapping[str, Pose]:
-        """Where players line up before this round: their starts. Virtual robots that are late are put there."""
+        """The poses at which players line up before this round: their starts. Virtual robots that are late are put
+        there."""
         return {name: contestant.start for name, contestant in self.contestants.items()}
 
     def obstacles_to_start(self, state: S, now: Observation) -> dict[str, str]:

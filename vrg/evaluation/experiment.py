@@ -67,7 +67,7 @@ class Definition(Struct, frozen=True, kw_only=True):
         )
 
     def differences(self, other: "Definition") -> list[str]:
-        """What is different in another definition, in words."""
+        """The differences to another definition, in words."""
         found = []
         for name, what in (
             ("vrg", "the release of VRG"),

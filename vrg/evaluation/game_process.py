@@ -83,7 +83,8 @@ class GameProcess:
             self.answer.send_bytes(msgspec.json.encode((self._setup, self._told)))
 
     def result(self) -> Played | None:
-        """What came out of the game, once `answer` can be read; None if it is now judged, and there will be another."""
+        """The result of the game, once `answer` can be read; None if it is now judged, and another result will
+        follow."""
         problem = ""
         try:
             # A strategy may have written to this pipe, too: what comes is checked, and nothing in it is run.
@@ -114,7 +115,7 @@ class GameProcess:
 
 
 def seals(setup: MatchSetup) -> bool:
-    """Whether a strategy of a match is sealed when games of it are played: by default one that is a file."""
+    """True if a strategy of a match is sealed when games of it are played: by default one that is a file."""
     return any(setup.sandboxed(player.name, seats=True) for player in setup.players)
 
 

@@ -48,7 +48,7 @@ class ScheduledGame(Struct, frozen=True, kw_only=True):
 
 
 class Played(Struct, frozen=True, kw_only=True):
-    """What came out of a game.
+    """The result of a game.
 
     Args:
         ended: OVER, BROKEN_OFF, FAILED or INVALID. problem: why it failed or is not valid, in words; empty otherwise.
@@ -102,10 +102,10 @@ class GameRecord(Struct, frozen=True, kw_only=True):
         return {game.first_team: game.pairing.first, game.second_team: game.pairing.second}.get(team)
 
     def calls(self, rule: str, team: str) -> int:
-        """How often a rule was called on players of a team."""
+        """The number of calls of a rule on players of a team."""
         counts: Mapping[str, int] = self.played.calls.get(rule, {})
         return counts.get(team, 0)
 
     def total(self, rule: str) -> int:
-        """How often a rule was called."""
+        """The number of calls of a rule."""
         return sum(self.played.calls.get(rule, {}).values())

@@ -62,7 +62,7 @@ def _ended(state: RefereeState) -> str:
 
 
 def judged(setup: MatchSetup, folder: RunFolder, told: Played) -> Played:
-    """What came out of a match by its journal, after the rule book has judged it again.
+    """The result of a match by its journal, after the rule book has judged it again.
 
     This must be a process in which no strategy has ever been.
 
@@ -95,7 +95,7 @@ def judged(setup: MatchSetup, folder: RunFolder, told: Played) -> Played:
 
 
 def _by_nobody(entry: Entry, failures: Sequence[str]) -> str | None:
-    """What an entry of the evidence tells of a person, who is not there in a comparison; None if it tells of none.
+    """The act of a person in an entry of the evidence, which no comparison has; None if there is none.
 
     A player whose code has failed for good, as `failures` tell, is disqualified by a decision, too.
     """
@@ -121,7 +121,7 @@ def invalid(setup: MatchSetup, told: Played, why: str) -> Played:
 
 
 def counted(calls: Iterable[tuple[str, str]]) -> dict[str, dict[str, int]]:
-    """How often each (rule, team) is among the calls, by rule and team."""
+    """The number of times that each (rule, team) is among the calls, by rule and team."""
     found: dict[str, dict[str, int]] = {}
     for rule, team in calls:
         of_rule = found.setdefault(rule, {})

@@ -62,7 +62,7 @@ class GameTask(Struct, frozen=True, kw_only=True):
 
 
 class Answer(Struct, frozen=True, kw_only=True):
-    """What comes back: what came out of the game, and if something has failed, what it has written."""
+    """The answer of a worker: the result of the game, and the files of a game that has failed."""
 
     played: Played
     logs: bytes = b""
@@ -135,7 +135,7 @@ class RayWorkers(Workers):
             yield running.game, answer.played
 
     def _answer(self, running: _Running) -> Answer | None:
-        """What came out of a game that has ended; None if its worker has died, and it is to be played again.
+        """The answer of a game that has ended; None if its worker has died, and it is to be played again.
 
         Raises:
             LaunchError: no game can be played, for example because the cluster cannot be reached.

@@ -1,4 +1,4 @@
-"""What the games of one pairing have shown, in words and as tables of texts."""
+"""Reports on the games of one pairing, in words and as tables of texts."""
 
 from collections.abc import Iterable, Mapping, Sequence
 
@@ -13,7 +13,7 @@ PROBLEM_LENGTH = 200
 
 
 def sentence(pairing: Pairing, series: Series, confidence: float) -> str:
-    """What the games of a pairing have shown, in one sentence."""
+    """The result of a pairing, in one sentence."""
     now, first, second = series.standing, pairing.first, pairing.second
     if now is None:
         return f"nothing is known about {pairing}: no pair of games was finished"
@@ -43,7 +43,7 @@ def between(low: float, high: float) -> str:
 
 
 def sides(rows: Sequence[GameRecord], teams: tuple[str, str]) -> TextTable:
-    """Who has won in which role: a row for each way to give the teams to the strategies.
+    """The wins by role: a row for each way to give the teams to the strategies.
 
     The columns with the names of the teams tell who played them.
     """
@@ -62,7 +62,7 @@ def sides(rows: Sequence[GameRecord], teams: tuple[str, str]) -> TextTable:
 
 
 def calls(rows: Sequence[GameRecord]) -> TextTable:
-    """How often each rule was called in a game, and how often on a player of which strategy."""
+    """The mean number of calls of each rule in a game, and of those on players of each strategy."""
     if not rows:
         return []
     pairing = rows[0].game.pairing
@@ -85,7 +85,7 @@ def mean(values: Sequence[float]) -> str:
 
 
 def irregular(rows: Sequence[GameRecord]) -> list[str]:
-    """What was not as it should be in these games, in words: a line for each kind, with its games."""
+    """The irregularities of these games, in words: a line for each kind, with its games."""
     found = []
     for ended, what in ((BROKEN_OFF, "reached the limit of match time"), (FAILED, "ended abnormally")):
         games = [row for row in rows if row.played.ended == ended]

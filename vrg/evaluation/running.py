@@ -36,7 +36,7 @@ class Experiment:
 
     @property
     def over(self) -> bool:
-        """Whether no more game is needed."""
+        """True if no more game is needed."""
         return all(series.over for series in self.series.values())
 
     @property

@@ -12,7 +12,7 @@ from vrg.evaluation.evidence import ShareEstimate
 
 @dataclass(frozen=True)
 class SeriesResult:
-    """What a series says after a number of games: the share of the first strategy, and its interval, 0 to 1."""
+    """The result of a series after a number of games: the share of the first strategy, and its interval, 0 to 1."""
 
     games: int
     share: float
@@ -21,7 +21,7 @@ class SeriesResult:
 
     @property
     def decided(self) -> bool:
-        """Whether one strategy is better than the other."""
+        """True if one strategy is better than the other."""
         return self.low > 0.5 or self.high < 0.5
 
     @property
@@ -64,7 +64,7 @@ class Series:
 
     @property
     def over(self) -> bool:
-        """Whether no more game is needed."""
+        """True if no more game is needed."""
         decided = self.standing is not None and self.standing.decided
         return len(self.standings) >= self.pairs or (not self._play_all and decided)
 

@@ -1,4 +1,4 @@
-"""What a tournament has shown: how strong the strategies are, and who beats whom, as a table."""
+"""The standings of a tournament: the ratings of the strategies, and their results against each other, as a table."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from vrg.evaluation.series import Series, SeriesResult
 
 @dataclass(frozen=True)
 class Rating:
-    """How strong a strategy is: a normal distribution with the mean `mu` and the standard deviation `sigma`.
+    """The rating of a strategy: a normal distribution with the mean `mu` and the standard deviation `sigma`.
 
     Attributes:
         label: the label of the strategy.
@@ -48,7 +48,7 @@ def ranking(rated: Sequence[Rating]) -> str:
 
 
 def crossed(labels: Sequence[str], series: Mapping[Pairing, Series]) -> list[list[SeriesResult | None]]:
-    """How the strategy of each row stands against that of each column; None where they have not played.
+    """The result of the strategy of each row against that of each column; None where they have not played.
 
     Args:
         labels: the strategies, in the order of rows and columns.

@@ -17,10 +17,10 @@ _TURNS: Final = tuple((math.cos(turn), math.sin(turn)) for turn in TURNS)
 
 
 class FreeArea(Protocol):
-    """Where a body's centre may be. Every region of `vrg.regions` is one."""
+    """An area in which a body's centre may be. Every region of `vrg.regions` is one."""
 
     def contains(self, x: float, y: float) -> bool:
-        """Whether it may be at (x, y), m."""
+        """True if it may be at (x, y), m."""
 
     def nearest(self, x: float, y: float) -> Vector:
         """The nearest place to (x, y) where it may be, m."""
@@ -109,7 +109,7 @@ def steer(position: Vector, wanted: Vector, obstacles: Sequence[Obstacle], bound
 
 
 def _in_bounds(position: Vector, u: Vector, bounds: FreeArea) -> bool:
-    """Whether the body is inside after one second, or nearer to the inside than now."""
+    """True if the body is inside after one second, or nearer to the inside than now."""
     ahead = position[0] + u[0], position[1] + u[1]
     if bounds.contains(*ahead):
         return True
@@ -117,7 +117,7 @@ def _in_bounds(position: Vector, u: Vector, bounds: FreeArea) -> bool:
 
 
 def _clear(position: Vector, u: Vector, obstacle: Obstacle, horizon: float) -> bool:
-    """Whether the distance at the closest approach within the horizon is at least the clearance."""
+    """True if the distance at the closest approach within the horizon is at least the clearance."""
     px, py = obstacle.position[0] - position[0], obstacle.position[1] - position[1]
     vx, vy = obstacle.velocity[0] - u[0], obstacle.velocity[1] - u[1]
     closing = -(px * vx + py * vy)

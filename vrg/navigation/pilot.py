@@ -1,4 +1,4 @@
-"""How a robot is driven to a place: around what stands, past what moves, and out again where it is stuck.
+"""Drives a robot to a place: around standing bodies, past moving ones, and out again where it is stuck.
 
 Players drive by it, and so does the coordinator where it drives a robot itself. It uses no bus and no clock.
 """
@@ -38,7 +38,7 @@ EFFORT = 5000
 Where they find no way, the robot drives straight on, past what is near.
 """
 SIDEWAYS = 0.7
-"""How much a robot that drives out of a crowd also drives to the left, relative to away from the nearest body."""
+"""The part of its velocity out of a crowd that is to the left, relative to the part away from the nearest body."""
 
 
 class Neighbour(Struct, frozen=True):
@@ -134,7 +134,7 @@ class Pilot:
         self._from, self._since, self._last = here, now, now
 
     def _stuck(self, now: float, here: Vector, wanted: Vector) -> bool:
-        """Whether the robot has got nowhere for long although it should, so that it must first get out."""
+        """True if the robot has made no progress for long although it should, so that it must first get out."""
         pause = not 0.0 <= now - self._last <= MAX_DECISION_INTERVAL
         self._last = now
         if self._from is None or pause:
@@ -165,14 +165,14 @@ def _free(region: FreeArea, walls: Sequence[Region]) -> FreeArea:
 
 
 class _Free:
-    """What of a region walls leave free, as far as `steer` needs to know it."""
+    """The part of a region that walls leave free, as far as `steer` needs to know it."""
 
     def __init__(self, region: FreeArea, walls: Sequence[Region]) -> None:
         self._region = region
         self._walls = walls
 
     def contains(self, x: float, y: float) -> bool:
-        """Whether the point is in the region and in no wall."""
+        """True if the point is in the region and in no wall."""
         return self._region.contains(x, y) and not any(wall.contains(x, y) for wall in self._walls)
 
     def nearest(self, x: float, y: float) -> Vector:

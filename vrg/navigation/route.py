@@ -77,7 +77,7 @@ def route(
 
 
 def grown(region: Region, margin: float) -> Region:
-    """What nobody whose half width is `margin` m may enter with its centre, if a region is filled by a body."""
+    """The region that no centre of a body with the half width `margin` m may enter, if `region` is filled by a body."""
     if isinstance(region, Circle):
         return Circle(region.x, region.y, region.radius + margin)
     corners = region.outline()
@@ -120,7 +120,7 @@ def _contains(obstacle: Region, point: Vector) -> bool:
 
 
 def _meets(obstacle: Region, start: Vector, end: Vector) -> bool:
-    """Whether the straight way from start to end enters an obstacle."""
+    """True if the straight way from start to end enters an obstacle."""
     stretch = obstacle.inside(start, end)
     return stretch is not None and stretch[1] - stretch[0] > _EPS
 

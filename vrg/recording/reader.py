@@ -21,7 +21,7 @@ from vrg.types import STILL, Twist
 
 @dataclass(frozen=True)
 class RobotPoses:
-    """Where one robot was.
+    """The recorded poses of one robot.
 
     Args:
         physical: a real robot, not a virtual one.
@@ -45,7 +45,7 @@ class RobotPoses:
 
 @dataclass(frozen=True)
 class Setting:
-    """What was played and where.
+    """The match of a recording, and its place.
 
     Args:
         game: its name, empty where the referee never spoke.
@@ -59,7 +59,7 @@ class Setting:
 
 
 _Referee = tuple[str, str, int, bool]
-"""What the referee last said of a player: its role, its state, the round, and whether that is being played."""
+"""The referee's last state of a player: its role, its state, the round, and whether that is being played."""
 
 
 @dataclass
@@ -128,7 +128,7 @@ def read_setting(path: Path | Sequence[Path]) -> Setting:
 
 @dataclass(frozen=True)
 class Thought:
-    """What a player has sketched.
+    """A sketch of a player.
 
     Args:
         player: its name. time: match time, s. strokes: the dots and lines.
@@ -162,7 +162,7 @@ def read_sketches(path: Path | Sequence[Path]) -> list[Thought]:
 
 @dataclass
 class _Moves:
-    """What a recording tells of one robot's motion: places, velocities, and when it came to rest or moved."""
+    """The motion of one robot in a recording: places, velocities, and the times at which it came to rest or moved."""
 
     physical: bool
     places: list[tuple[float, float, float]] = field(default_factory=list)

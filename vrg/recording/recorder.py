@@ -148,7 +148,7 @@ class Recorder(Node):
 
     @property
     def recording(self) -> bool:
-        """Whether what arrives is being written."""
+        """True if arriving messages are being written."""
         return self._file is not None
 
     def tick(self, tick: Tick) -> None:

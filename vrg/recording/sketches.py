@@ -1,4 +1,4 @@
-"""What players sketch, as a part of the recorded scene, and how it is read back."""
+"""The sketches of players as a part of the recorded scene, and their decoding."""
 
 from typing import Final
 

@@ -1,4 +1,4 @@
-"""How long robots took to stop after something had happened, and how far they rolled. This module reads no files.
+"""Measures the stops of robots after incidents: their duration, and the distance rolled. This module reads no files.
 
 A robot stands if its speed is not above `vrg.bus.messages.AT_REST` for at least REST_TIME, so that one that only
 changes its direction does not count as standing.
@@ -35,7 +35,7 @@ class Rest:
 
 @dataclass(frozen=True)
 class Trajectory:
-    """How one robot moved.
+    """The motion of one robot.
 
     Args:
         name: the robot. physical: True for a physical one.
@@ -80,7 +80,7 @@ class Trajectory:
         return [(begin, *self.place(begin)), *between, (end, *self.place(end))]
 
     def rests_at(self, time: float) -> bool:
-        """Whether it was at rest at a match time, as far as is known."""
+        """True if it was at rest at a match time, as far as is known."""
         return any(rest.begin <= time + _TINY and time < rest.end - _TINY for rest in self.rests)
 
     def speed(self, time: float) -> float:
@@ -147,7 +147,7 @@ class Incident:
 
 
 class StopOutcome(enum.StrEnum):
-    """How it went on with a robot after an incident."""
+    """The outcome of an incident for one robot."""
 
     STOOD = "stood already"
     STOPPED = "stopped"
@@ -163,7 +163,7 @@ _STILL = 0.005
 
 @dataclass(frozen=True)
 class RobotStop:
-    """How one robot stopped after an incident.
+    """The stop of one robot after an incident.
 
     Args:
         incident: the number of the incident in the list, from 0. robot: the robot.
@@ -191,12 +191,12 @@ class RobotStop:
 
     @property
     def moved(self) -> bool:
-        """Whether it moved when the incident happened, or after it had stood."""
+        """True if it moved when the incident happened, or after it had stood."""
         return self.outcome not in (StopOutcome.STOOD, StopOutcome.UNKNOWN)
 
 
 def stops_of(incidents: Sequence[Incident], motions: Sequence[Trajectory]) -> list[RobotStop]:
-    """How each robot stopped after each incident, in the order of the incidents and of the names."""
+    """The stop of each robot after each incident, in the order of the incidents and of the names."""
     ordered = sorted(motions, key=lambda motion: motion.name)
     return [
         stop_of(number, incident, motion)
@@ -207,7 +207,7 @@ def stops_of(incidents: Sequence[Incident], motions: Sequence[Trajectory]) -> li
 
 
 def stop_of(number: int, incident: Incident, motion: Trajectory) -> RobotStop:
-    """How one robot stopped after one incident.
+    """The stop of one robot after one incident.
 
     Args:
         number: the number of the incident.
@@ -260,7 +260,7 @@ def _stands(motion: Trajectory, onset: float, last: float) -> list[Rest]:
 
 
 def _moves(motion: Trajectory, rest: float, before: float) -> bool:
-    """Whether it is known that a robot that was at rest up to one match time moved before another one.
+    """True if it is known that a robot that was at rest up to one match time moved before another one.
 
     From its last known place at rest to the next known one nobody knows when it began to move.
     """

@@ -1,4 +1,4 @@
-"""What every driver promises. A driver's test subclasses DriverContract and gives it a DriverBench."""
+"""The contract of every driver. A driver's test subclasses DriverContract and gives it a DriverBench."""
 
 import math
 from abc import ABC, abstractmethod

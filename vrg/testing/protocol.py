@@ -1,4 +1,4 @@
-"""What every protocol of motor controllers promises. A protocol's test subclasses ProtocolContract.
+"""The contract of every protocol of motor controllers. A protocol's test subclasses ProtocolContract.
 
     class TestMyProtocol(ProtocolContract):
         protocol = my_package.PROTOCOL

@@ -1,4 +1,4 @@
-"""What every rule book promises. A game's test subclasses RuleBookContract and gives it a rule book and a field."""
+"""The contract of every rule book. A game's test subclasses RuleBookContract and gives it a rule book and a field."""
 
 import random
 from typing import Any

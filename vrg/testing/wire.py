@@ -106,7 +106,7 @@ class ProtocolWire:
 
     @property
     def motor_speed(self) -> float:
-        """How fast the first drive's motor truly turns, turn/s."""
+        """The true speed of the first drive's motor, turn/s."""
         return self.drive.motor.velocity
 
     def says(self) -> tuple[MotorState, str | None]:

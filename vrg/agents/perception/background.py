@@ -36,7 +36,8 @@ class Snapshot:
     free: Floats
 
     def contains(self, points: Floats) -> Mask:
-        """Which points, shape (n, 2), m, are known to be free: shape (n,). Points that are not finite are not."""
+        """True for each point, shape (n, 2), m, that is known to be free: shape (n,). Points that are not finite are
+        not."""
         known: Mask = np.logical_and.reduce(np.isfinite(points), axis=1)
         if not len(self.free) or not known.any():
             return np.zeros(len(points), dtype=np.bool_)
@@ -79,7 +80,7 @@ def snapshot(scans: Sequence[Scan]) -> Snapshot:
 
 
 def unusual(scan: Scan, snapshots: Iterable[Snapshot], explained: Mask | None = None) -> Mask:
-    """Which returns of a scan come from known free space, and from nobody known: shape (beams,).
+    """True for each return of a scan that comes from known free space, and from no known robot: shape (beams,).
 
     Args:
         snapshots: what is known to be free.

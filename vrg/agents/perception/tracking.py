@@ -143,7 +143,7 @@ def _with(track: Track, sighting: Sighting) -> Track:
 
 
 def _same(a: TrackedLine, b: TrackedLine, now: float) -> bool:
-    """Whether two courses are of one robot: they are near each other now, and when the first of the two was last seen.
+    """True if two courses are of one robot: they are near each other now, and when the first of the two was last seen.
 
     When the second one was first seen does not count: it became a second one because it was not near then.
     """

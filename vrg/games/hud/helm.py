@@ -36,7 +36,7 @@ TURN_LIMIT: Final = 1.0
 
 
 class Wish(StrEnum):
-    """What the person at the display wants; also the names of the automaton's modes.
+    """A wish of the person at the display; also the names of the automaton's modes.
 
     WATCH leaves the robot to its own strategy.
     """
@@ -48,7 +48,7 @@ class Wish(StrEnum):
 
 
 class Goal(Struct, frozen=True):
-    """Where to drive.
+    """A place to drive to.
 
     Args:
         x, y: m, in the map's frame. heading: how to stand there, rad; None if that does not matter.
@@ -60,7 +60,7 @@ class Goal(Struct, frozen=True):
 
 
 class Situation(Struct, frozen=True):
-    """What the automaton looks at.
+    """The data that the automaton decides by.
 
     Args:
         now: the match time, s. pose: where the robot is.
@@ -192,6 +192,6 @@ def _distance(situation: Situation) -> float:
 
 
 def _heading_error(situation: Situation) -> float:
-    """How far to turn to the goal's heading, rad; 0 if it does not matter."""
+    """The angle to turn to the goal's heading, rad; 0 if it does not matter."""
     heading = _goal(situation).heading
     return 0.0 if heading is None else wrap(heading - situation.pose.theta)

@@ -1,4 +1,4 @@
-"""How an intruder moves between two instants, and how its crossing ends. Functions of poses alone."""
+"""The motion of an intruder between two instants, and the end of its crossing. Functions of poses alone."""
 
 import math
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ def across(course: Pose, pose: Pose) -> float:
 
 
 def along(course: Pose, pose: Pose) -> float:
-    """How far a body's centre has come along a course, m."""
+    """The distance in m that a body's centre has come along a course."""
     return (pose.x - course.x) * math.cos(course.theta) + (pose.y - course.y) * math.sin(course.theta)
 
 
@@ -35,7 +35,7 @@ class Capture:
 
 @dataclass(frozen=True)
 class Ends:
-    """What happened to an intruder between two instants.
+    """The events that ended an intruder's crossing between two instants.
 
     Args:
         inside: it was inside the area. captured: its capture, or None.

@@ -1,4 +1,4 @@
-"""Which pursuer is sent to which intruder: the auctions of the game (Algorithm 4.1), as functions of its state."""
+"""Dispatches pursuers to intruders: the auctions of the game (Algorithm 4.1), as functions of its state."""
 
 from collections.abc import Sequence
 

@@ -10,7 +10,7 @@ from vrg.hal.models import RobotModel
 from vrg.types import STILL, Pose, Twist
 
 TURN_GAIN = 1.5
-"""How strongly it turns back to its heading, 1/s."""
+"""The gain by which it turns back to its heading, 1/s."""
 LOOKAHEAD = 2.0
 """The distance in m ahead on its course to which it heads."""
 

@@ -23,7 +23,7 @@ OFFSET = 0.25
 CAPTURE_REACH = 0.8
 """The distance in m to an intruder that a pursuer aims at when it cannot meet its centre: less than the rule's 1 m."""
 AREA_MARGIN = 1.5
-"""How far in m a pursuer may drive out of the area's bounds."""
+"""The distance in m by which a pursuer may drive out of the area's bounds."""
 HORIZON, CLEARANCE = 1.5, 0.2
 """The time in s ahead for which bodies in the way are avoided, and the distance in m to keep between them."""
 HOPE = 1.5
@@ -253,12 +253,12 @@ def _won(view: View) -> Auction | None:
 
 
 def _can_be_shown(stroke: Stroke) -> bool:
-    """Whether a stroke is in the part of the plane that messages can tell of: a wild guess of a course may not be."""
+    """True if a stroke is in the part of the plane that messages can hold: a wild guess of a course may not be."""
     return all(abs(x) < FARTHEST and abs(y) < FARTHEST for x, y in stroke.points)
 
 
 def _away(view: View) -> bool:
-    """Whether it is to drive to its post: it returns from a chase, or lines up before the round."""
+    """True if it is to drive to its post: it returns from a chase, or lines up before the round."""
     return view.me.state == RETURNING or (view.me.state == WATCHING and view.me.may_move)
 
 
@@ -268,7 +268,7 @@ def _driving(view: View) -> bool:
 
 
 def _counts(view: View, target: Vector, velocity: Vector, point: Vector) -> bool:
-    """Whether an intruder can be captured at a point of its course: in the area, or before it comes there.
+    """True if an intruder can be captured at a point of its course: in the area, or before it comes there.
 
     After it has left the area it has escaped. True if nobody has told the area.
     """
@@ -281,7 +281,7 @@ def _counts(view: View, target: Vector, velocity: Vector, point: Vector) -> bool
 
 
 def _bounds(view: View) -> Region:
-    """Where a pursuer drives: around the area."""
+    """The region in which a pursuer drives: around the area."""
     area = view.zone(AREA)
     if area is None:
         return Rectangle(-1e5, -1e5, 1e5, 1e5)

@@ -215,7 +215,7 @@ class PursuitEvasion(RuleBook[State]):
         return state
 
     def _collided(self, state: State, now: Observation, calls: list[Call]) -> State:
-        """Who touches another robot is out. Two that touch each other are both out."""
+        """Put robots out of play that touch another one. Two that touch each other are both out."""
         for name in (name for name in state.crossing() if name in now.poses):
             pose, size = now.poses[name], self.contestants[name].size
             others = {n: p for n, p in now.poses.items() if n != name and n in self.contestants}
@@ -249,7 +249,7 @@ class PursuitEvasion(RuleBook[State]):
         return state
 
     def least_way(self, name: str, seconds: float) -> float:
-        """How far an intruder in play has to come forward at least in a time, m."""
+        """The distance in m by which an intruder in play has to come forward at least in a time."""
         return MIN_APPROACH * self.speed_limits()[name] * seconds
 
     def team_of(self, name: str) -> str:

@@ -27,7 +27,7 @@ PAUSE = 0.5
 
 
 class Look(Struct, frozen=True, array_like=True):
-    """Where everybody was when the referee looked at the field: the match time, s, and the poses by player."""
+    """The poses at one look of the referee at the field: the match time, s, and the poses by player."""
 
     time: float
     poses: Mapping[str, Pose]
@@ -98,7 +98,7 @@ class State(GameState, frozen=True, kw_only=True):
         return structs.replace(self, looks=(*looks, Look(now.time, now.poses)), courses=courses)
 
     def poses_at(self, time: float) -> Mapping[str, Pose] | None:
-        """Where everybody was at a match time, s, by the look that is nearest to it; None if there is none near."""
+        """The poses at a match time, s, by the look that is nearest to it; None if there is none near."""
         look = min(self.looks, key=lambda look: abs(look.time - time), default=None)
         return None if look is None or abs(look.time - time) > MATCHING_TOLERANCE + 1e-6 else look.poses
 

@@ -1,4 +1,4 @@
-"""What pursuers say to one another over the radio, and how it is read.
+"""The messages of pursuers to one another over the radio, and their decoding.
 
 Everything fits into one message of the radio (1024 bytes): the speaker's pose and motion, its new sightings, and from
 time to time the free space that it has seen while the scene was empty. No more sightings are said than the referee may
@@ -30,7 +30,7 @@ _Step = Annotated[float, Meta(ge=1e-3, le=7.0)]
 
 
 class _Said(Struct, frozen=True, omit_defaults=True):
-    """What is said, without names inside, which would make it longer, and with the bounds of its numbers."""
+    """A message without names inside, which would make it longer, and with the bounds of its numbers."""
 
     pose: tuple[Metres, Metres, Radians, Speed, AngularSpeed, Speed]
     seen: list[tuple[Metres, Metres, Seconds, Variance, Covariance, Variance]]
@@ -39,7 +39,7 @@ class _Said(Struct, frozen=True, omit_defaults=True):
 
 @dataclass(frozen=True)
 class Words:
-    """What a pursuer has said.
+    """The content of a pursuer's message.
 
     Args:
         pose: where it is. twist: how it moves. sightings: what it has seen. snapshot: its free space, or None.
@@ -52,7 +52,7 @@ class Words:
 
 
 def words(pose: Pose, twist: Twist, sightings: Sequence[Sighting], snapshot: Snapshot | None) -> Any:
-    """What a pursuer says: something that MessagePack can hold."""
+    """The message of a pursuer to its team: something that MessagePack can hold."""
     free = None
     if snapshot is not None:
         coarse = snapshot.coarser(BEAMS)
@@ -64,7 +64,7 @@ def words(pose: Pose, twist: Twist, sightings: Sequence[Sighting], snapshot: Sna
 
 
 def understood(said: Any) -> Words | None:
-    """What was said, or None where it is not what pursuers say: a team mate may play by another program."""
+    """The content of a message, or None if it is no pursuer's: a team mate may play by another program."""
     try:
         found = msgspec.convert(said, _Said, builtin_types=(bytes,))
         seen = tuple(

@@ -1,4 +1,4 @@
-"""What keeps a match of RoboFlag from being played, judged before it begins."""
+"""Problems that keep a match of RoboFlag from being played, judged before it begins."""
 
 import math
 from collections.abc import Sequence
@@ -29,7 +29,7 @@ def problems_of(settings: Settings, contestants: Sequence[Contestant]) -> list[P
 
 
 def _distances(settings: Settings, layout: FieldLayout, contestants: Sequence[Contestant]) -> list[str]:
-    """What is wrong with the distances of the rules."""
+    """The problems with the distances of the rules."""
     found = []
     longest = {team: max((max(c.size) for c in contestants if c.role == team), default=0.0) for team in TEAMS}
     touching = sum(longest.values()) / 2
@@ -48,7 +48,7 @@ def _distances(settings: Settings, layout: FieldLayout, contestants: Sequence[Co
 
 
 def _zones(layout: FieldLayout) -> list[str]:
-    """What is wrong with the places of the zones."""
+    """The problems with the places of the zones."""
     found = []
     for team in TEAMS:
         x, y = layout.flag(team)

@@ -1,4 +1,4 @@
-"""Where to drive so that nobody tags one: the safest of many directions, looked at together as arrays.
+"""Evasion of taggers: the safest of many directions, all computed together as arrays.
 
 A point is safe by as many seconds as its player is there before every opponent could be, if each drove straight to it.
 This is the dominance region of pursuit and evasion: inside it the player is first, whatever the opponents do.
@@ -86,14 +86,14 @@ def best_course(
 
 
 def points_in_disc(points: Floats, disc: Circle) -> Flags:
-    """Which points, shape (..., 2), are inside a disc."""
+    """True for each point, shape (..., 2), that is inside a disc."""
     dx, dy = points[..., 0] - disc.x, points[..., 1] - disc.y
     inside: Flags = dx * dx + dy * dy < disc.radius * disc.radius
     return inside
 
 
 def in_bounds(points: Floats, bounds: Bounds) -> Flags:
-    """Which points, shape (..., 2), are inside a rectangle (x_min, y_min, x_max, y_max)."""
+    """True for each point, shape (..., 2), that is inside a rectangle (x_min, y_min, x_max, y_max)."""
     x, y = points[..., 0], points[..., 1]
     inside: Flags = (x >= bounds[0]) & (y >= bounds[1]) & (x <= bounds[2]) & (y <= bounds[3])
     return inside

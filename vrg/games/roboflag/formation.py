@@ -1,4 +1,4 @@
-"""How attackers form up before they cross the midline together, as one group or as two (thesis 4.4.3)."""
+"""The formation of attackers before they cross the midline together, as one group or as two (thesis 4.4.3)."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -23,7 +23,7 @@ def groups(attackers: Sequence[str], flanks: int) -> list[list[str]]:
 
 
 def places(ground: TeamField, attackers: Sequence[str], flanks: int) -> dict[str, Vector]:
-    """Where each attacker stands in formation: side by side, opposite the flag, or along both borders of the field."""
+    """The places of the attackers in formation: side by side, opposite the flag, or along both borders of the field."""
     _, low, _, high = ground.inner.bounds
     x = ground.midline - ground.ahead * FORM_UP_DISTANCE
     found = {}
@@ -41,5 +41,5 @@ def places(ground: TeamField, attackers: Sequence[str], flanks: int) -> dict[str
 
 
 def formed_up(team: Sequence[Known], formation: Mapping[str, Vector]) -> bool:
-    """Whether all attackers are in their places."""
+    """True if all attackers are in their places."""
     return all(math.dist(known.place, formation[known.name]) <= IN_PLACE for known in team if known.name in formation)

@@ -1,4 +1,4 @@
-"""What a referee of RoboFlag judges at one look (thesis, Algorithm 4.3): first home, then the flag, then tags.
+"""The judgement of RoboFlag at one look (thesis, Algorithm 4.3): first home, then the flag, then tags.
 
 Each part judges the whole ways of the players since the look before, so that nobody jumps over anything. Each function
 takes the state and these ways, and returns the new state and the calls. Distances are between centres, and a player at
@@ -41,7 +41,7 @@ class Ways:
     teams: Mapping[str, str]
 
     def of(self, name: str) -> tuple[Vector, Vector]:
-        """Where a player was and is, m."""
+        """The places at which a player was and is, m."""
         now, before = self.now[name], self.before.get(name)
         end = (now.x, now.y)
         return (end, end) if before is None else ((before.x, before.y), end)
@@ -51,11 +51,11 @@ class Ways:
         return interpolate(self.before.get(name, self.now[name]), self.now[name], at)
 
     def within(self, name: str, place: Vector, reach: float) -> Stretch | None:
-        """When a player was within `reach` m of a place; None if it never was."""
+        """The stretch in which a player was within `reach` m of a place; None if it never was."""
         return in_disc(*self.of(name), place, reach + ROUNDING)
 
     def near(self, one: str, two: str, reach: float) -> Stretch | None:
-        """When two players were within `reach` m of each other; None if they never were."""
+        """The stretch in which two players were within `reach` m of each other; None if they never were."""
         (a0, a1), (b0, b1) = self.of(one), self.of(two)
         start, end = (a0[0] - b0[0], a0[1] - b0[1]), (a1[0] - b1[0], a1[1] - b1[1])
         return in_disc(start, end, (0.0, 0.0), reach + ROUNDING)
@@ -170,7 +170,8 @@ def _inside(zone: Circle, start: Vector, end: Vector) -> Stretch | None:
 
 
 def _invasion(layout: FieldLayout, team: str, start: Vector, end: Vector) -> Stretch | None:
-    """When a player of a team was on the opponents' side of the midline, or on the midline; None if it never was."""
+    """The stretch in which a player of a team was on the opponents' side of the midline, or on it; None if it never
+    was."""
     was, is_ = layout.invades(team, start), layout.invades(team, end)
     if was and is_:
         return 0.0, 1.0

@@ -146,7 +146,7 @@ class RoboFlagPlayer(Strategy):
         return lambda _view: self._job == job
 
     def _job_of(self, view: View, s: Situation) -> str:
-        """What a normal player does now."""
+        """The present job of a normal player."""
         self._target = None
         if view.me.mark is not None:
             return "LineUp"

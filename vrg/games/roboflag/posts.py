@@ -1,4 +1,4 @@
-"""Who of a team's defenders does what: whom each tags, and where the others stand. Pure functions of a situation."""
+"""Assigns the defenders of a team: some tag an opponent, the others stand at posts. Pure functions of a situation."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -36,7 +36,7 @@ def targets(s: Situation, defenders: Sequence[Known], threats: Sequence[Known]) 
 
 
 def posts(s: Situation, guards: Sequence[Known]) -> dict[str, Vector]:
-    """Where each guard stands: around the own flag zone, between the flag and the nearest opponents.
+    """The posts of the guards: around the own flag zone, between the flag and the nearest opponents.
 
     Guards keep their order around the flag, so that their ways do not cross.
     """
@@ -64,7 +64,8 @@ def posts(s: Situation, guards: Sequence[Known]) -> dict[str, Vector]:
 
 
 def shields(s: Situation, escorts: Sequence[Known], carrier: Known) -> dict[str, tuple[Vector, str]]:
-    """Where each escort goes: between the carrier and an opponent near it, with the opponent's name; the nearest first.
+    """The place of each escort: between the carrier and an opponent near it, with the opponent's name; the nearest
+    first.
 
     An escort for whom no opponent is left is not in the result.
     """

@@ -66,7 +66,7 @@ class RoboFlag(RuleBook[State]):
         )
 
     def marks(self, state: State) -> Mapping[str, Pose]:
-        """Where everybody lines up for this round."""
+        """The mark of each player in this round."""
         return state.marks
 
     def judge(self, state: State, before: Observation, now: Observation, clock: float) -> Verdict[State]:
@@ -177,7 +177,7 @@ class RoboFlag(RuleBook[State]):
         return self.settings.sudden_death if state.round == SUDDEN_DEATH else self.settings.round_time
 
     def _decided(self, state: State) -> bool:
-        """Whether a team has captured enough flags to end the game."""
+        """True if a team has captured enough flags to end the game."""
         return any(captured >= self.settings.captures for captured in state.points.values())
 
     def _end_of_round(self, state: State, clock: float, calls: list[Call]) -> Verdict[State]:

@@ -54,5 +54,5 @@ class Settings(LineUp):
     bidding: float = Setting(0.3, ge=0.1, le=1e3)
 
     def side(self, team: str) -> TeamHalf:
-        """What the half of a team looks like."""
+        """The half of a team."""
         return self.red if team == "red" else self.blue

@@ -1,4 +1,4 @@
-"""What a player of RoboFlag knows at one tick, sorted for its decisions. All places are in m in the map's frame."""
+"""The knowledge of a player of RoboFlag at one tick, sorted for its decisions. All places: m in the map's frame."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -15,7 +15,7 @@ from vrg.types import Vector
 BORDER_CLEARANCE = 0.4
 """The distance in m that a body's centre keeps from the border of the field."""
 HAVEN = 0.2
-"""How far inside its home zone a carrier wants to be, m."""
+"""The distance in m inside its home zone to which a carrier drives."""
 IN_PLAY = (NORMAL, TAGGED, FLAGGED)
 """The states of players that are not disqualified."""
 MEMORY = 3.0
@@ -78,7 +78,8 @@ class TeamField:
         )
 
     def beyond(self, x: float) -> float:
-        """How far a place with this x is on the opponents' side of the midline, m; negative on the own side."""
+        """The distance in m by which a place with this x is on the opponents' side of the midline; negative on the own
+        side."""
         return (x - self.midline) * self.ahead
 
     def corner_distance(self, place: Vector) -> float:
@@ -104,7 +105,7 @@ class Known:
 
 @dataclass(frozen=True)
 class Situation:
-    """What there is to decide by.
+    """The data that a player decides by.
 
     Args:
         ground: the parts of the field. me: this player.
@@ -156,7 +157,7 @@ class Situation:
 
 
 class Memory:
-    """Where others were last seen, for matches in which a team does not see everybody."""
+    """The last known places of others, for matches in which a team does not see everybody."""
 
     def __init__(self) -> None:
         self._last: tuple[float, Sequence[Known]] = (0.0, ())

@@ -16,7 +16,7 @@ PRIORITY_ORDERS: Mapping[str, Tactic] = {
     FLAGGED_SAFETY: ShieldCarrier(),
     HAIL_MARY: Everybody(),
 }
-"""What a team does for each priority of the person who commands it."""
+"""The tactic of a team for each priority of the person who commands it."""
 
 
 class TeamPlayer(RoboFlagPlayer):

@@ -1,4 +1,4 @@
-"""What keeps a match of Sharks and Minnows from being played, judged before it begins."""
+"""Problems that keep a match of Sharks and Minnows from being played, judged before it begins."""
 
 from collections.abc import Sequence
 

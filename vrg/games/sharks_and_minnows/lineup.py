@@ -11,12 +11,12 @@ from vrg.regions import Rectangle
 from vrg.types import Pose, Vector
 
 SPACING_FACTOR = 1.5
-"""How many times its largest extent a body has for itself in a row."""
+"""The part of a row for one body, as a multiple of its largest extent."""
 
 
 @dataclass(frozen=True)
 class LargestBody:
-    """How large the largest body is.
+    """The size of the largest body.
 
     Args:
         side: its longest side, m. across: its diagonal, m: at this distance two centres are never too near.
@@ -70,7 +70,7 @@ def in_order(players: Mapping[str, Pose], zone: Rectangle, field: Rectangle, ext
 
 
 def crowded(players: int, zone: Rectangle, field: Rectangle, extent: LargestBody) -> bool:
-    """Whether so many players, or fewer, do not all have a mark in an end zone at which they touch nobody."""
+    """True if so many players, or fewer, do not all have a mark in an end zone at which they touch no other."""
     return any(_collide(_rows(count, zone, field, extent), extent) for count in range(2, players + 1))
 
 
@@ -109,5 +109,5 @@ def _marks(count: int, rows: int, zone: Rectangle, field: Rectangle) -> list[Pos
 
 
 def _along_y(zone: Rectangle, field: Rectangle) -> bool:
-    """Whether minnows cross along y: an end zone is then as wide as the field."""
+    """True if minnows cross along y: an end zone is then as wide as the field."""
     return zone.x_max - zone.x_min >= field.x_max - field.x_min

@@ -68,7 +68,7 @@ class SharksAndMinnows(RuleBook[State]):
         )
 
     def marks(self, state: State) -> dict[str, Pose]:
-        """Where everybody lines up for this pass."""
+        """The mark of each player in this pass."""
         return state.marks
 
     def judge(self, state: State, before: Observation, now: Observation, clock: float) -> Verdict[State]:
@@ -94,7 +94,7 @@ class SharksAndMinnows(RuleBook[State]):
         return self._end_of_pass(state, now, calls)
 
     def _exits(self, state: State, before: Observation, now: Observation) -> dict[str, float]:
-        """When each active player left the field, as a fraction of the way between the two instants."""
+        """The instants at which active players left the field, as fractions of the way between the two looks."""
         exits = {}
         for name, status in state.states.items():
             if status != ACTIVE or name not in now.poses:

@@ -1,4 +1,4 @@
-"""What the players see of each other at one tick. In a match in one process it is made once for all of them."""
+"""The players' view of each other at one tick. In a match in one process it is made once for all of them."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -51,7 +51,7 @@ class Surroundings:
 
 @shared
 def scene(state: RefereeState, velocities: Mapping[str, Vector]) -> Surroundings:
-    """What follows from the referee's state and from how fast everybody moves, m/s."""
+    """The surroundings by the referee's state and the players' velocities, m/s."""
     zones = {zone.kind: zone.region for zone in reversed(state.zones)}
     field, safe, start = zones.get("field"), zones.get("safe"), zones.get("start")
     sharks, prey, bodies = [], [], []
@@ -86,7 +86,8 @@ def _prey_of(sharks: Sequence[CrowdBody], prey: Sequence[CrowdBody]) -> dict[str
 
 
 def _time(shark: CrowdBody, minnow: CrowdBody) -> float:
-    """When a shark can meet a minnow (s); later than any other, the farther it is, if the minnow drives away."""
+    """The time in s at which a shark can meet a minnow; later than any other, the farther it is, if the minnow drives
+    away."""
     met = intercept(shark.position, ASSUMED_SPEED, minnow.position, minnow.velocity, reach=shark.radius + minnow.radius)
     return UNMET + math.dist(shark.position, minnow.position) if met is None else met.time
 

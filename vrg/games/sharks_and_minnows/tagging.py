@@ -1,4 +1,4 @@
-"""When two moving bodies first come within a distance. No contact between two ticks is missed."""
+"""The instant at which two moving bodies first come within a distance. No contact between two ticks is missed."""
 
 import math
 from collections.abc import Mapping
